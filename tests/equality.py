@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 import varcontact as vc
-from tests.benchmarks import random_scenes
+from tests import random_scenes
 from tests.fuzz import scenes as fuzz_scenes
 from varcontact.solving import options
 

@@ -118,6 +118,7 @@ def test_every_public_name_has_its_place():
 
 def test_modules_documented_under_another_name_can_be_imported():
     for old, new in vc._RENAMED.items():
+        assert not (ROOT / old.replace(".", "/")).with_suffix(".py").exists()
         module, renamed = importlib.import_module(old), importlib.import_module(new)
         own = [name for name, value in vars(renamed).items() if getattr(value, "__module__", "") == new]
         assert own and all(getattr(module, name) is getattr(renamed, name) for name in own)

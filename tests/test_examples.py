@@ -90,6 +90,20 @@ def test_fig22_to_24_creep_forces(tmp_path, capsys, pictures):
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
+def test_coated_sphere(tmp_path, capsys, pictures):
+    """Without a coating the sphere has Hertz's pressure; a hard one raises it, and less of it sticks."""
+    found = script("coated_sphere").main(str(tmp_path / "picture.png"), cells=16)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    soft, none, hard = found.values()
+    hertz = vc.reference.hertz(10.0, 10.0, vc.Bodies(82e3, 0.28), force=100.0)
+    assert none.pressure.max() == pytest.approx(hertz.peak_pressure, rel=0.02)
+    assert soft.pressure.max() < none.pressure.max() < hard.pressure.max()
+    assert soft.areas["contact"] > none.areas["contact"] > hard.areas["contact"]
+    assert soft.areas["stick"] > none.areas["stick"] > hard.areas["stick"]
+    assert "hard, 4 G" in capsys.readouterr().out
+    assert set(curves_of(pictures[0].axes[0])) == {f"coating: {name}" for name in found}
+
+
 def test_fig26_carter(tmp_path, capsys, pictures):
     """All within a few percent of Carter by 40 elements, and half of that by 80; the stick area exactly."""
     carter = script("fig26_carter")

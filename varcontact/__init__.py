@@ -18,16 +18,16 @@ __version__ = "0.1.0"
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 _RENAMED = {
-    "varcontact.results.physical": "varcontact.results.physical",
-    "varcontact.solvers.statistics": "varcontact.solvers.statistics",
-    "varcontact.results.quantities_of_interest": "varcontact.results.quantities_of_interest",
-    "varcontact.solving.discretisation_variants": "varcontact.solving.discretisation_variants",
-    "varcontact.data.make_table_book": "varcontact.data.make_table_book",
+    "varcontact.results.normalised": "varcontact.results.physical",
+    "varcontact.solvers.tally": "varcontact.solvers.statistics",
+    "varcontact.solving.error_norm": "varcontact.results.quantities_of_interest",
+    "varcontact.solving.ways": "varcontact.solving.discretisation_variants",
     "varcontact.study.comparison": "varcontact.study.compare",
-    "varcontact.wheel_rail.virtual_penetration": "varcontact.wheel_rail.virtual_penetration",
-    "varcontact.wheel_rail.patches": "varcontact.wheel_rail.patches",
-    "varcontact.wheel_rail.case_file": "varcontact.wheel_rail.case_file",
-    "varcontact.wheel_rail.profile_files": "varcontact.wheel_rail.profile_files",
+    "varcontact.study.table_make": "varcontact.data.make_table_book",
+    "varcontact.wheel_rail.fast": "varcontact.wheel_rail.virtual_penetration",
+    "varcontact.wheel_rail.search": "varcontact.wheel_rail.patches",
+    "varcontact.wheel_rail.series": "varcontact.wheel_rail.case_file",
+    "varcontact.wheel_rail.standard_profiles": "varcontact.wheel_rail.profile_files",
 }
 """Modules that were documented under another name, which can still be imported."""
 

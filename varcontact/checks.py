@@ -232,9 +232,9 @@ def file_name(field: str, value: Any) -> Path:
 
 
 def elastic(value: Any) -> None:
-    """Refuse what does not have the combined constants of two bodies."""
-    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
-        raise SceneError("bodies", value, "Bodies")
+    """Refuse what does not have the combined constants of two half-spaces."""
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")) or hasattr(value, "surfaces"):
+        raise SceneError("bodies", value, "half-spaces, Bodies(G, nu)")
 
 
 def exactly_one(**arguments: Any) -> None:

@@ -21,6 +21,7 @@ from varcontact.discrete.residuals import (
     tangential_residual,
 )
 from varcontact.discrete.state import ContactState
+from varcontact.solvers.active_set.norm import norm
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -125,6 +126,18 @@ def test_large_grid_needs_no_dense_matrix(rolling, monkeypatch):
     certificate = vc.certify(scene, np.array([-0.5 * bound, 0.1 * bound]))
     assert 0 < certificate.relative_gap < 1
     assert np.all(np.isfinite(certificate.force_bound))
+
+
+def test_a_missing_normal_force_is_residual(rolling):
+    """Pressures that close the gap at half of the approach: all conditions hold, but for the prescribed force."""
+    scene = rolling(motion=None, friction=None)
+    sol = vc.solve(scene, normal="clarabel")
+    disc = discretise(scene, sol.grid)
+    problem, level = disc.normal_problem(), (sol.approach - disc.base) / disc.scales.displacement / 2
+    half = norm(dataclasses.replace(problem, force=None, approach=level))
+    lacking = 1 - half.traction.sum() * problem.area / problem.force
+    assert lacking > 0.3
+    assert normal_residual(problem, half.traction, half.rigid) == pytest.approx(lacking, rel=1e-9)
 
 
 @pytest.mark.parametrize("load", ["force", "approach"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.benchmarks.friction_work import SCENES, references, work
+from tests.friction_work import SCENES, references, work
 from varcontact.elasticity.operators import influence_operator
 from varcontact.io import records
 from varcontact.io.solution import with_checksum

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
 from tests.command import run
+from tests.refined_references import VALUES, cases, loads, read_references, scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.benchmarks.coarse_forces import forces, read, scene
+from tests.steady_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact

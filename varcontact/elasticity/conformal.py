@@ -92,28 +92,27 @@ def conformal_operator(
 
     Parameters
     ----------
-        rows, columns : str
-            Displacement and traction components, in the frames of the elements.
-        angles : ndarray, shape (ny,)
-            Inclination alpha of each row of elements [rad].
-        flat : callable
-            The operator on the flat surface, between components.
+    rows, columns : str
+        Displacement and traction components, in the frames of the elements.
+    angles : ndarray, shape (ny,)
+        Inclination alpha of each row of elements [rad].
+    flat : callable
+        The operator on the flat surface, between components.
 
     Returns
     -------
-        GridOperator
-            Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
+    GridOperator
+        Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
 
     Examples
     --------
-        >>> from varcontact.elasticity.operators import influence_operator
-        >>> from varcontact.scene.grid import Grid
-    from varcontact.scene.interpolation import continued
-        >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
-        >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
-        >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
-        >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
-        True
+    >>> from varcontact.elasticity.operators import influence_operator
+    >>> from varcontact.scene.grid import Grid
+    >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
+    >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
+    >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
+    True
     """
     above, across = ("x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns))
     table = flat(above, across)

@@ -107,7 +107,7 @@ def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
 
     With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s hyperbolic functions.
     """
-    eta = nu / (1 - nu)
+    kappa, eta = np.minimum(kappa, 60.0), nu / (1 - nu)  # deeper, nothing is felt, and rounding would be
     M = np.array([[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]])
     N = M @ M - np.eye(4)
     units = np.array([1.0, 1.0, G, G])
@@ -278,6 +278,8 @@ def _added_numbers(
 ) -> dict[str, np.ndarray]:
     """What layers add to influence numbers: the kernels' integrals over the element."""
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    if x.size == 0:
+        return {}
     (dx, dy), line = grid.sides, grid.line
     reach = max(np.abs(x).max() + dx, pair.depth) if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
     doublings = max(math.ceil(math.log2(reach / pair.thickness)), 0)

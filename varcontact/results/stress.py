@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.elasticity.layered import Stack
+from varcontact.elasticity.layered_field import layered_field_at, layered_field_below
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, Layered
 from varcontact.system.memory import need
 
 if TYPE_CHECKING:
@@ -37,7 +39,8 @@ class SubsurfaceStress:
     points : ndarray, shape (3, ...)
         x, y, z [length]; the trailing shape is that of all fields.
     displacement : ndarray, shape (3, ...)
-        Of the particles [length]; zero in a rigid body, NaN in line contact without a reference depth.
+        Of the particles [length]; zero in a rigid body, NaN in line contact without a reference depth or with layers,
+        and on a smooth base.
     gradient : ndarray, shape (3, 3, ...)
         ``du_i/dx_j`` at ``[i, j]`` [-].
     stress : ndarray, shape (3, 3, ...)
@@ -113,7 +116,8 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     Raises
     ------
     SceneError
-        For what is no Solution, and points that are not finite, beyond `FARTHEST` or outside the body.
+        For what is no Solution, a rigid or viscoelastic body of a pair, and points that are not finite, beyond
+        `FARTHEST` or outside the body.
 
     Notes
     -----
@@ -121,7 +125,8 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     field is the limit from inside: the tractions themselves come out. On an edge between elements constant tractions
     jump: what jumps with them has the mean of both sides. Where a stress has no limit there (it grows as ``ln z``;
     sigma_xx by a jump of px), its mean over a width of one element is given. Stresses do not depend on G; in a rigid
-    body they are the limit of a stiff one with its nu.
+    body they are the limit of a stiff one with its nu. In layers fields are transforms by wave number, exact to 1e-11;
+    on their surface those at a depth of 1e-6 of an element, at an interface those of the lower layer.
 
     Examples
     --------
@@ -152,7 +157,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
             f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)",
         )
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
-    field = field_at(flat, solution.grid, _tractions(solution, side), **_constants(solution, side))
+    field = _at(flat, solution, side)
     return _of_body(solution, side, given, field)
 
 
@@ -203,7 +208,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
         size,
         "fewer depths at a time would fit" if below.size > 1 else "a grid with fewer elements would fit",
     )
-    field = field_below(below, solution.grid, _tractions(solution, side), **_constants(solution, side))
+    field = _below(below, solution, side)
     z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
     return _of_body(solution, side, np.stack([x, y, z]), field)
 
@@ -232,11 +237,36 @@ def _tractions(solution: Solution, side: int) -> np.ndarray:
 
 def _constants(solution: Solution, side: int) -> dict[str, float]:
     bodies = solution.scene.bodies
-    if not isinstance(bodies, Bodies):
-        message = "solution: stresses below the surface are known of half-spaces, Bodies(G, nu)"
-        raise SceneError("solution", bodies, "of half-spaces", message=message)
-    G, nu = bodies.pairs
+    G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
     return {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
+
+
+def _stack(solution: Solution, side: int) -> Stack | None:
+    """The body where it has layers."""
+    bodies = solution.scene.bodies
+    if isinstance(bodies, Bodies):
+        return None
+    body = (bodies.upper, bodies.lower)[side - 1]
+    if isinstance(body, Bodies):
+        return None
+    if not isinstance(body, Layered):
+        message = "body: stresses below the surface are known of half-spaces, Bodies(G, nu), and of Layered bodies"
+        raise SceneError("body", side, "an elastic one", message=message)
+    return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), body.base)
+
+
+def _at(points: np.ndarray, solution: Solution, side: int) -> ElasticField:
+    stack, tractions = _stack(solution, side), _tractions(solution, side)
+    if stack is None:
+        return field_at(points, solution.grid, tractions, **_constants(solution, side))
+    return layered_field_at(points, solution.grid, tractions, stack=stack)
+
+
+def _below(depths: np.ndarray, solution: Solution, side: int) -> ElasticField:
+    stack, tractions = _stack(solution, side), _tractions(solution, side)
+    if stack is None:
+        return field_below(depths, solution.grid, tractions, **_constants(solution, side))
+    return layered_field_below(depths, solution.grid, tractions, stack=stack)
 
 
 def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticField) -> SubsurfaceStress:
@@ -245,7 +275,8 @@ def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticFi
     mirror = np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
     vector = mirror.reshape(3, *(1,) * len(trailing))
     tensor = np.multiply.outer(mirror, mirror).reshape(3, 3, *(1,) * len(trailing))
-    undetermined = solution.scene.approach_undetermined
+    layered = not isinstance(solution.scene.bodies, Bodies)
+    undetermined = solution.scene.shift_undetermined or (solution.scene.line and layered)
     return SubsurfaceStress(
         body=side,
         points=points,

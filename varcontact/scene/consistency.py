@@ -367,8 +367,10 @@ def _size(scene: Scene) -> str:
 
 def _net_shear(scene: Scene) -> str:
     """Tangential forces on a strip that slides on its base."""
-    free = isinstance(scene.motion, Steady) and (scene.motion.Fx, scene.motion.Fy) == (0.0, 0.0)
-    if not (scene.line and scene.bodies.slides) or scene.frictionless or free:
+    motion = scene.motion
+    if not (scene.line and scene.bodies.slides and isinstance(motion, Steady | Shift)) or scene.frictionless:
+        return ""
+    if motion.Fx == 0 and not (motion.Fy or motion.rigid[1]):
         return ""
     return "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
 

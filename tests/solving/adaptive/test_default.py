@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.benchmarks.random_scenes import scenes
+from tests.random_scenes import scenes
 from varcontact.results.quantities_of_interest import error, units, values
 
 ROLLING = vc.Scene(
@@ -93,7 +93,7 @@ def test_frictionless_contacts():
     ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
 )
 def test_the_error_bar_holds(kind):
-    """Of five random scenes of a kind, against finer grids; `python -m tests.benchmarks.adaptive` takes hundreds."""
+    """Of five random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
     beyond = []
     for scene in scenes(kind, 5, seed=3101):
         sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)

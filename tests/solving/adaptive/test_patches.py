@@ -67,3 +67,15 @@ def test_patches_are_as_wide_as_they_are_wherever_they_lie(turned):
     assert min(patches, key=lambda each: each.across).peak
     area = sum(np.pi / 4 * each.across**2 for each in patches)  # nearly round
     assert area == pytest.approx(sol.elements["contact"], rel=0.05)
+
+
+def test_a_patch_too_narrow_adds_its_share_by_its_elements():
+    """0.3 of the load on a patch two elements wide: 0.15 on top of what the same grids have without it."""
+    scene, levels = normal(0.1), []
+    for n in (6, 9, 14):
+        sol = vc.solve(replace(scene, grid=vc.Grid(nx=n, ny=n)))
+        levels.append(adaptive.GridLevel(n, sol, values(sol), 0.0, ()))
+    narrow = replace(levels[0], patches=(adaptive.Patch(2.0, 0.3, False),))
+    target = adaptive.Target(accuracy=0.1)
+    with_patch, without = (adaptive.estimated([each, *levels[1:]], target).errors for each in (narrow, levels[0]))
+    assert with_patch == pytest.approx({name: value + 0.15 for name, value in without.items()}, rel=1e-12)

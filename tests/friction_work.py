@@ -1,7 +1,4 @@
-"""Work by friction on ten scenes, and its values in the continuum.
-
-    python -m tests.benchmarks.friction_work [CELLS ...]
-    python -m tests.benchmarks.friction_work --references
+"""Work by friction on ten scenes, and its values in the continuum: ``python -m tests.friction_work`` makes them.
 
 A scene takes a number of elements across its contact, or across the smaller of its two. References are force times
 creepage of the forces by ``refine="continuum"`` on 48 elements; where that does not apply, extrapolated from the two
@@ -9,7 +6,6 @@ finest grids with order 1; of the cylinder Carter's closed form.
 """
 
 import csv
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,7 +16,7 @@ from varcontact.reference import line_contact
 from varcontact.reference.carter import carter
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
 
-REFERENCES = Path(__file__).parents[1] / "data" / "friction_work.csv"
+REFERENCES = Path(__file__).parent / "data" / "friction_work.csv"
 STEEL = vc.Bodies(G=82e9, nu=0.28)
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.35))
 
@@ -142,19 +138,6 @@ def reference(name: str) -> float:
     return float(vc.solve(SCENES[name](48), refine="continuum").power)
 
 
-def main() -> None:
-    if "--references" in sys.argv:
-        with REFERENCES.open("w", newline="") as file:
-            table = csv.writer(file, lineterminator="\n")
-            table.writerow(["scene", "work"])
-            table.writerows([name, f"{reference(name):.6g}"] for name in SCENES)
-        return
-    known = references()
-    for name, scene in SCENES.items():
-        for cells in [int(each) for each in sys.argv[1:]] or [12, 24, 48]:
-            print(f"{name:>16} {cells:4d} {work(scene(cells)) / known[name] - 1:+.4f}", flush=True)
-
-
 def references() -> dict[str, float]:
     """Work in the continuum by scene."""
     with REFERENCES.open() as file:
@@ -162,4 +145,7 @@ def references() -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    main()
+    with REFERENCES.open("w", newline="") as csv_file:
+        table = csv.writer(csv_file, lineterminator="\n")
+        table.writerow(["scene", "work"])
+        table.writerows([name, f"{reference(name):.6g}"] for name in SCENES)

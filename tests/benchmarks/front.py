@@ -1,0 +1,124 @@
+"""Error against time: all methods on the reference scenes, and defect correction beside other ways."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+import varcontact as vc
+from tests.benchmarks.table import DOCS, Table
+from varcontact.solving.discretisation_variants import Way
+from varcontact.study.tradeoff import TARGETS, Tradeoff
+from varcontact.theories.on_grid import THEORIES
+
+STORE = Path("tradeoff.csv")
+"""What is measured already, in the working directory: a run of hours goes on from it."""
+PERCENT = tuple(f"{100 * target:g} %" for target in TARGETS)
+
+
+def measured(quick: bool) -> Tradeoff:
+    """All ways on all reference scenes; quickly, some on those of line contact."""
+    if not quick:
+        return vc.tradeoff(store=STORE, progress=print)
+    bank = {name: each for name, each in vc.references().items() if each.kind == "line contact"}
+    return vc.tradeoff(bank, [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)])
+
+
+def milliseconds(value: float) -> str:
+    return "" if value != value else f"{float(f'{1e3 * value:.3g}'):g}"
+
+
+def advice(quick: bool) -> Table:
+    """The fastest way for each class and error; also the data and the picture of the page."""
+    found, rows = measured(quick), []
+    table = found.advice()
+    for kind in dict.fromkeys(table["kind"]):
+        part = table[table["kind"] == kind]
+        cells = [f"{way}, {milliseconds(seconds)} ms" if isinstance(way, str) else "none of these"
+                 for way, seconds in zip(part["way"], part["processor_seconds"], strict=True)]  # fmt: skip
+        rows.append([kind, *cells])
+    if not quick:
+        found.classes.to_csv(DOCS / "tradeoff.csv", index=False, float_format="%.4g")
+        found.plot().savefig(DOCS / "pictures" / "tradeoff.png", dpi=130)
+    return Table(["scenes", *PERCENT], [""] * (1 + len(TARGETS)), rows)
+
+
+def accuracy(quick: bool) -> Table:
+    """What `accuracy=` takes: median time, and by that of ways with a grid, fixed for the class or best for a scene."""
+    runs = measured(quick).runs
+    runs = runs[runs["outcome"] == "answered"]
+    exact, rows = runs[(runs["family"] != "accuracy") & ~runs["family"].isin(THEORIES)], []
+    for kind in dict.fromkeys(runs["kind"]):
+        scenes, cells = exact[exact["kind"] == kind], []
+        asked = runs[runs["kind"] == kind].set_index(["way", "scene"])["processor_seconds"]
+        for target in TARGETS:
+            taken = asked[f"accuracy {target:g}"]
+            best = scenes[scenes["error"] <= target].groupby("scene")["processor_seconds"].min()
+            ratios = [(taken / seconds).median() for seconds in (fixed(scenes, target), best)]
+            words = ", ".join("-" if ratio != ratio else f"{ratio:.1f}" for ratio in ratios)
+            cells.append(f"{milliseconds(taken.median())} ms ({words})")
+        rows.append([kind, *cells])
+    return Table(["scenes", *PERCENT], [""] * (1 + len(TARGETS)), rows)
+
+
+def fixed(runs: pd.DataFrame, target: float) -> pd.Series:
+    """Seconds by scene of the fastest way that is accurate enough in all scenes of a class; NaN where there is none."""
+    count = runs["scene"].nunique()
+    enough = runs.groupby("way").filter(lambda part: len(part) == count and part["error"].max() <= target)
+    seconds = enough.groupby("way")["processor_seconds"].median()
+    chosen = enough[enough["way"] == seconds.idxmin()] if len(seconds) else enough
+    return chosen.set_index("scene")["processor_seconds"]
+
+
+def errors(quick: bool) -> Table:
+    """Errors of `accuracy=` on the reference scenes: the median and the largest of each class, in per cent."""
+    bank = vc.references()
+    if quick:
+        bank = {name: each for name, each in bank.items() if each.kind == "line contact"}
+    runs = vc.tradeoff(bank, [Way(accuracy=each) for each in TARGETS]).runs
+    runs = runs[runs["outcome"] == "answered"]
+    rows = []
+    for kind in dict.fromkeys(runs["kind"]):
+        found = [100 * runs[(runs["kind"] == kind) & (runs["way"] == f"accuracy {t:g}")]["error"] for t in TARGETS]
+        rows.append([kind, *([float(each.median()), float(each.max())] for each in found)])
+    return Table(["scenes", *PERCENT], ["", *(len(TARGETS) * ["{:.2g} ({:.2g})"])], rows)
+
+
+def theories(quick: bool) -> Table:
+    """Errors of the theories by class: median, largest, and the scenes that a theory can treat."""
+    classes = measured(quick).classes
+    names = [family for family in dict.fromkeys(classes["family"]) if family in THEORIES]
+    table = classes[classes["family"].isin(names) & (classes["cells"] == 10)]
+    kinds, rows = list(dict.fromkeys(table["kind"])), []
+    for name in names:
+        part = table[table["family"] == name].set_index("kind")
+        rows.append([name, *(
+            f"{100 * row.median_error:.2g} ({100 * row.largest_error:.2g}), {row.answers} of {row.scenes}"
+            if (row := part.loc[kind] if kind in part.index else None) is not None else "" for kind in kinds
+        )])  # fmt: skip
+    return Table(["theory", *kinds], [""] * (1 + len(kinds)), rows)
+
+
+def refine(quick: bool) -> Table:
+    """Largest error in per cent, and milliseconds, of defect correction beside plain grids and `accuracy=`."""
+    second = (("slip_difference", "second-order"), ("spin_offset", None))
+    ways = {
+        **{f"softened, {n}": Way(cells=n, edge="softened", motion=second) for n in (48,)},
+        "softened, 48 + 96": Way(cells=96, edge="softened", motion=second, coarser=48, order=1.2),
+        **{f"`accuracy={each:g}`": Way(accuracy=each) for each in (0.003, 0.001, 0.0003, 0.0001)},
+        **{f"`refine`, {n}": Way(cells=n, options=(("refine", "continuum"),)) for n in (32, 48, 64, 96)},
+    }
+    kinds = {"steady, circular": "circles", "steady, slender": "slender contacts", "forces given": "forces given"}
+    bank = {name: each for name, each in vc.references().items() if each.kind in kinds}
+    if quick:
+        bank, ways = dict(list(bank.items())[:2]), {"`refine`, 32": ways["`refine`, 32"]}
+    runs, rows = vc.tradeoff(bank, ways.values()).runs, []
+    for name, way in ways.items():
+        part = runs[runs["way"] == str(way)]
+        errors = [100 * part["error"][part["kind"] == kind].max() for kind in kinds]
+        times = 1e3 * part.groupby("kind")["processor_seconds"].median()
+        rows.append([name, *map(float, errors), [float(np.min(times)), float(np.max(times))]])
+    return Table(["", *kinds.values(), "ms"], ["", *(3 * [".2g"]), "{:.0f} to {:.0f}"], rows)
+
+
+TABLES = {"advice": advice, "accuracy": accuracy, "errors": errors, "theories": theories, "refine": refine}

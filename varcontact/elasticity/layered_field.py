@@ -1,0 +1,196 @@
+"""Displacements, their gradients and stresses inside a layered body by tractions on its surface.
+
+The state at a depth by a wave of tractions follows from the stack cut there: the compliance of what is below, and the
+part of the tractions that what is above lets through. All fields are rotations of a few functions of the wave number,
+which a point load turns into Bessel transforms of order 0 to 3, and a line load into cosines and sines.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from scipy import special
+
+from varcontact.elasticity.layered import (
+    DEGREE,
+    Stack,
+    _carried,
+    _kernel_values,
+    _products,
+    _Rules,
+    _states,
+    _wave_numbers,
+)
+from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.subsurface import ElasticField
+from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
+
+SHALLOWEST = 1e-6
+"""Least depth in sides of an element: nearer, fields are those at it."""
+
+
+def layered_field_at(points: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack) -> ElasticField:
+    """The elastic field at points (3, n) in a layered body, summed over the loaded elements; see `field_at`."""
+    fields = np.empty((13, points.shape[1]))
+    loaded = np.flatnonzero(tractions.any(axis=0))
+    rows, columns = np.divmod(loaded, grid.nx)
+    for depth in np.unique(points[2]):
+        at = points[2] == depth
+        x, y = points[0, at, None] - grid.x[columns], points[1, at, None] - grid.y[rows]
+        numbers = _element_fields(stack, depth, grid, x, y)
+        fields[:, at] = np.einsum("flpe,le->fp", numbers, tractions.reshape(3, -1)[:, loaded])
+    return _field(fields, points[2], stack)
+
+
+def layered_field_below(depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack) -> ElasticField:
+    """The elastic field below all element centres at some depths, by FFT; see `field_below`."""
+    (ny, nx), (dx, dy) = grid.shape, grid.sides
+    x, y = np.arange(1 - nx, nx) * dx, np.arange(1 - ny, ny)[:, None] * dy
+    box = fft_box(ny, nx)
+    spectrum = spectrum_of(tractions, box)
+    fields = np.empty((13, depths.size, ny, nx))
+    for i, depth in enumerate(depths):
+        numbers = _element_fields(stack, depth, grid, x, y)
+        for own, table in zip(fields[:, i], numbers, strict=True):
+            own[...] = fields_of((spectrum_of(wrapped(table, box), box) * spectrum).sum(axis=0), box, (ny, nx))
+    return _field(fields, np.broadcast_to(depths[:, None, None], fields.shape[1:]), stack)
+
+
+def _field(fields: np.ndarray, depths: np.ndarray, stack: Stack) -> ElasticField:
+    """Displacement, gradient and, by Hooke's law, stress, from displacements, gradients and sigma_zz (13, ...)."""
+    gradient, normal = fields[3:12].reshape(3, 3, *fields.shape[1:]), fields[12]
+    G = np.vectorize(lambda depth: _cut(stack, depth)[1][0], otypes=[float])(depths)
+    shear = G * (gradient + gradient.swapaxes(0, 1))
+    rest = np.eye(3).reshape(3, 3, *(1,) * depths.ndim) * (normal - shear[2, 2])
+    return ElasticField(fields[:3], gradient, shear + rest)
+
+
+# ----------------------------------------------------------------------------- waves
+
+
+def _cut(stack: Stack, depth: float) -> tuple[list[tuple[float, float, float]], tuple[float, float], Stack]:
+    """A stack cut at a depth: the layers above, G and nu at the cut, and the stack below."""
+    above: list[tuple[float, float, float]] = []
+    left = depth
+    for i, (h, G, nu) in enumerate(stack.layers):
+        last = i == len(stack.layers) - 1 and isinstance(stack.base, str)
+        if left < h or (last and left <= h * (1 + 1e-9)):
+            left = min(left, h * (1 - 1e-9))
+            return [*above, (left, G, nu)], (G, nu), Stack(((h - left, G, nu), *stack.layers[i + 1 :]), stack.base)
+        above.append((h, G, nu))
+        left -= h
+    if isinstance(stack.base, str):
+        raise SceneError("points", depth, "within the layers, which end on a rigid base")
+    return [*above, (left, *stack.base)], stack.base, Stack((), stack.base)
+
+
+def _transfers(stack: Stack, depth: float, k: np.ndarray) -> np.ndarray:
+    """Functions of the wave number at a depth, (17, n), in the order of `_directions`.
+
+    By a unit q and by a unit p: -u_s,s, u_z,s, u_s,z, u_z,z, sigma_zz and k u_s, k u_z; by a unit q_t: u_t,s, u_t,z
+    and k u_t.
+    """
+    above, (G, nu), below = _cut(stack, depth)
+    F11, F12, F22, f = below.compliance(k)
+    at_cut, across, passed = _states(np.array([F11, F12, F22])), f, np.ones(k.size)
+    state, through = at_cut, np.repeat(np.eye(2)[:, :, None], k.size, axis=2)
+    for h, modulus, ratio in reversed(above):
+        upper = np.einsum("abn,bcn->acn", _carried(k * h, modulus, ratio), state)
+        (a, b), (c, d) = -upper[2:]
+        inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
+        through = np.einsum("abn,bcn->acn", through, inverse) * np.exp(-k * h)
+        u = np.einsum("abn,bcn->acn", upper[:2], inverse)
+        state = _states(np.array([u[0, 0], u[0, 1], u[1, 1]]))
+        t = np.tanh(k * h)
+        passed = passed / (np.cosh(np.minimum(k * h, 300)) * (1 + modulus * t * f))
+        f = (f + t / modulus) / (1 + modulus * t * f)
+    y = np.einsum("abn,bcn->can", at_cut, through)
+    eta = nu / (1 - nu)
+    found = []
+    for u, w, tau, sigma in y:
+        found += [u, w, tau / G - w, eta * u + (1 - eta) / 2 * sigma / G, sigma, u / k, w / k]
+    return np.array([*found, across * passed, -passed / G, across * passed / k])
+
+
+def _directions(angle: float) -> np.ndarray:
+    """What those functions are of displacements, gradients and sigma_zz, by tractions x, y, z: (17, 13, 3)."""
+    c, s = math.cos(angle), math.sin(angle)
+    along, across, down, zero = np.array([c, s, 0]), np.array([-s, c, 0]), np.array([0, 0, 1]), np.zeros(3)
+
+    def of(
+        displacement: np.ndarray = zero, first: np.ndarray = zero, then: np.ndarray = zero, normal: int = 0
+    ) -> np.ndarray:
+        return np.array([*displacement, *np.outer(first, then).ravel(), normal], dtype=complex)
+
+    in_plane = [
+        of(first=-along, then=along),
+        of(first=1j * down, then=along),
+        of(first=1j * along, then=down),
+        of(first=down, then=down),
+        of(normal=1),
+        of(displacement=1j * along),
+        of(displacement=down),
+    ]
+    anti_plane = [of(first=1j * across, then=along), of(first=across, then=down), of(displacement=across)]
+    loads = [*[-1j * along] * 7, *[down] * 7, *[across] * 3]
+    return np.array([np.outer(form, load) for form, load in zip([*in_plane * 2, *anti_plane], loads, strict=True)])
+
+
+@cache
+def _harmonics(line: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine parts (17, orders, 13, 3) of the directions, with the powers of i of their transforms."""
+    count, orders = (2, 2) if line else (8, 4)
+    angles = 2 * np.pi * np.arange(count) / count
+    parts = np.fft.fft([_directions(angle) for angle in angles], axis=0) / count
+    cosines, sines = np.zeros((2, orders, *parts.shape[1:]))
+    for m in range(orders):
+        plus, minus = parts[m], parts[-m] if m and not line else 0 * parts[m]
+        cosines[m] = (1j**m * (plus + minus)).real
+        sines[m] = (1j ** (m + 1) * (plus - minus)).real * (m > 0 and not line)
+    return cosines.swapaxes(0, 1), sines.swapaxes(0, 1)
+
+
+# ----------------------------------------------------------------------------- elements
+
+
+def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Fields (13, 3, ...) at a depth and distances from an element by unit tractions on it."""
+    x, y = np.broadcast_arrays(x, y)
+    (dx, dy), line = grid.sides, grid.line
+    depth = max(float(depth), SHALLOWEST * min(dx, dy))
+    scale = depth / 2  # singularities are at +-i depth
+    reach = np.abs(x).max() + dx if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    doublings = max(math.ceil(math.log2(reach / scale)), 0)
+    cosines, sines = _harmonics(line)
+    used = [tuple(each) for each in np.argwhere(np.abs([cosines, sines]).max(axis=(0, 3, 4)) > 1e-12)]
+    edges = np.concatenate([[0.0], scale * 2.0 ** np.arange(doublings + 1)])
+    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
+    coefficients = np.empty((doublings + 1, DEGREE + 1, len(used)))
+    for i, (near, far) in enumerate(pairwise(edges)):
+        k, weights = _wave_numbers(scale, near, far)
+        functions = _transfers(stack, depth, k) * (weights / np.pi if line else weights * k / (2 * np.pi))
+        kr = k * ((near + far) / 2 + (far - near) / 2 * nodes)[:, None]
+        waves = [np.cos(kr), np.sin(kr)] if line else [special.jv(m, kr) for m in range(4)]
+        values = np.array([waves[m] @ functions[f] for f, m in used])
+        coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
+    along_x, along_y = _Rules.over(x.ravel(), dx, scale), _Rules.over(y.ravel(), dy, scale)
+    if line:
+        along_y = _Rules(np.zeros(1), np.ones(1), np.zeros(x.size, dtype=int), np.ones(x.size, dtype=int))
+    forms = np.array([[part[each] for each in used] for part in (cosines, sines)])
+    found = np.empty((13, 3, x.size))
+    order = [m for _, m in used]
+    for part, starts, from_x, from_y, weights in _products(along_x, along_y):
+        r = np.hypot(from_x, from_y)
+        turn = (from_x + 1j * from_y) / np.maximum(r, np.finfo(float).tiny)
+        turns = np.array([turn**m for m in range(4)])[order]
+        integrals = np.add.reduceat(
+            _kernel_values(edges, coefficients, r, [*range(len(used))]) * turns * weights, starts, axis=1
+        )
+        found[..., part] = np.einsum("hfl,hp->flp", forms[0], integrals.real) + np.einsum(
+            "hfl,hp->flp", forms[1], integrals.imag
+        )
+    return found.reshape(13, 3, *x.shape)
