@@ -19,11 +19,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 _RENAMED = {
     "varcontact.results.normalised": "varcontact.results.physical",
-    "varcontact.solvers.tally": "varcontact.solvers.statistics",
+    "varcontact.solvers.tally": "varcontact.solvers.interface",
+    "varcontact.solvers.statistics": "varcontact.solvers.interface",
     "varcontact.solving.error_norm": "varcontact.results.quantities_of_interest",
     "varcontact.solving.ways": "varcontact.solving.discretisation_variants",
-    "varcontact.study.comparison": "varcontact.study.compare",
     "varcontact.study.table_make": "varcontact.data.make_table_book",
+    "varcontact.study.comparison": "varcontact.study.compare",
     "varcontact.wheel_rail.fast": "varcontact.wheel_rail.virtual_penetration",
     "varcontact.wheel_rail.search": "varcontact.wheel_rail.patches",
     "varcontact.wheel_rail.series": "varcontact.wheel_rail.case_file",

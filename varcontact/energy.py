@@ -33,8 +33,8 @@ from varcontact.discrete.residuals import (
     potential_energy,
     tangential_residual,
 )
+from varcontact.discrete.state import normal_as_solved, with_subgrid
 from varcontact.discrete.stick_slip import unit_slip
-from varcontact.discrete.subgrid import normal_as_solved, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady

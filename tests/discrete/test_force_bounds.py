@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.discrete import certificate
+from varcontact.discrete.certificate import _rounding, force_bound, pressure_error
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.force_bounds import _rounding, force_bound, pressure_error
 from varcontact.discrete.residuals import project
 from varcontact.solvers.active_set.tang import tang_safeguarded
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete import mirror as symmetry
+from varcontact.discrete import problems as symmetry
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.mirror import mirror_of
+from varcontact.discrete.problems import mirror_of
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
 MIRRORED = {

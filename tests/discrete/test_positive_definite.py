@@ -7,8 +7,8 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete import positive_definite as module
-from varcontact.discrete.mirror import FoldedOperator
 from varcontact.discrete.positive_definite import norm, positive_definite
+from varcontact.discrete.problems import FoldedOperator
 from varcontact.elasticity.operators import influence_operator
 
 DENSE, BY_FFT = 10**9, 0

@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.certificate import certificate_of, force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.residuals import (
     gap,
     normal_gap,

@@ -316,8 +316,8 @@ def test_print_is_short(rolling):
 
 def test_stress_that_does_not_fit_is_refused(unlike, monkeypatch):
     """Before the work, with what would fit: fewer depths, or with one depth fewer elements."""
-    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.system.memory.available", lambda: 2300.0 * unlike.grid.size)
+    monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.process.available", lambda: 2300.0 * unlike.grid.size)
     with pytest.raises(vc.TooLarge, match="fewer depths at a time would fit"):
         vc.stress_below(unlike, [0.1, 0.2])
     with pytest.raises(vc.TooLarge, match="a grid with fewer elements would fit"):

@@ -2,13 +2,13 @@
 
 import pytest
 
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 
 
 def test_a_call_inside_another_takes_its_own_time(monkeypatch):
     """By a clock that the test sets: the seconds of all solvers add up to those that passed, none counted twice."""
     stats, now = SolveStats(), [0.0]
-    monkeypatch.setattr("varcontact.solvers.statistics.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("varcontact.solvers.interface.time.perf_counter", lambda: now[0])
     for _ in range(2):
         with stats.called("outer"):
             now[0] += 1.0

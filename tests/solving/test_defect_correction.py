@@ -11,13 +11,12 @@ import varcontact as vc
 from tests.command import run
 from tests.refined_references import VALUES, cases, loads, read_references, scene
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.subgrid import means
+from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.defect_correction.driver import overlaps
 from varcontact.solving.defect_correction.edge_singularity import root_means
-from varcontact.solving.defect_correction.fine_grid import FineGrid
-from varcontact.solving.defect_correction.reconstruction import Shape, held_behind, interpolated, reconstructed
+from varcontact.solving.defect_correction.fine_grid import FineGrid, Shape, held_behind, interpolated, reconstructed
 
 DATA = Path(__file__).parents[1] / "data"
 X = np.linspace(-1.5, 1.5, 31)

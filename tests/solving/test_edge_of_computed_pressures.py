@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact import energy
-from varcontact.discrete.subgrid import SQUARE, STRIPS, means
+from varcontact.discrete.state import SQUARE, STRIPS, means
 
 PLACES = np.linspace(-2.0, 2.0, 161)
 ROLLS = vc.Steady(vx=0.03, vy=-0.02, spin=0.04)

@@ -89,9 +89,9 @@ def test_what_may_not_fit_is_said_to(rolling, monkeypatch):
     points = np.linspace(-2.0, 2.0, 41)
     samples = vc.SampledDistance(points**2 / 2 + points[:, None] ** 2 / 1.6, x=points, y=points)
     plan = vc.plan(rolling(surface=samples))
-    monkeypatch.setattr("varcontact.system.memory.available", lambda: plan.sizes.peak - 1)
+    monkeypatch.setattr("varcontact.system.process.available", lambda: plan.sizes.peak - 1)
     assert "may not fit: " in str(plan)
-    monkeypatch.setattr("varcontact.system.memory.available", lambda: plan.sizes.peak)
+    monkeypatch.setattr("varcontact.system.process.available", lambda: plan.sizes.peak)
     assert "not fit" not in str(plan)
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete.contact_grid import interpolated
-from varcontact.solvers.statistics import SolveStats
-from varcontact.solving import potential_contact
+from varcontact.solvers.interface import SolveStats
+from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.selection import select
 
@@ -51,7 +51,7 @@ def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
     expected = vc.solve(scene, normal="clarabel")
     small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
     begun = []
-    monkeypatch.setattr(potential_contact, "place", lambda *_: (begun.append(small) or small, None))
+    monkeypatch.setattr(on_grid, "place", lambda *_: (begun.append(small) or small, None))
     grown = vc.solve(scene, normal="clarabel")
     assert begun == [small], "the search began with the small box"
     assert grown.approach == pytest.approx(expected.approach, rel=0.01)
@@ -312,7 +312,7 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     )
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
     steps = ContactSolver(select(scene), 1e-10, True, SolveStats())
-    alone, near = (potential_contact.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
+    alone, near = (on_grid.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]

@@ -439,8 +439,8 @@ def test_without_polish_the_answer_is_the_solvers_own(rolling):
 
 
 def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
-    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.system.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.process.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge, match="tangential"):
         vc.solve(rolling())
 

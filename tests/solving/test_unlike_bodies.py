@@ -12,8 +12,7 @@ from varcontact.discrete.residuals import residuals as residuals_of
 from varcontact.discrete.state import unloaded
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.conic.backends import solve_joint
-from varcontact.solvers.interface import Settings
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.selection import select
 

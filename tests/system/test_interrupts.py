@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from varcontact.system.interrupts import MANY, interruptible
+from varcontact.system.process import MANY, interruptible
 
 START = """
 import os, signal, sys, threading, time
@@ -56,7 +56,7 @@ def test_where_no_thread_is_made():
 def test_work_that_never_ends_is_abandoned():
     """The program goes on, and ends, in spite of it."""
     code = """
-from varcontact.system.interrupts import interruptible
+from varcontact.system.process import interruptible
 try:
     interruptible(lambda: (ctrl_c(), threading.Event().wait()))
 except KeyboardInterrupt:
@@ -69,7 +69,7 @@ def test_sigint_is_taken_back_from_who_took_it():
     """As SCS takes it behind the back of Python, also behind CVXPY, where nobody tells of it."""
     code = """
 import ctypes
-from varcontact.system.interrupts import interruptible
+from varcontact.system.process import interruptible
 out = threading.Event()
 
 def taking():
@@ -93,7 +93,7 @@ def test_a_package_is_not_left_half_imported(tmp_path):
     )
     code = f"""
 sys.path.insert(0, {str(tmp_path)!r})
-from varcontact.system.interrupts import imported
+from varcontact.system.process import imported
 go = threading.Event()
 try:
     imported("slow_package")

@@ -7,7 +7,7 @@ import psutil
 import pytest
 
 from varcontact.errors import TooLarge
-from varcontact.system.memory import available, left_by_control_groups, need
+from varcontact.system.process import available, left_by_control_groups, need
 
 
 def tree(root, files):

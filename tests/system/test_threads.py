@@ -18,7 +18,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.results.stress import stress
 from varcontact.scene.interpolation import smoothed
-from varcontact.system.threads import VARIABLES, one_blas_thread
+from varcontact.system.process import VARIABLES, one_blas_thread
 
 
 def counts():

@@ -22,7 +22,7 @@ from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
 from varcontact.system.files import check_ending, check_replaceable, check_writable, write_whole
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 from varcontact.theories.table_book import (
     HALFWAY,
     TableBook,

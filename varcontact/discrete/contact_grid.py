@@ -14,7 +14,7 @@ from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
-from varcontact.system.memory import SMALLER, need
+from varcontact.system.process import SMALLER, need
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top, in the unit of the grid."""

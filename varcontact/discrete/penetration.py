@@ -9,8 +9,7 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
-from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.subgrid import as_solved
+from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.viscoelastic import ViscoelasticHalfSpaces

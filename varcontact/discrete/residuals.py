@@ -14,10 +14,9 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import positive_definite
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
-from varcontact.discrete.state import ContactState
-from varcontact.discrete.subgrid import normal_as_solved
+from varcontact.discrete.state import ContactState, normal_as_solved
 from varcontact.errors import SceneError
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 ROUNDING = 4 * float(np.finfo(float).eps)
 """Relative difference of a traction from its bound that counts as rounding."""

@@ -19,7 +19,7 @@ from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, influence_operator, wrapped
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continued
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""

@@ -27,7 +27,7 @@ import numpy as np
 from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
 from varcontact.scene.grid import Grid
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
 _TILE = 40

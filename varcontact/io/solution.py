@@ -19,7 +19,7 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, refinement_to, with_pressure
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.report import plain_calls
@@ -28,7 +28,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
-from varcontact.solvers.statistics import Calls
+from varcontact.solvers.interface import Calls
 from varcontact.system.files import (
     check_one_of_endings,
     check_replaceable,
@@ -38,7 +38,7 @@ from varcontact.system.files import (
     regular,
     write_whole,
 )
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,21 +94,26 @@ def variables_of(
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
     units, line, record = units_of(sol.scene), sol.scene.line, record_of(sol)
-    variables: dict[str, Any] = {}
+    grids, found = {"": sol.grid}, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]()
     for name, (dims, quantity, words) in {**fields, **(FIELD_OF_LAWS if sol.weakening is not None else {})}.items():
         quantity = IN_PLACE.get(name, quantity) if shift else quantity
-        said = {"units": units.of(quantity, line), "long_name": words}
-        variables[name] = dims, np.asarray(getattr(sol, name)), said
-    places: dict[str, Any] = {
-        "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
-        "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
-    }
+        found[name] = dims, np.asarray(getattr(sol, name)), quantity, words
     if sol.refinement is not None:
-        added, parts, record["refinement"] = refinement_to(sol.refinement, units, line, shift)
-        variables, places = variables | added, places | parts
+        added, record["refinement"] = refinement_to(sol.refinement, shift)
+        found, grids["_parts"] = found | added, sol.refinement.grid
     if sol.pressure_on_parts is not None:
-        added, parts = pressure_to(sol, units)
-        variables, places = variables | added, places | parts
+        words = "normal traction, on parts of elements"
+        found[PRESSURE] = ("y_parts", "x_parts"), sol.pressure_on_parts, "pressure", words
+        grids["_parts"], _ = sol.contact
+    variables: dict[str, Any] = {
+        name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
+        for name, (dims, values, quantity, words) in found.items()
+    }
+    places: dict[str, Any] = {
+        axis + parts: (axis + parts, getattr(grid, axis), {"units": units.of("length"), "long_name": words})
+        for parts, grid in grids.items()
+        for axis, words in (("x", "rolling direction"), ("y", "lateral direction"))
+    }
     return variables, places, record
 
 

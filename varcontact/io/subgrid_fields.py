@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.subgrid import means
+from varcontact.discrete.state import means
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.units import Units
 
 ON_PARTS = ("traction_on_parts", "slip_on_parts", "slip_correction", "bound_share")
 """The variables of a refinement; files written before pressures were solved for are without the last."""
@@ -22,22 +21,17 @@ ROUNDED = 1e-9
 
 
 def refinement_to(
-    found: Refinement, units: Units, line: bool, shift: bool
-) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Variables, coordinates and record of a refinement."""
+    found: Refinement, shift: bool
+) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray, str, str]], dict[str, Any]]:
+    """Fields of a refinement by name, with dimensions, quantity and description; and its record."""
     slip = "length" if shift else "1"
     parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
-    named = {
+    fields = {
         "traction_on_parts": (parts, found.traction, "pressure", "tangential traction on body 1, on parts of elements"),
         "slip_on_parts": (parts, found.slip, slip, "relative slip of the continuum, means over parts of elements"),
         "slip_correction": (elements, found.correction, slip, "added to the rigid slip of the elements"),
+        "bound_share": (("y", "x"), found.share, "1", "what the traction bound of the elements was multiplied by"),
     }
-    variables: dict[str, Any] = {
-        name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
-        for name, (dims, values, quantity, words) in named.items()
-    }
-    words = "what the traction bound of the elements was multiplied by"
-    variables["bound_share"] = (("y", "x"), found.share, {"units": units.of("1", line), "long_name": words})
     record = {
         "kind": found.kind,
         "grid": vars(found.grid),
@@ -47,23 +41,7 @@ def refinement_to(
         "creepage_estimate": found.creepage_estimate.tolist(),
         "seconds": list(found.seconds),
     }
-    return variables, _places(found.grid, units), record
-
-
-def _places(parts: Grid, units: Units) -> dict[str, Any]:
-    """Coordinates of the parts."""
-    return {
-        "x_parts": ("x_parts", parts.x, {"units": units.of("length"), "long_name": "rolling direction"}),
-        "y_parts": ("y_parts", parts.y, {"units": units.of("length"), "long_name": "lateral direction"}),
-    }
-
-
-def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Variables and coordinates of the pressure that was solved for on parts of the elements."""
-    assert sol.pressure_on_parts is not None
-    said = {"units": units.of("pressure", sol.scene.line), "long_name": "normal traction, on parts of elements"}
-    parts, _ = sol.contact
-    return {PRESSURE: (("y_parts", "x_parts"), sol.pressure_on_parts, said)}, _places(parts, units)
+    return fields, record
 
 
 def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:

@@ -40,7 +40,7 @@ from varcontact.plotting.style import (
 from varcontact.plotting.unit_labels import measure, measure_of
 from varcontact.results.finest_fields import finest_fields
 from varcontact.system.files import check_replaceable, check_writable, write_whole
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

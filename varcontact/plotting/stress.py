@@ -73,15 +73,12 @@ def plot_stress(
         plane "xy": its distance from the surface [length]; a quarter of the contact's length along x if not given.
     body : 1, 2, "upper" or "lower"
         Of the plane "xy".
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure if not given.
-    figsize : pair of float, optional
-        Of a new figure [inch].
+    ax, figsize
+        As for `Solution.plot`.
 
     Returns
     -------
     matplotlib Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
 
     Raises
     ------

@@ -70,15 +70,12 @@ def plot_curve(
     normalised : bool
         Whether forces are shown as parts of what friction can carry, ``sum(f pz) dx dy`` (without slip: of the normal
         force).
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure if not given.
-    figsize : pair of float, optional
-        Of a new figure [inch].
+    ax, figsize
+        As for `Solution.plot`.
 
     Returns
     -------
     matplotlib Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
 
     Raises
     ------

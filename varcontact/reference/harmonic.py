@@ -14,7 +14,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.no_slip_ellipse import Kernel, check_ellipse, no_slip_ellipse
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 DEGREE, MODES = 80, 20
 """Polynomials' degree and Fourier's modes: six digits for a/b in [0.2, 10] and kappa a up to `HIGHEST`."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.checks import number, poisson, positive, whole
 from varcontact.errors import SceneError
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 LEAST_RATIO = 1e-4
 """Ellipses more slender than this, either way, would need too fine a quadrature of the symbol."""

@@ -16,7 +16,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import Calls
+from varcontact.solvers.interface import Calls
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution

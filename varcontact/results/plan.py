@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from varcontact.discrete.subgrid import cells_of
+from varcontact.discrete.state import cells_of
 from varcontact.html import html_table
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
-from varcontact.system import memory
+from varcontact.system import process
 from varcontact.theories.on_grid import THEORIES, Theory
 
 
@@ -306,7 +306,7 @@ def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
         rows.append((matrix.name, f"{matrix.kind}, {at_most}{shape}, {_bytes(matrix.bytes)}: {matrix.reason}"))
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
-    there = memory.available()
+    there = process.available()
     if sizes.peak > there:
         rows.append(("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available"))
     if not sizes.exact:

@@ -17,7 +17,7 @@ from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 if TYPE_CHECKING:
     from varcontact.results.history import History
     from varcontact.results.solution import Solution
-    from varcontact.solvers.statistics import Calls
+    from varcontact.solvers.interface import Calls
 
 
 def report(sol: Solution) -> str:

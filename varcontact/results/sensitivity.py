@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.state import with_subgrid
 from varcontact.discrete.stick_slip import SLIP, STICK
-from varcontact.discrete.subgrid import with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 
 @one_blas_thread()

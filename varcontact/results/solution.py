@@ -20,7 +20,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solvers.statistics import Calls
+from varcontact.solvers.interface import Calls
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,7 +14,7 @@ from varcontact.elasticity.layered_field import layered_field_at, layered_field_
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies, Layered
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution

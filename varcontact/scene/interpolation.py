@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
     from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline

@@ -16,7 +16,7 @@ from varcontact.solvers.conic.backends import BACKENDS, OTHERS, solve_normal, so
 from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.system.interrupts import imported
+from varcontact.system.process import imported
 
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start, deadline=settings.deadline),

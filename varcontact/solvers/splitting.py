@@ -21,7 +21,7 @@ import numpy as np
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, project, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.system.interrupts import interruptible
+from varcontact.system.process import interruptible
 
 ROUNDS, MOST_ROUNDS, PATIENCE = 20, 2000, 300
 """Rounds between two looks at the residual, in all, and without a better residual."""

@@ -26,12 +26,12 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
-from varcontact.solving.history import bytes_of_steps
-from varcontact.solving.on_grid import Answer, solve_on_grid
+from varcontact.solving.history import bytes_of_steps, solve_transient
+from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.solving.pipeline import peak
-from varcontact.system import memory
-from varcontact.system.threads import one_blas_thread
+from varcontact.system import process
+from varcontact.system.process import one_blas_thread
 
 FIRST, FIRST_IN_LINE = 6, 48
 """Elements across the contact on the coarsest grid."""
@@ -52,6 +52,7 @@ SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
 
 Progress = Callable[[str], None]
+Answer = Solution | History
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,11 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
             if isinstance(error, NotConverged):
                 raise
-            raise _too_short(budget) from None
+            message = (
+                f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
+                "give more time, or an accuracy, which has no limit of time"
+            )
+            raise SceneError("time_budget", budget, "more seconds", message=message) from None
         last, estimate = levels[-1], estimated(levels, target) if len(levels) >= GRIDS else None
         if estimate is not None and target.accuracy is not None and estimate.largest <= target.accuracy:
             return with_values(last.answer, estimate)
@@ -172,10 +177,10 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
             return n
     what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
     most = last
-    while most > 1 and not memory.fits(2 * _bytes(scene, options, most)):
+    while most > 1 and not process.fits(2 * _bytes(scene, options, most)):
         most /= 1.1
     fits = f"accuracy = {FLOOR * most**-ORDER:.2g} fits"
-    raise TooLarge(what, _bytes(scene, options, last), memory.available() / 2, fits)
+    raise TooLarge(what, _bytes(scene, options, last), process.available() / 2, fits)
 
 
 def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
@@ -200,16 +205,15 @@ def _level(
 
     Coarse grids have no certificate; a grid begins from the one before.
     """
-    begun, before = time.perf_counter(), levels[-1].answer if levels else None
+    begun, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
     if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
         deadline = math.inf  # these are solved in any case
     near, others = before if isinstance(before, Solution) else None, 1
     while True:
         stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
+        on_grid = gridded(scene, options.plan, n)
         try:
-            answer = solve_on_grid(
-                gridded(scene, options.plan, n), options, stages, len(levels) + 1 >= GRIDS, near, deadline
-            )
+            answer = _solved(on_grid, options, stages, final, near, deadline)
             break
         except NotConverged:  # where one lattice does not, another usually does
             if others == 0:
@@ -219,16 +223,25 @@ def _level(
             n = math.ceil(RATIO * n)
             if not _fits(scene, options, n):
                 raise
-    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(_largest_contact(answer)))
+    largest = max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
+    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest))
+
+
+def _solved(
+    scene: Scene,
+    options: SolveOptions,
+    progress: Progress | None,
+    final: bool = True,
+    near: Solution | None = None,
+    deadline: float = math.inf,
+) -> Answer:
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, options, progress, final, deadline)
+    return solve_on_grid(scene, options, progress, final, near, deadline)
 
 
 def _with_grid(progress: Progress, grid: str, stage: str) -> None:
     progress(f"{grid}: {stage}")
-
-
-def _largest_contact(answer: Answer) -> Solution:
-    """The solution, or that step of a history which has the largest contact."""
-    return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
 
 
 def _patches(sol: Solution) -> tuple[Patch, ...]:
@@ -253,7 +266,7 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
     assert options.target is not None
     if options.target.by_default and _elements(scene, options, n) > MOST_BY_DEFAULT:
         return False
-    return memory.fits(2 * _bytes(scene, options, n))
+    return process.fits(2 * _bytes(scene, options, n))
 
 
 def _elements(scene: Scene, options: SolveOptions, n: float) -> int:
@@ -271,14 +284,6 @@ def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
     return max(pressures, tractions) + 2 * kept
 
 
-def _too_short(budget: float) -> SceneError:
-    message = (
-        f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
-        "give more time, or an accuracy, which has no limit of time"
-    )
-    return SceneError("time_budget", budget, "more seconds", message=message)
-
-
 def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None) -> Answer:
     """The best answer: as it is within a time and by default; with an accuracy it is that of an error."""
     answer = with_values(levels[-1].answer, estimated(levels, target))
@@ -294,7 +299,7 @@ def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None)
     """Hertz's contact, which needs no grid."""
     begun = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
-    answer = solve_on_grid(replace(scene, grid=grid), options, progress)
+    answer = _solved(replace(scene, grid=grid), options, progress)
     best = values(answer) | _peaks_by_hertz(answer)
     solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - begun),)
     how, target = "Hertz's pressure and approach are exact in the continuum", options.target

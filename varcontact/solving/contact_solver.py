@@ -10,20 +10,17 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
-from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import project, residuals
-from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
-from varcontact.discrete.subgrid import cells_of, divided, means
+from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means, unloaded
 from varcontact.errors import NotConverged, Saturated, VarcontactError
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.interface import Settings
+from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
-from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.coupling import (
     FixedPoint,
     Limits,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -14,17 +13,18 @@ from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.io.history import Stored
 from varcontact.results.history import History
-from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.on_grid import solve_contact
+from varcontact.solving.options import SolveOptions
+from varcontact.solving.selection import check_fits
 from varcontact.solving.time_step import largest_contacts, marching_on, transient
 from varcontact.solving.verify import with_verified_steps
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 STEP_FIELDS, STEP_REST = 65.0, 1e4
 """Bytes of a step in memory: by element, and for the rest."""
@@ -32,26 +32,26 @@ STEP_FIELDS, STEP_REST = 65.0, 1e4
 
 def solve_transient(
     scene: Scene,
-    plan: Plan,
-    tol: float,
-    polish: bool,
+    options: SolveOptions,
     progress: Callable[[str], None] | None = None,
-    store: str | Path | None = None,
-    certify: str = "auto",
-    chosen: bool = False,
+    final: bool = True,
     deadline: float = math.inf,
 ) -> History:
-    """Solve a transient scene step by step, see `solve`; with `store`, each step is added to that file.
+    """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that file.
 
-    With a grid `chosen` for an accuracy or a time, the progress is told the stages within a step, too, and the steps
+    With a grid chosen for an accuracy or a time, the progress is told the stages within a step, too, and the steps
     are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
     """
+    plan, (certify, tol), polish = options.plan_for(scene), options.exactness(final), options.polish
+    if final:
+        check_fits(scene, plan)
+    chosen = options.target is not None
     if not isinstance(transient(scene).start, Solution | None):
         raise SceneError("motion.start", transient(scene).start, "a Solution")
     solver = ContactSolver(plan, tol, polish, SolveStats(), certify=certify, continuum=chosen, deadline=deadline)
     settings = {"tol": tol, "polish": polish}
-    if store is not None:
-        with Stored.recording(file_name("store", store), scene, plan, settings) as recording:
+    if options.store is not None:
+        with Stored.recording(file_name("store", options.store), scene, plan, settings) as recording:
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)

@@ -1,32 +1,71 @@
-"""A scene on its own grid: from the plan to the certified solution."""
+"""A scene on its own grid: a grid that holds the contact, the contact on it, and its certified solution."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import product
 
-from varcontact.results.history import History
+import numpy as np
+
+from varcontact.checks import LARGE
+from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.contact_grid import (
+    across,
+    clipped,
+    contact_box,
+    enlarged,
+    fitted,
+    given_grid,
+    if_noise,
+    interpolated,
+    known_grid,
+    within,
+)
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.operators import Operators
+from varcontact.discrete.penetration import outside
+from varcontact.discrete.residuals import normal_residual
+from varcontact.discrete.state import ContactState, means, unloaded
+from varcontact.discrete.stick_slip import unit_slip
+from varcontact.errors import NotConverged, SceneError
+from varcontact.results.physical import solution_of
+from varcontact.results.plan import Plan
+from varcontact.results.refinement import Refinement
+from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Transient
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.statistics import SolveStats
-from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solvers.interface import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction import driver as defect_correction
-from varcontact.solving.finish import finish, finish_coarse
-from varcontact.solving.history import solve_transient
+from varcontact.solving.friction_law import coefficient
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.potential_contact import solve_contact
-from varcontact.solving.selection import check_fits
+from varcontact.solving.selection import check_fits, many_pressures
 from varcontact.solving.surface_noise import noise_warning
 
-Answer = Solution | History
-
-LOOSE = 1e-4
-"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
+FOUND = 1e-4
+"""Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
+ROUNDING = 1e-9
+"""Part of an element by which a sample may miss its border and still lie on it."""
+LOOK, LOOKS = 24, 60
+"""Elements across on a grid by which a contact is looked for, and the most looks."""
+ACROSS = 8
+"""Elements across the contact with which a look is close enough."""
+GRIDS, CLOSER = 20, 3
+"""The most grids that are tried, and how often one that lies closer around the contact."""
+ROOM = 0.1
+"""Room that a contact is given where tractions move it, by its length: only the next elements are seen."""
+FORCE, MOST = 1e-12, 20
+"""Part of the normal force that may be missing in conformal contact, and the most solutions to find it."""
+ROUNDED = 1e-3
+"""The part of the approach that the rounding of distances may be."""
 
 
 def solve_on_grid(
@@ -36,8 +75,8 @@ def solve_on_grid(
     final: bool = True,
     near: Solution | None = None,
     deadline: float = math.inf,
-) -> Answer:
-    """A scene on its own grid: from the plan to the certified solution.
+) -> Solution:
+    """A scene, which is no history, on its own grid: from the plan to the certified solution.
 
     Where it is not the `final` grid, without a certificate and to a loose tolerance; a solution `near` is of the same
     scene on another grid. Solvers raise `OutOfTime` at the `deadline`, by `time.perf_counter` [s].
@@ -45,13 +84,8 @@ def solve_on_grid(
     plan = options.plan_for(scene)
     if final:  # a coarse grid fits where a finer one does
         check_fits(scene, plan)
-    certify, tol = (options.certify, options.tol) if final else ("none", max(options.tol, LOOSE))
+    certify, tol = options.exactness(final)
     continuum = options.target is not None or options.refine
-    if isinstance(scene.motion, Transient):
-        return solve_transient(
-            scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
-            deadline,
-        )  # fmt: skip
     workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
     solver = ContactSolver(
         plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
@@ -70,3 +104,293 @@ def solve_on_grid(
         return replace(solution, warnings=(warning,)) if warning else solution
     finally:
         disc.operators.forget()
+
+
+def solve_contact(
+    scene: Scene,
+    solver: ContactSolver,
+    known: Operators | None = None,
+    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    near: Solution | None = None,
+) -> tuple[Discretisation, ContactState]:
+    """The contact on a grid that holds it.
+
+    In conformal contact pressures have several directions: their sum is sought with which they and the tractions bear
+    the normal force, by the secant; then the approach is as good as given.
+    """
+    if not isinstance(scene.surface, SampledDistance) or not scene.conformal or scene.normal_force is None:
+        return _solve_contact(scene, solver, known, begun, near)
+    tried: list[tuple[float, float]] = []
+    total = scene.normal_force
+    for _ in range(MOST):
+        disc, state = _solve_contact(replace(scene, normal_force=total), solver, known, begun, near)
+        normal = scene.surface.along_axes(disc.grid, state.traction, state.pressure)[1]
+        borne = float(normal.sum()) * disc.lattice.area * disc.scales.force / scene.normal_force
+        tried.append((total, borne - 1))
+        if abs(borne - 1) <= FORCE or (len(tried) > 2 and abs(borne - 1) >= abs(tried[-2][1])):
+            break
+        known, begun = disc.operators, _with_fields_of(state)
+        if len(tried) == 1:
+            total = total / borne
+        else:
+            (total_before, missed_before), (_, missed) = tried[-2:]
+            total = total - missed * (total - total_before) / (missed - missed_before)
+    approach = state.approach * disc.scales.displacement + disc.base
+    return disc.with_loading(normal_force=None, approach=approach), state
+
+
+def _with_fields_of(found: ContactState) -> Callable[[Discretisation, ContactState], ContactState]:
+    """What gives a state the tractions of another, where it is on a grid of the same shape."""
+
+    def begun(disc: Discretisation, state: ContactState) -> ContactState:
+        if found.traction.shape[1:] != disc.grid.shape:
+            return state
+        return replace(state, traction=found.traction * (state.pressure > 0), rigid=found.rigid)
+
+    return begun
+
+
+def _solve_contact(
+    scene: Scene,
+    solver: ContactSolver,
+    known: Operators | None = None,
+    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    near: Solution | None = None,
+) -> tuple[Discretisation, ContactState]:
+    """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
+
+    The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
+    `known` serve again on the same lattice. `begun` gives a state without tractions those to begin with; a solution
+    `near`, on another grid, gives the place of the contact, its pressure and its tractions.
+    """
+    closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
+    with solver.stats.stage("grid"):
+        grid, found = place(scene, solver, near)
+    moved = 0
+    for attempt in range(GRIDS):
+        disc = discretise(scene, grid, known, coupled=not solver.plan.left_out)
+        known = disc.operators
+        start = unloaded(grid) if found is None else found.on(disc)
+        disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)
+        with solver.stats.stage("grid"):
+            settled = coupled and moved > 0
+            wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)
+        if wanted is None:
+            if begun is not None:
+                state = begun(disc, state)
+            elif near is not None:
+                state = _with_tractions_of(near, disc, state)
+            state = contact(disc, solver, state)
+            if not coupled:
+                return disc, state
+            with solver.stats.stage("grid"):
+                wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True)
+            if wanted is None:
+                return disc, state
+            moved += 1
+        known.forget()
+        grid, found = wanted, _Found.of(disc, state)
+    message = "grid: no potential contact was found that holds the contact; give an explicit grid"
+    raise SceneError("grid", scene.grid, "explicit", message=f"{message}{if_noise(scene, grid)}")
+
+
+def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> tuple[Grid, _Found | None]:
+    """The first grid: the scene's own, or one across the contact, and the contact, where one was looked for.
+
+    A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For sampled distances
+    looks at the frictionless contact tell, first across all samples, then closer and closer; or a solution `near`.
+    """
+    spec, surface = known_grid(scene), scene.surface
+    if near is not None and not solver.plan.closed_form:
+        found = _Found(near.grid, near.pressure, near.approach)
+        grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
+        return within(grid, surface), found
+    if spec.explicit:
+        return spec, None
+    if not isinstance(surface, SampledDistance):
+        assert isinstance(scene.bodies, BodyPair)
+        if isinstance(surface, Cylinders) and scene.approach is not None:
+            half = math.sqrt(2 * surface.R * scene.approach)
+            return spec.spread((-half, half, -math.inf, math.inf)), None
+        bodies, force, approach = scene.bodies.softest, scene.normal_force, scene.approach
+        hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
+        assert hertz is not None
+        return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
+    normal = solver.plan.normal if solver.plan.convex else "norm"
+    plan = replace(solver.plan, normal=normal)
+    look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
+    box, last = surface.box, None
+    depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
+    for _ in range(LOOKS):
+        grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
+        lowest = _lowest_in_elements(surface, grid, depth)
+        disc = discretise(replace(scene, surface=lowest, grid=grid, motion=None, friction=None), grid)
+        state = look.pressure(disc, unloaded(grid) if last is None else last.on(disc))
+        last, columns_and_rows = _Found.of(disc, state), across(state.pressure)
+        if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
+            break
+        box = clipped(contact_box(grid, state.pressure, around=1), surface)
+    return within(spec.spread(contact_box(grid, state.pressure)), surface), last
+
+
+def adjust(
+    scene: Scene,
+    disc: Discretisation,
+    state: ContactState,
+    closer: bool,
+    closed_form: bool = False,
+    with_tractions: bool = False,
+) -> Grid | None:
+    """A larger grid where the contact goes on outside, or a `closer` one where it has few elements; None: it fits."""
+    if closed_form and not given_grid(scene).explicit:
+        return None  # placed around Hertz's contact
+    overlap = outside(disc, state, closed_form)
+    if overlap is not None:
+        return enlarged(scene, disc.grid, state.pressure, overlap, ROOM * with_tractions)
+    return fitted(scene, disc.grid, state.pressure, any_surface=with_tractions) if closer else None
+
+
+def _without_tractions(
+    scene: Scene, disc: Discretisation, solver: ContactSolver, state: ContactState, closer: bool
+) -> tuple[Discretisation, ContactState]:
+    """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
+    if solver.plan.cells(scene) == (1, 1):
+        return disc, solver.pressure(disc, state)
+    if known_grid(scene).explicit:
+        return solver.pressure_on_subgrid(disc, state)
+    few = not (solver.plan.convex or many_pressures(scene))
+    plan = replace(solver.plan, normal="norm") if few else solver.plan
+    with solver.stats.stage("grid"):
+        state = replace(solver, plan=plan, tol=max(solver.tol, FOUND), refined=False).pressure(disc, state)
+        moves = outside(disc, state) is not None or (closer and fitted(scene, disc.grid, state.pressure) is not None)
+    return (disc, state) if moves else solver.pressure_on_subgrid(disc, state)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A contact that was found on a grid, physical: where that on the next one is found from."""
+
+    grid: Grid
+    pressure: np.ndarray
+    approach: float
+
+    @classmethod
+    def of(cls, disc: Discretisation, state: ContactState) -> _Found:
+        """That of a state on a discretisation."""
+        return cls(
+            disc.grid, state.pressure * disc.scales.pressure, state.approach * disc.scales.displacement + disc.base
+        )
+
+    def on(self, disc: Discretisation) -> ContactState:
+        """Its pressure on the elements of another grid."""
+        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
+        approach = (self.approach - disc.base) / disc.scales.displacement if np.isfinite(self.approach) else 0.0
+        return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
+
+
+def _with_tractions_of(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
+    motion = disc.loading.motion
+    if motion is None or disc.loading.law is not None:
+        return state
+    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.scales.pressure
+    found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
+    given = [motion.Fx is None, motion.Fy is None]
+    return replace(state, traction=traction, rigid=np.where(given, 0.0, found))
+
+
+def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:
+    """The lowest distance known in each element: no summit falls between the centres of a coarse look.
+
+    A sample on the border of elements counts in all of them: a surface and its mirror image have mirrored grids.
+    """
+    distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines swing
+    x, y = surface.coordinates
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    for way_x, way_y in product((-ROUNDING, ROUNDING), repeat=2):
+        ix, iy = np.floor((x - x0) / dx + way_x).astype(int), np.floor((y - y0) / dy + way_y).astype(int)
+        columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
+        flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
+        np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
+    return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
+
+
+def finish(
+    scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver, refinement: Refinement | None = None
+) -> Solution:
+    """The solution, with its certificate; `NotConverged` if its residual misses the tolerance."""
+    plan, tol = solver.plan, solver.tol
+    _check_rounding(disc, state)
+    if disc.loading.law is not None and plan.has_friction:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
+    lazily = plan.matrix_free and solver.certify == "auto"
+    with solver.stats.stage("certificate"):
+        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
+    residual = _residual_as_posed(disc, plan, state, certificate)
+    if residual > tol and certificate.level != "full" and solver.certify == "auto":  # it may tell why
+        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
+    if not plan.has_moment:
+        certificate = certificate.without_moment()
+    if not isinstance(disc.loading.motion, TimeStep):  # the solver of a history share its plan
+        found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
+        plan = replace(plan, reasons=plan.reasons | found)
+    stats = solver.stats
+    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
+    if refinement is not None:
+        density = means(refinement.power_density, refinement.cells)
+        solution = replace(solution, refinement=refinement, power_density=density)
+        solution = replace(solution, error_estimate=defect_correction.error_estimate(solution, refinement))
+    if not solution.converged:
+        raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+    return solution
+
+
+def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> Solution:
+    """The solution on a coarse grid, as its solvers tell it: without a certificate.
+
+    Where they are not done, and where no single solver can tell, it is judged as any other.
+    """
+    plan, stats = solver.plan, solver.stats
+    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
+        return finish(scene, disc, state, solver)
+    return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
+
+
+def _check_rounding(disc: Discretisation, state: ContactState) -> None:
+    """Refuse distances that count from so far away that their rounding is seen in the contact."""
+    approach = state.approach * disc.scales.displacement
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
+        raise SceneError(
+            "surface.h",
+            disc.base,
+            "counted from a level near the contact",
+            message="surface.h is measured from a level too far from the contact: distances of "
+            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
+            f"approach by only {approach:.3g}; subtract a constant",
+        )
+
+
+def _why(solution: Solution, state: ContactState) -> str:
+    """What is known about why the tolerance was missed."""
+    if state.passes:
+        change = state.passes[-1][0]
+        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
+    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
+    reason = no_guarantee(solution) if solution.certificate.level == "full" else ""
+    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
+
+
+def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
+    """The residual by which a solution is accepted: of the problems that the plan poses.
+
+    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
+    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
+    """
+    if not plan.has_friction or plan.theory is not None:
+        return 0.0 if plan.closed_form else certificate.normal_residual
+    if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
+        return certificate.tangential_residual
+    if not plan.one_pass:
+        return certificate.residual
+    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
+    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

@@ -7,23 +7,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
+import numpy as np
+
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS
-from varcontact.errors import SceneError
+from varcontact.errors import Saturated, SceneError
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import not_measurable
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import StaticKinetic
+from varcontact.scene.friction import Law, StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.defect_correction.applicability import check_refine
+from varcontact.solving.defect_correction.driver import check_refine
 from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import select
-from varcontact.solving.warm_start import check_saturation
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
+
+LOOSE = 1e-4
+"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
 
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
@@ -173,9 +177,32 @@ class SolveOptions:
             raise SceneError("store", store, allowed)
         return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target)
 
+    def exactness(self, final: bool) -> tuple[str, float]:
+        """The level of the certificate and the tolerance, on the final grid or on a coarser one."""
+        return (self.certify, self.tol) if final else ("none", max(self.tol, LOOSE))
+
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""
         return self.plan if scene is self.scene else select(scene, *self.choices)
+
+
+def check_saturation(scene: Scene) -> None:
+    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps without friction."""
+    motion = scene.motion
+    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
+        for k, friction in enumerate(scene.frictions):
+            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
+            if size > 0 and np.all(np.asarray(friction) == 0):
+                raise Saturated(size, 0.0).in_step(k, None)
+    if not isinstance(motion, Steady | Shift):
+        return
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    limit = 0.0 if scene.frictionless else np.inf
+    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+    if isinstance(friction, float) and scene.normal_force is not None:
+        limit = friction * scene.normal_force
+    if size > 0 and size >= limit:
+        raise Saturated(size, limit)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
@@ -196,8 +223,11 @@ def _target(
     refine: Any,
 ) -> Target | None:
     """The target of a solution; None where the scene or the method leaves no choice of a grid, and none was given."""
+    motion = scene.motion
     if accuracy is None and time_budget is None:
-        if isinstance(scene.grid, Grid) or refine is not None or _names_a_difference(scene.motion):
+        rolls = isinstance(motion, Steady)
+        names_difference = rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
+        if isinstance(scene.grid, Grid) or refine is not None or names_difference:
             return None
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
@@ -214,11 +244,6 @@ def _target(
     for refusal in _refusals(scene, plan, field, start, store):
         raise refusal
     return Target(accuracy, time_budget)
-
-
-def _names_a_difference(motion: Any) -> bool:
-    """Whether the slip of steady rolling is discretised as the scene says."""
-    return isinstance(motion, Steady) and replace(motion, slip_difference="first-order", spin_offset=None) != motion
 
 
 def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> Iterator[SceneError]:

@@ -29,7 +29,7 @@ from varcontact.solvers.marching import march
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
-from varcontact.system.memory import SMALLER, need
+from varcontact.system.process import SMALLER, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
@@ -118,7 +118,9 @@ def solve_tangential(
 
 
 def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
-    enough = min(task.settings.tol, NEARLY_ROUNDED) if _programs(task) else task.settings.tol
+    enough, solver = task.settings.tol, task.plan.normal if task.is_normal else task.plan.tangential
+    if states_programs(solver):
+        enough = min(enough, NEARLY_ROUNDED)
     best: RawSolution | None = None
     for attempt in attempts:
         if best is not None and task.residual(best) <= enough:
@@ -126,10 +128,6 @@ def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
         best = attempt(task, best)
     assert best is not None
     return best
-
-
-def _programs(task: Task) -> bool:
-    return states_programs(task.plan.normal if task.is_normal else task.plan.tangential)
 
 
 def _named(task: Task, best: RawSolution | None) -> RawSolution:

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact.checks import choice
 from varcontact.discrete.contact_grid import given_grid, wanted_grid
-from varcontact.discrete.subgrid import cells_of
+from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
@@ -118,15 +118,21 @@ def select(
             f'{effect:.1e} of f Fz; coupling="panagiotopoulos" includes it'
         )
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
+    surface = "Hertzian" if isinstance(bodies, Bodies) else "analytic"
+    if isinstance(scene.surface, SampledDistance):
+        surface = "sampled"
+    kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.marches else "steady"}
+    motion = "none" if scene.motion is None else kinds[type(scene.motion)]
+    laws = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
     special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
     return replace(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
         bodies="almost like" if effect else _kind_of_bodies(scene),
-        surface=_kind_of_surface(scene),
-        motion=_kind_of_motion(scene, plan),
-        friction=_kind_of_friction(scene, plan),
+        surface=surface,
+        motion=motion,
+        friction="none" if not plan.has_friction else laws.pop() if len(laws) == 1 else "several",
         special=special,
         fallback=fallback,
         left_out=effect,
@@ -378,28 +384,6 @@ def _coupled(scene: Scene) -> bool:
 
 def _kind_of_bodies(scene: Scene) -> str:
     return "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
-
-
-def _kind_of_surface(scene: Scene) -> str:
-    if isinstance(scene.surface, SampledDistance):
-        return "sampled"
-    return "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
-
-
-def _kind_of_motion(scene: Scene, plan: Plan) -> str:
-    if scene.motion is None:
-        return "none"
-    if isinstance(scene.motion, Transient):
-        return "transient"
-    return "shift" if isinstance(scene.motion, Shift) else "marching" if plan.marches else "steady"
-
-
-def _kind_of_friction(scene: Scene, plan: Plan) -> str:
-    """How the coefficient of friction is known."""
-    if not plan.has_friction:
-        return "none"
-    kinds = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
-    return kinds.pop() if len(kinds) == 1 else "several"
 
 
 def one_direction(scene: Scene) -> bool:

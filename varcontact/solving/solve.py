@@ -13,8 +13,7 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import Discretisation, discretise
-from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
-from varcontact.discrete.subgrid import cells_of, means, with_subgrid
+from varcontact.discrete.state import ContactState, cells_of, hertz_pressure, means, unloaded, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -24,10 +23,11 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
+from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
 from varcontact.solving.selection import select
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
@@ -192,6 +192,8 @@ def solve(
     progress = checks.progress(progress)
     if options.target is not None:
         return adaptive.solve(scene, options, progress)
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, options, progress)
     return solve_on_grid(scene, options, progress)
 
 

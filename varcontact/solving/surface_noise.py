@@ -58,7 +58,9 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
         without = before = _smoothed_look(disc, state, solver, shortest)
         if found.apart(without) < RULES:
             return ""
-        helps, wavelength, longest = 0.0, 2 * shortest, _longest(disc)
+        left, right, bottom, top = disc.grid.box
+        longest = max(right - left, 0.0 if disc.line else top - bottom)
+        helps, wavelength = 0.0, 2 * shortest
         while helps == 0 and wavelength <= longest:
             after = _smoothed_look(disc, state, solver, wavelength)
             helps = wavelength / 2 if before.apart(after) < SETTLED else 0.0
@@ -79,12 +81,6 @@ def _smoothed_look(disc: Discretisation, state: ContactState, solver: ContactSol
     """The pressure without tractions on the surface without shorter waves."""
     smooth = replace(disc, distance=_without(disc, state, wavelength))
     return _look(smooth, solver.pressure(smooth, unloaded(disc.grid)))
-
-
-def _longest(disc: Discretisation) -> float:
-    """The length of the potential contact."""
-    left, right, bottom, top = disc.grid.box
-    return max(right - left, 0.0 if disc.line else top - bottom)
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:

@@ -15,18 +15,17 @@ from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattice, sampled
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.penetration import outside
-from varcontact.discrete.state import ContactState, unloaded
-from varcontact.discrete.subgrid import divided, without_pressure
+from varcontact.discrete.state import ContactState, divided, unloaded, without_pressure
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.finish import finish
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
+from varcontact.solving.on_grid import finish
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:

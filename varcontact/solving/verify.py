@@ -12,21 +12,20 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
-from varcontact.discrete.state import ContactState
+from varcontact.discrete.state import ContactState, means, with_subgrid
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
-from varcontact.discrete.subgrid import means, with_subgrid
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.time_step import March, largest_contacts, marching_on, without_load
 from varcontact.system.files import reading
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 ROUNDED = 1e-11
 """Residual that rounding in unit conversions may leave, where nothing magnifies it."""

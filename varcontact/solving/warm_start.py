@@ -12,19 +12,17 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
-from varcontact.errors import Saturated
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.finish import finish
-from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.on_grid import finish, solve_contact
+from varcontact.solving.options import check_saturation
 from varcontact.solving.selection import check_fits
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 KEPT = 32
 """Solved scenes whose tractions are kept, to begin from."""
@@ -119,25 +117,6 @@ def solve_many(
             yield series.solve(replace(scene, motion=motion), plan)
     finally:
         series.forget()
-
-
-def check_saturation(scene: Scene) -> None:
-    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps without friction."""
-    motion = scene.motion
-    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
-        for k, friction in enumerate(scene.frictions):
-            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
-            if size > 0 and np.all(np.asarray(friction) == 0):
-                raise Saturated(size, 0.0).in_step(k, None)
-    if not isinstance(motion, Steady | Shift):
-        return
-    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = 0.0 if scene.frictionless else np.inf
-    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
-    if isinstance(friction, float) and scene.normal_force is not None:
-        limit = friction * scene.normal_force
-    if size > 0 and size >= limit:
-        raise Saturated(size, limit)
 
 
 def _same_but_motion(scene: Scene, other: Scene) -> bool:

@@ -17,7 +17,7 @@ from varcontact.io.scene_toml import scene_to
 from varcontact.results.report import known
 from varcontact.scene.scene import Scene
 from varcontact.system.files import check_ending, check_writable, only_writer, replacing
-from varcontact.system.interrupts import imported
+from varcontact.system.process import imported
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -40,7 +40,7 @@ from varcontact.solving.warm_start import Series
 from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept
-from varcontact.system.interrupts import imported
+from varcontact.system.process import imported
 
 if TYPE_CHECKING:
     import xarray as xr

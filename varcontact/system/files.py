@@ -108,7 +108,7 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
     Whatever ends it in between, the old file stays as it was. The block should be within one of `only_writer`.
     """
     target = path.resolve()
-    part = _part(target)
+    part = beside(target, f"{uuid4().hex[:12]}.part")
     try:
         there = _kind(field, path)
         with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
@@ -152,11 +152,6 @@ def _same(target: Path, other: Path) -> bool:
         return target.samefile(other)
     except OSError:  # one of them is not there
         return target == other.resolve()
-
-
-def _part(target: Path) -> Path:
-    """A name that nobody else has, on whatever machine: process numbers repeat in containers."""
-    return beside(target, f"{uuid4().hex[:12]}.part")
 
 
 def clear(target: Path) -> None:

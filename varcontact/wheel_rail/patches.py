@@ -17,7 +17,7 @@ import numpy as np
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 
 STEP = 0.05

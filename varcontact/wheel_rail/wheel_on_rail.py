@@ -17,7 +17,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import (

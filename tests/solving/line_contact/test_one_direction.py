@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.discrete.certificate import force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
@@ -211,8 +211,8 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
 
 def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
     """Memory for n^2 numbers, not (2 n)^2."""
-    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.system.memory.available", lambda: 2 * 240.0 * 24**2)
+    monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.process.available", lambda: 2 * 240.0 * 24**2)
     assert vc.solve(scene(), tangential="clarabel").converged
     with pytest.raises(vc.TooLarge):
         vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")

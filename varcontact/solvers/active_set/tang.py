@@ -16,7 +16,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import magnitude, project, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.splitting import Splitting
-from varcontact.system.interrupts import interruptible
+from varcontact.system.process import interruptible
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200

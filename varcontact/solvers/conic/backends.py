@@ -24,7 +24,7 @@ from varcontact.solvers.conic.programs import (
     shift_program,
 )
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.system.interrupts import imported, interruptible
+from varcontact.system.process import imported, interruptible
 
 
 @dataclass(frozen=True)

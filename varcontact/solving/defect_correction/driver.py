@@ -1,32 +1,122 @@
-"""Defect correction of a scene: the coarse solution corrected, and its error estimated from half as many elements."""
+"""Defect correction: what a field on parts lacks of the continuum's slip is added to the coarse problem's.
+
+Its error is estimated from half as many elements. Other scenes, methods and grids are refused before any work.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import time
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import across, within
-from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact import checks
+from varcontact.discrete.contact_grid import across, known_grid, within
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
+from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import creepage_names, units
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.defect_correction.applicability import CONTINUUM
-from varcontact.solving.defect_correction.iteration import Corrected, defect_correct, late_change
+from varcontact.solving.defect_correction.fine_grid import (
+    PARTS,
+    FineField,
+    FineGrid,
+    continued,
+    held_behind,
+    resultants,
+)
+from varcontact.solving.friction_law import coefficient
+from varcontact.system.process import SMALLER, need
 
+CONTINUUM = "continuum"
+"""What can be asked for."""
+LEAST = 8
+"""Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
+FIELDS = 120
+"""Numbers for each part, about: tractions whose displacement is known, and what parts miss of it."""
+INSTEAD = "give accuracy in place of refine and of a grid"
 LOOSE = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 ROUNDING = 1e-12
 """Shares of an element below this are due to rounding."""
+DAMPING = np.array([1.0, 1.0, 0.7, 0.7])
+"""Part of its defect that each pass adds: later ones would move to and fro."""
+LATE = 2
+"""Passes whose changes the estimate counts as a whole: those that are damped."""
+
+
+def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> bool:
+    """Whether defect correction is asked for; `chosen`: the grid is to be chosen for an accuracy or a time."""
+    if refine is None:
+        return False
+    kind = checks.choice("refine", refine, (CONTINUUM,))
+    reason = _why_not(scene, plan)
+    if isinstance(start, Solution):
+        reason = 'the estimate takes half as many elements, on which no start is known; give start = "stick" or "slip"'
+    if chosen:
+        reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
+    if reason:
+        raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
+    grid, hertz = known_grid(scene), scene.hertz
+    assert hertz is not None
+    (dx, dy), parts = grid.sides, PARTS * PARTS * grid.size
+    _check_count(scene, 2 * hertz.a / dx, 2 * hertz.b / dy)
+    need(
+        "the parts of the elements",
+        8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts,
+        SMALLER,
+    )
+    return True
+
+
+def _check_count(scene: Scene, nx: float, ny: float) -> None:
+    """There are enough elements along x and y across the contact."""
+    if min(nx, ny) < LEAST * (1 - 1e-9):
+        raise SceneError(
+            "grid",
+            scene.grid,
+            f"at least {LEAST} elements across the contact each way",
+            message=f'refine = "{CONTINUUM}" needs a grid with at least {LEAST} elements across the contact each way; '
+            f"here it has {nx:.3g} by {ny:.3g}",
+        )
+
+
+def _why_not(scene: Scene, plan: Plan) -> str:
+    """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
+    if scene.motion is None:
+        return "it is for tractions, and without a motion there are none: leave refine out"
+    if scene.frictionless:
+        return "without friction there is nothing to correct: leave refine out"
+    if not isinstance(scene.motion, Steady):
+        return f"it is for steady rolling; {INSTEAD}"
+    if scene.line:
+        return f"in line contact an accuracy takes less time: {INSTEAD}"
+    if scene.no_slip:
+        return (
+            "with infinite friction forces under Hertz's pressure are known in closed form "
+            "(varcontact.reference.no_slip_ellipse); leave refine out"
+        )
+    if scene.coupled and not plan.left_out:
+        return f"it is for quasi-identical bodies, and here {scene.difference}; {INSTEAD}"
+    if not plan.closed_form:
+        return f"it is for Hertz's pressure in closed form, and here the pressure is solved for; {INSTEAD}"
+    if plan.theory is not None:
+        return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
+    if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
+        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses: leave grid.edge out'
+    return ""
 
 
 def loosely(solver: ContactSolver) -> ContactSolver:
@@ -137,3 +227,84 @@ def error_estimate(solution: Solution, found: Refinement) -> ErrorEstimate:
     nx, ny = across(solution.pressure)
     bars = {name: error * scales[name] for name, error in errors.items()}
     return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),), bars=bars)
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A coarse solution after the passes, and its field on parts of the elements. Dimensionless, but for `forces`."""
+
+    # the coarse problem as it was solved last, with the correction of its rigid shift in `previous_step`
+    disc: Discretisation
+    state: ContactState  # its solution
+    fine: FineGrid
+    field: FineField
+    shift: np.ndarray  # (2, ny PARTS, nx PARTS) The continuum's local shift under the field
+    forces: np.ndarray
+    creepages: np.ndarray  # (passes + 1, 2) vx and vy then, given or found for forces that are given
+    seconds: tuple[float, ...]  # of each pass
+
+
+def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver) -> Corrected:
+    """Correct a coarse solution of steady rolling under Hertz's pressure: `loose` solves all passes but the last.
+
+    Where forces are prescribed, those of the coarse problem are changed by what its elements carry more than the field.
+    Under a law of friction the field has the coefficients that the law has at the corrected slip of the elements.
+    """
+    fine, disc = FineGrid(coarse, state.pressure), coarse
+    field = fine.field(state.traction, _friction(disc, state))
+    correction, excess = np.zeros(state.traction.shape), np.zeros(2)
+    forces, creepages, seconds = [_loads(disc, state)], [_creepages(disc, state)], []
+    for k, damping in enumerate(DAMPING):
+        begun = time.perf_counter()
+        correction = correction + damping * (_defect(coarse, state, fine, field) - correction)
+        carried_more = (_loads(coarse, state) - fine.forces(field))[:2] / coarse.scales.force
+        excess = excess + damping * (carried_more - excess)
+        disc = with_correction(coarse, correction, excess * coarse.scales.force)
+        state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
+        field = fine.field(state.traction, _friction(disc, state))
+        forces.append(fine.forces(field))
+        creepages.append(_creepages(disc, state))
+        seconds.append(time.perf_counter() - begun)
+    shift = fine.shift(field, state.rigid) * (field.bound > 0)
+    return Corrected(disc, state, fine, field, shift, np.array(forces), np.array(creepages), tuple(seconds))
+
+
+def late_change(of_passes: np.ndarray) -> np.ndarray:
+    """How much late passes would have changed forces or creepages, (passes + 1, n), without damping: (n,)."""
+    return np.asarray((np.abs(np.diff(of_passes, axis=0)) / DAMPING[:, None])[-LATE:].max(axis=0))
+
+
+def with_correction(coarse: Discretisation, correction: np.ndarray, excess: np.ndarray) -> Discretisation:
+    """The coarse problem with a correction of its rigid shift, (2, ny, nx), and of prescribed forces, (2,)."""
+    motion = coarse.loading.motion
+    assert isinstance(motion, Steady)
+    given = zip((motion.Fx, motion.Fy), excess, strict=True)
+    Fx, Fy = (None if force is None else float(force + more) for force, more in given)
+    carried = PreviousStep(0.0 - correction, np.zeros(2))
+    return coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
+
+
+def _defect(coarse: Discretisation, state: ContactState, fine: FineGrid, field: FineField) -> np.ndarray:
+    """What the elements' slip lacks of the continuum's under a field, in the contact, (2, ny, nx)."""
+    own = coarse.known_shift + state.rigid[:, None, None] + coarse.tangential_operator.apply(state.traction)
+    lacking = fine.on_elements(fine.shift(field, state.rigid), field.bound) - own
+    bound = field.friction * fine.pressure
+    return held_behind(lacking, state.traction, bound) * (bound > 0)
+
+
+def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Coefficients on the elements, (ny, nx); under a law those found, continued beyond the contact."""
+    if disc.loading.law is not None:
+        return continued(coefficient(disc, state), state.pressure > 0)
+    return np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape)
+
+
+def _loads(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Fx, Fy and Mz of the elements, physical."""
+    return resultants(state.traction * disc.scales.pressure, disc.grid)
+
+
+def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """vx and vy, given or found."""
+    assert disc.loading.motion is not None
+    return np.asarray(disc.loading.motion.rigid[:2] + state.rigid / unit_slip(disc))

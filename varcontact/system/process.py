@@ -1,0 +1,209 @@
+"""What this process may use of the machine: memory, one BLAS thread, and the time until Ctrl-C.
+
+`need` refuses work before it starts where memory is too little. Active sets make many products and factors of some
+hundred rows: wherever processes share the cores, threads of BLAS lose much on them by waiting for each other
+(docs/speed.md has the measurement).
+
+Python looks for signals between its own instructions: not while a solver or LAPACK computes, for a minute perhaps. And
+some solvers (SCS, OSQP) take SIGINT for themselves and return as if they had failed. So what may take long computes in
+a thread beside, for which the main thread waits: Ctrl-C ends the waiting at once, as `KeyboardInterrupt`.
+"""
+
+from __future__ import annotations
+
+import contextvars
+import math
+import os
+import signal
+import threading
+from collections.abc import Callable
+from contextlib import ContextDecorator
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from varcontact.errors import TooLarge
+
+SMALLER = "a grid with fewer elements would fit"
+"""What would fit, where it is the grid that takes the memory."""
+LITTLE = 2.0**24
+"""Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
+VARIABLES = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+"""Where one of these is set, its number of threads stays."""
+Result = TypeVar("Result")
+LONGEST = 0.005
+"""Seconds for which a solver that takes SIGINT for itself has it."""
+MANY = 1000
+"""Rows of a matrix whose factors take longer (0.05 s) than it takes to start a thread (0.1 ms)."""
+
+
+def available() -> float:
+    """Bytes of memory that this process can still take.
+
+    The least of what the machine has, of what the control groups of the process leave (containers and batch systems
+    set their limits there), and of what ``ulimit -v`` leaves.
+    """
+    import psutil
+
+    return max(0.0, min(float(psutil.virtual_memory().available), left_by_control_groups(), _left_by_ulimit()))
+
+
+def left_by_control_groups(root: Path = Path("/")) -> float:
+    """Bytes that the control groups of this process leave to it, those above it included; infinite without limits."""
+    left = [math.inf]
+    for line in _lines(root / "proc/self/cgroup"):
+        _, controllers, name = line.split(":", 2)
+        if controllers not in ("", "memory"):
+            continue
+        top = root / "sys/fs/cgroup" / controllers
+        limit, usage, files = _NAMES[controllers]
+        group = Path(name.lstrip("/"))
+        for folder in (top / group, *(top / each for each in group.parents)):
+            most, taken = _lines(folder / limit), _lines(folder / usage)
+            if most and taken and most[0] != "max":
+                statistics = dict(entry.split() for entry in _lines(folder / "memory.stat"))
+                dropped = int(statistics.get(files, 0))  # copies of files, which make room when it is needed
+                left.append(float(most[0]) - float(taken[0]) + dropped)
+    return min(left)
+
+
+_NAMES = {
+    "": ("memory.max", "memory.current", "inactive_file"),
+    "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+}
+"""Files of the limit and of what is taken, and the entry of `memory.stat`, by version: 2 has no controller's name."""
+
+
+def _lines(path: Path) -> list[str]:
+    """Lines of a small file; none where there is no such file."""
+    try:
+        return path.read_text().splitlines()
+    except OSError:
+        return []
+
+
+def _left_by_ulimit() -> float:
+    """Bytes of address space that are left; infinite without a limit."""
+    import psutil
+
+    try:
+        import resource
+    except ImportError:  # there is none on Windows
+        return math.inf
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return math.inf if most == resource.RLIM_INFINITY else float(most - psutil.Process().memory_info().vms)
+
+
+def fits(size: float) -> bool:
+    """Whether so many bytes are there."""
+    return size < LITTLE or size <= available()
+
+
+def need(what: str, size: float, fits: str) -> None:
+    """Raise `TooLarge` if `size` bytes are not there."""
+    if size < LITTLE:
+        return
+    there = available()
+    if size > there:
+        raise TooLarge(what, size, there, fits)
+
+
+class _Limit(ContextDecorator):
+    """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
+
+    def __init__(self) -> None:
+        self._lock, self._inside = threading.Lock(), 0
+        self._lowered: Any = None
+
+    def hold(self) -> None:
+        self._lock.acquire()
+
+    def release(self) -> None:
+        self._lock.release()
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._inside == 0 and not any(name in os.environ for name in VARIABLES):
+                self._lowered = _libraries().limit(limits=1, user_api="blas")
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and self._lowered is not None:
+                self._lowered.restore_original_limits()
+                self._lowered = None
+
+
+_LIMIT = _Limit()
+if hasattr(os, "register_at_fork"):  # a child forked while another thread holds the lock would wait for it for ever
+    os.register_at_fork(before=_LIMIT.hold, after_in_parent=_LIMIT.release, after_in_child=_LIMIT.release)
+
+
+def one_blas_thread() -> ContextDecorator:
+    """Limit BLAS to one thread within a block, or as a decorator within a function.
+
+    Every public function holds it whose matrices or products grow with the elements of a contact or the points of a
+    surface, and so does what is computed later on, when a result is asked for it. Calls may be nested (0.5 us), and may
+    come from several threads at once. Nothing is limited where an environment variable of `VARIABLES` is set: it is the
+    user's choice.
+    """
+    return _LIMIT
+
+
+@cache
+def _libraries() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    import_module("scipy.linalg")  # its BLAS is another library than NumPy's, and has to be there to be found
+    return ThreadpoolController()
+
+
+def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
+    """What `work` returns or raises; Ctrl-C does not wait for it."""
+    if rows < MANY or threading.current_thread() is not threading.main_thread():
+        return work()
+    call = _Call(work)
+    thread = threading.Thread(target=contextvars.copy_context().run, args=(call.run,), daemon=True)
+    thread.start()
+    pause = 1e-3
+    while not call.done.wait(pause):
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is not None:
+            signal.signal(signal.SIGINT, handler)  # Python's in place of that of a solver
+        pause = min(2 * pause, LONGEST)
+    return call.result()
+
+
+def imported(name: str) -> Any:
+    """The package of a `name`; Ctrl-C does not leave it half imported."""
+    return interruptible(lambda: import_module(name))
+
+
+class _Call(Generic[Result]):
+    """A call in another thread."""
+
+    def __init__(self, work: Callable[[], Result]) -> None:
+        self._work, self._results = work, list[Result]()
+        self._error: BaseException | None = None
+        self.done = threading.Event()
+
+    def run(self) -> None:
+        try:
+            self._results.append(self._work())
+        except BaseException as error:  # it is raised where the call was made
+            self._error = error
+        finally:
+            self.done.set()
+
+    def result(self) -> Result:
+        if self._error is not None:
+            raise self._error
+        return self._results[0]
