@@ -58,7 +58,7 @@ BREAKS = (
     ),
     Break(
         "half of a symmetric problem carries the whole force",
-        "discrete/mirror.py",
+        "discrete/problems.py",
         "None if along_x is None else along_x / 2",
         "None if along_x is None else along_x",
         ("discrete/test_mirror.py",),

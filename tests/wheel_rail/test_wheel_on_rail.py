@@ -254,7 +254,8 @@ def test_smoothing_mends_what_noise_does_to_the_pressure():
 def test_conformal_contact_is_said_with_its_numbers():
     worn = round_rail(20.0, half=15.0)
     hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
-    case = wheel(track=flat_track(worn), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, dx=1.0, dy=1.0)
+    sides = {"dx": 1.0, "dy": 1.0, "conformal": False}
+    case = wheel(track=flat_track(worn), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, **sides)
     with pytest.warns(ConformalContact) as caught:
         case.solve()
     told = [str(each.message) for each in caught]
@@ -264,6 +265,7 @@ def test_conformal_contact_is_said_with_its_numbers():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wheel(vertical_force=20e3).solve()
+        assert replace(case, conformal="auto").solve().patches[0].patch.scene.conformal
 
 
 @pytest.mark.parametrize(

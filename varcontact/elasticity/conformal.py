@@ -27,6 +27,9 @@ STRAIGHT = 1e-10
 Harmonics = dict[tuple[int, int, int], tuple[np.ndarray | None, np.ndarray | None]]
 """By the number m of half turns, row and column: tables C and S of ``cos(m t/2) C + sin(m t/2) S``."""
 
+Transforms = dict[int, dict[tuple[int, int], list[np.ndarray | None]]]
+"""Those of the tables, by half turns, then by row and column."""
+
 
 @dataclass(frozen=True)
 class Conformal:
@@ -193,15 +196,22 @@ class ConformalOperator(GridOperator):
         Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which tractions are
         multiplied by before the transform along y, and of alpha_I, which displacements are after it.
         """
-        from scipy import fft
-
         if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
+        return self._product(tractions, self._transforms)
+
+    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
+        """The same product of `tractions` in float32."""
+        return self._product(tractions, self._single_transforms)
+
+    def _product(self, tractions: np.ndarray, transforms: Transforms) -> np.ndarray:
+        from scipy import fft
+
         box, ny = fft_box(*self.shape), self.shape[0]
         loads = fft.rfft(tractions, box[1], axis=-1)
-        found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=complex)
-        for half_turns, blocks in self._transforms.items():
-            angle = half_turns * self.angles[:, None] / 2
+        found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
+        for half_turns, blocks in transforms.items():
+            angle = (half_turns * self.angles[:, None] / 2).astype(tractions.dtype)
             waves = (np.cos(angle), np.sin(angle)) if half_turns else (np.ones_like(angle),)
             columns = {j: fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2) for _, j in blocks}
             images: dict[int, np.ndarray] = {}
@@ -249,16 +259,43 @@ class ConformalOperator(GridOperator):
         return bool(np.ptp(sums) <= STRAIGHT)
 
     @cached_property
-    def _transforms(self) -> dict[int, dict[tuple[int, int], list[np.ndarray | None]]]:
+    def _single_transforms(self) -> Transforms:
+        return {
+            half_turns: {at: [None if each is None else each.astype(np.complex64) for each in own] for at, own in found}
+            for half_turns, found in ((m, blocks.items()) for m, blocks in self._transforms.items())
+        }
+
+    @cached_property
+    def _transforms(self) -> Transforms:
         """Transforms of the tables, by half turns."""
         from scipy import fft
 
         box = fft_box(*self.shape)
-        symbols: dict[int, dict[tuple[int, int], list[np.ndarray | None]]] = {}
+        symbols: Transforms = {}
         for (half_turns, i, j), tables in self.harmonics.items():
             own = [None if table is None else fft.rfft2(wrapped(table, box)) for table in tables]
             symbols.setdefault(half_turns, {})[i, j] = own
         return symbols
+
+
+def in_blocks(blocks: list[list[GridOperator]]) -> ConformalOperator | None:
+    """Operators on one surface as a single one, by rows of blocks; None unless its curvature varies."""
+    first, harmonics, transforms, row = blocks[0][0], Harmonics(), Transforms(), 0
+    if not isinstance(first, ConformalOperator):
+        return None
+    for line in blocks:
+        column = 0
+        for block in line:
+            assert isinstance(block, ConformalOperator)
+            harmonics |= {(m, row + i, column + j): tables for (m, i, j), tables in block.harmonics.items()}
+            for m, own in block._transforms.items():
+                transforms.setdefault(m, {}).update({(row + i, column + j): each for (i, j), each in own.items()})
+            column += block.table.shape[1]
+        row += line[0].table.shape[0]
+    table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
+    whole = ConformalOperator(first.shape, table, first.angles, harmonics)
+    whole.__dict__["_transforms"] = transforms
+    return whole
 
 
 def _mean(table: np.ndarray | None, other: np.ndarray | None, sign: float) -> np.ndarray | None:

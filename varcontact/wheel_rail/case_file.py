@@ -28,7 +28,7 @@ from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 if TYPE_CHECKING:
     import pandas as pd
 
-FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn")
+FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn", "conformal")
 KEYS = ("side", "vertical_force", "z", *FIXED, "track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")

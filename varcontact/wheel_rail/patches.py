@@ -262,11 +262,12 @@ def undeformed_distance(
     element, fine enough to interpolate on any grid if None. The distance, shape (ny, nx), is 0 at its least [mm].
     """
     along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
-    grid = _grid(overlaps, frame, sides)
+    across = [(each.surface - frame.origin[1:]) @ along for each in overlaps]
+    grid = grid_over(overlaps, frame, np.concatenate(across), sides)
     part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
     on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
     rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)
-    gap = rail_heights[:, None] - _wheel_heights(overlaps[0].locus, wheel, frame, grid, axle, centre)
+    gap = rail_heights[:, None] - wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, grid.y), axle, centre)
     known = np.isfinite(gap)
     if not known.any():
         raise too_rough(float(frame.origin[1]))
@@ -302,11 +303,9 @@ def too_rough(y: float) -> SceneError:
     return SceneError("profile", y, message=reason)
 
 
-def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | None) -> Grid:
-    """Elements over the overlap, and around it; the frame's origin is in the middle of one."""
+def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: tuple[float, float] | None) -> Grid:
+    """Elements over the overlap and y `across` it, and around it; the frame's origin is in the middle of one."""
     along = np.concatenate([each.points[:, 0] + sign * each.half_lengths for each in overlaps for sign in (-1, 1)])
-    surface = np.concatenate([each.surface for each in overlaps])
-    across = (surface - frame.origin[1:]) @ frame.axes[1:, 1]
     dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)
     if not min(dx, dy) > 0:
         raise NotConverged("wheel and rail overlap by no more than their heights are rounded", math.nan)
@@ -324,10 +323,15 @@ def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | No
     return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
 
 
-def _wheel_heights(
-    locus: Locus, wheel: Curve, frame: Frame, grid: Grid, axle: np.ndarray, centre: np.ndarray
+def wheel_heights(
+    locus: Locus,
+    wheel: Curve,
+    frame: Frame,
+    lines: tuple[np.ndarray, np.ndarray],
+    axle: np.ndarray,
+    centre: np.ndarray,
 ) -> np.ndarray:
-    """z of the wheel's surface in the frame, at the elements' centres: Newton's method for (theta, s) of each.
+    """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for (theta, s) of each.
 
     It begins with the locus at the rows of the grid; NaN where that does not reach.
     """
@@ -337,13 +341,15 @@ def _wheel_heights(
     falls = np.flatnonzero(np.diff(across) <= 0)
     first = int(max(falls[falls < nearest] + 1, default=0))
     run = slice(first, int(min(falls[falls >= nearest], default=across.size - 1)) + 1)
-    rows = [np.interp(grid.y, across[run], each[run], left=np.nan, right=np.nan) for each in (locus.s, locus.theta)]
-    known = np.broadcast_to(np.isfinite(rows[0])[:, None], grid.shape)
-    heights = np.full(grid.shape, np.nan)
+    grid_x, grid_y = lines
+    shape = grid_y.size, grid_x.size
+    rows = [np.interp(grid_y, across[run], each[run], left=np.nan, right=np.nan) for each in (locus.s, locus.theta)]
+    known = np.broadcast_to(np.isfinite(rows[0])[:, None], shape)
+    heights = np.full(shape, np.nan)
     if not known.any():
         return heights
-    starts: Sequence[np.ndarray] = (rows[0][:, None], rows[1][:, None], grid.x[None, :], grid.y[:, None])
-    s, theta, x, y = (np.broadcast_to(each, grid.shape)[known] for each in starts)
+    starts: Sequence[np.ndarray] = (rows[0][:, None], rows[1][:, None], grid_x[None, :], grid_y[:, None])
+    s, theta, x, y = (np.broadcast_to(each, shape)[known] for each in starts)
     axes = frame.axes.T @ axle  # of the frame, along the axle's
     middle = frame.axes.T @ (centre - frame.origin)
     for _ in range(STEPS):

@@ -12,6 +12,7 @@ from varcontact.errors import SceneError
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
@@ -79,9 +80,24 @@ class PatchSolution:
 
     @property
     def tilting(self) -> np.ndarray:
-        """Moment of the pressure about x and y of the frame's origin, (Mx, My, 0) [N mm]."""
+        """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the pressure alone."""
         grid, pressure = self.solution.grid, self.solution.pressure * self.solution.grid.area
+        surface = self.solution.scene.surface
+        if isinstance(surface, SampledDistance) and surface.inclination is not None:
+            return self._moment_of(surface) - np.array([0.0, 0.0, self.moment])
         return np.array([pressure.sum(axis=1) @ grid.y, -pressure.sum(axis=0) @ grid.x, 0.0])
+
+    def _moment_of(self, surface: SampledDistance) -> np.ndarray:
+        """Moment about the frame's origin, on a surface curved along y."""
+        solution, (x, s) = self.solution, np.meshgrid(self.solution.grid.x, self.solution.grid.y)
+        tangential, normal = surface.along_axes(solution.grid, solution.traction, solution.pressure)
+        force = np.concatenate([tangential, normal[None]]) * solution.grid.area
+        angle, along = surface.inclination_at(solution.grid), s[:, 0]
+        points = [x]
+        for slope in (np.cos(angle), np.sin(angle)):  # from the origin, where the arc length is 0
+            place = np.concatenate([[0.0], np.cumsum(np.diff(along) * (slope[1:] + slope[:-1]) / 2)])
+            points.append(np.broadcast_to((place - np.interp(0.0, along, place))[:, None], x.shape))
+        return np.asarray(np.cross(np.array(points), force, axis=0).sum(axis=(1, 2)))
 
     @property
     def peak_pressure(self) -> float:

@@ -86,12 +86,14 @@ def solve_wheel_on_rail(
         reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead"
         raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
+    if case.conformal is True:
+        _check_conformal(methods)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     # by default grids are chosen where no argument determines them, and the answer of a grid has an error
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
     has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
     given = (case.dx, case.dy, methods.get("start"))
-    by_default = exact and has_friction and all(each is None for each in given)
+    by_default = exact and has_friction and all(each is None for each in given) and case.conformal is not True
     if target:
         found = _to_accuracy(case, tol, certify, methods, target)
     elif by_default:
@@ -101,9 +103,34 @@ def solve_wheel_on_rail(
             found = _on_elements(case, tol, certify, methods)
     else:
         found = _on_elements(case, tol, certify, methods)
+    chosen = case.conformal == "auto" and not target and methods.get("tangential") not in THEORIES
+    if chosen and any(too_wide(case, each) for each in found[2]):
+        case, found = _curved(case, found, tol, certify, methods)
     z, rounds, patches = found
     _warn(case, patches)
     return WheelRailSolution(case, z, patches, rounds)
+
+
+def _check_conformal(methods: dict[str, Any]) -> None:
+    """Refuse what is for planes, or for an error against the continuum."""
+    for name in TARGETS:
+        if methods.get(name) is not None:
+            reason = f"{name}: no error is estimated in conformal contact; give dx and dy, or conformal = False"
+            raise SceneError(name, methods[name], message=reason)
+    if methods.get("tangential") in THEORIES:
+        reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
+        raise SceneError("tangential", methods["tangential"], message=reason)
+
+
+def _curved(
+    case: WheelOnRail, planar: Solved, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+) -> tuple[WheelOnRail, Solved]:
+    """The case on curved reference surfaces, or, where there are none, as it was on planes."""
+    curved = replace(case, conformal=True)
+    try:
+        return curved, _on_elements(curved, tol, certify, methods)
+    except (NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
+        return case, planar
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
@@ -132,7 +159,9 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
         return tuple(PatchSolution(*each, _load_error(case, found)) for each in found)
 
     def vertical(z: float) -> float:
-        if case.with_friction or case.bodies.K != 0:  # tractions bear a part, or change the pressure
+        if (
+            case.with_friction or case.bodies.K != 0 or case.conformal is True
+        ):  # tractions bear a part, or change the pressure
             return _vertical(case, solved(z, None))
         patches = case.patches(z)
         return _vertical(case, tuple(PatchSolution(each, _solve_pressure(_scene(each), methods)) for each in patches))
@@ -345,7 +374,7 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
         taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
         change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
         if change <= WEAK_CLOSE:
-            return replace(scene, surface=SampledDistance(surface.h - taken * disc.scales.displacement))
+            return replace(scene, surface=replace(surface, h=surface.h - taken * disc.scales.displacement))
     raise NotConverged("the pressures of the parts of a patch did not settle", change)
 
 
@@ -376,14 +405,25 @@ def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
         if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
             reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
             warn(f"noise dominates {where}: {reason}", RoughProfile)
-        across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
-        for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
-            turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
-            curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
-            if curvature * half * CONFORMAL > 1:
-                warn(
-                    f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {profile.kind}'s radius "
-                    f"of curvature there is {1 / curvature:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
-                    "are too soft for that, and the tangent plane too flat",
-                    ConformalContact,
-                )
+        for kind, radius in too_wide(case, each).items():
+            warn(
+                f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {kind}'s radius "
+                f"of curvature there is {radius:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
+                "are too soft for that, and the tangent plane too flat; conformal = True has a curved surface",
+                ConformalContact,
+            )
+
+
+def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
+    """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
+    patch, half = solved.patch, solved.half_width
+    found: dict[str, float] = {}
+    if patch.scene.conformal or half == 0:
+        return {}
+    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
+    for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
+        turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
+        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+        if curvature * half * CONFORMAL > 1:
+            found[profile.kind] = float(1 / curvature)
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.process import one_blas_thread
+from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import (
     Locus,
@@ -117,6 +118,9 @@ class WheelOnRail:
     turn : float, optional
         The angles of patches that are nearer than this are turned towards each other, up to the angle of one patch at
         `separate`; ``2 separate - join`` if not given [mm].
+    conformal : "auto" or bool
+        Whether patches are solved on a curved reference surface, halfway between the profiles, and not on planes, and
+        those nearer than `turn` as one. "auto": where a plane is too flat for one of them, see `ConformalContact`.
 
     Raises
     ------
@@ -149,6 +153,7 @@ class WheelOnRail:
     join: float = 4.0
     separate: float = 8.0
     turn: float | None = None
+    conformal: Literal["auto"] | bool = "auto"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -170,6 +175,8 @@ class WheelOnRail:
         for name in ("dx", "dy", "join", "separate"):
             if getattr(self, name) is not None:
                 set_(self, name, checks.positive(name, getattr(self, name)))
+        if self.conformal != "auto":
+            set_(self, "conformal", checks.flag("conformal", self.conformal))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
         if self.turn is not None:
@@ -217,22 +224,34 @@ class WheelOnRail:
             If the contact reaches the end of a profile, or elements are too many.
         """
         z = checks.moderate("z", z)
-        groups = joined(self.locus.overlaps(z), self.separate)
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
+        curved = self.conformal is True
+        groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
         body = self.velocity.body(self.wheelset, self.position, z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
         known = self.wheel, self.rail, body.rotation, body.position, sides
         patches = []
         for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
             frame = tangent.frame
-            grid, distance, approach = undeformed_distance(group, frame, *known)
+            surface = curved_surface(group, tangent, *known) if curved else None
+            grid, distance, approach = undeformed_distance(group, frame, *known) if surface is None else surface.flat
             rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
+            motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
+            seams = seams_of(group, frame, self.join, self.separate)
+            if surface is not None:
+                motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
+                seams = surface.by_arc_length(seams)
             scene = Scene(
                 bodies=self.bodies,
-                surface=SampledDistance(distance, *(() if with_grid else (grid.x, grid.y))),
+                surface=SampledDistance(
+                    distance,
+                    None if with_grid else grid.x,
+                    None if with_grid else grid.y,
+                    inclination=None if surface is None else surface.inclination,
+                ),
                 approach=approach,
                 friction=self.friction,
-                motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
+                motion=motion,
                 grid=grid if with_grid else "auto",
                 units=MM_N,
             )
@@ -246,7 +265,7 @@ class WheelOnRail:
                 creepage=rolled,
                 approach=approach,
                 scene=scene,
-                seams=seams_of(group, frame, self.join, self.separate),
+                seams=seams,
             )
             patches.append(patch)
         return tuple(patches)

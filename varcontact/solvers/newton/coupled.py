@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
+from varcontact.elasticity.conformal import ConformalOperator, in_blocks
 from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import point, solve_from
@@ -106,7 +107,7 @@ def _row(symbols: np.ndarray, transform: np.ndarray) -> np.ndarray:
 class CoupledConditions:
     """Both problems on a grid, dimensionless: the tangential one with its bound left open, friction (ny, nx)."""
 
-    kernel: CoupledKernel
+    kernel: CoupledKernel | ConformalKernel
     normal: NormalConditions
     tangential: TangentialConditions
     friction: np.ndarray
@@ -224,7 +225,7 @@ class ScaledCoupled:
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         within = np.ones(shape, dtype=bool)
         return CoupledConditions(
-            CoupledKernel(shape, _symbols(problem), part),
+            _kernel(problem, part),
             NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
             TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
             problem.friction / part,
@@ -239,6 +240,32 @@ class ScaledCoupled:
 
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return traction * self.load, (rigid * self.displacement).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class ConformalKernel:
+    """The blocks of A on a surface whose curvature varies, as one operator, in the units (1 + c, 1, 1) of its rows."""
+
+    operator: ConformalOperator
+    units: np.ndarray
+    load: float
+
+    def __call__(self, traction: np.ndarray) -> np.ndarray:
+        """Displacements by tractions (1 + c, ny, nx), both float32."""
+        scale = np.full(self.units.shape, self.load, np.float32)
+        scale[0] = 1.0
+        product: np.ndarray = self.operator.apply_in_single_precision(traction * scale) / (self.units * scale)
+        return product
+
+
+def _kernel(problem: CoupledProblem, load: float) -> CoupledKernel | ConformalKernel:
+    blocks = [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
+    operator = in_blocks(blocks)
+    if operator is None:
+        return CoupledKernel(problem.distance.shape, _symbols(problem), load)
+    units = np.full((operator.table.shape[0], 1, 1), unit(problem.tangential), np.float32)
+    units[0] = unit(problem.normal)
+    return ConformalKernel(operator, units, load)
 
 
 def _symbols(problem: CoupledProblem) -> np.ndarray:

@@ -1,0 +1,132 @@
+"""Wheels on rails with curved reference surfaces: CONTACT's numbers, symmetry, the limit of planes, refusals."""
+
+import json
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
+from varcontact.kinematics import RigidBody
+from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail.conformal import curved_surface
+from varcontact.wheel_rail.curve import spline
+from varcontact.wheel_rail.patches import contact_locus, tangent_of
+
+CONTACT = json.loads((DATA / "conformal.json").read_text())
+NO_KINKS = np.zeros(0, dtype=int)
+
+
+def on_flange_root(**changes):
+    """The wheel of the Manchester benchmark, 6 mm towards the rail: three parts, one of them at 25 degrees."""
+    given = {"vertical_force": 50e3, "dx": 0.4, "dy": 0.4, "join": 6.0, "separate": 9.0, "position": Position(y=6.0)}
+    given |= changes
+    return WheelOnRail(
+        track=Track(rail=RAIL, cant=0.025),
+        wheelset=WheelSet(wheel=WHEEL, radius=460.0),
+        velocity=Velocity(speed=2000.0, pitch_rate=-4.3481124),
+        **given,
+    )
+
+
+def groove(dx=0.2):
+    """A wheel with a round tread of radius 10 mm in a groove of radius 10.1 mm: place, and scene, as of CONTACT."""
+    angle, z = np.linspace(-1.2, 1.2, 241), CONTACT["groove"]["z"]
+    arcs = [np.stack([R * np.sin(angle), -R * (1 - np.cos(angle))], axis=1) for R in (10.1, 10.0)]
+    rail, wheel = spline(arcs[0], NO_KINKS, 0.0), spline(arcs[1] + [0.0, 420.0], NO_KINKS, 0.0)
+    overlaps = contact_locus(wheel, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
+    axle = np.array([0.0, 0.0, z - 420.0])
+    tangent = tangent_of(overlaps, rail)
+    place = curved_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx))
+    body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=82000.0, nu=0.28),
+        surface=vc.SampledDistance(place.distance, inclination=place.inclination),
+        approach=place.approach,
+        friction=0.3,
+        motion=vc.Steady(rigid_slip=place.rigid_slip(tangent.frame, body, 420.0)),
+        grid=place.grid,
+    )
+    return place, scene
+
+
+def test_reference_surface_and_distance_in_a_groove_are_those_of_contact():
+    place, scene = groove()
+    known, grid = CONTACT["groove"], place.grid
+    rows = slice(round((known["y0"] - grid.y[0]) / known["dy"]), None)
+    rows = slice(rows.start, rows.start + len(known["alpha"]))
+    np.testing.assert_allclose(place.inclination[rows], known["alpha"], atol=1e-5)
+    middle = int(np.abs(grid.x).argmin())
+    np.testing.assert_allclose(place.distance[rows, middle], known["distance"], atol=5e-5)  # its profile's noise
+    assert place.approach == pytest.approx(known["pen"], rel=1e-9)
+    solution = vc.solve(scene)
+    assert solution.pressure.sum() * grid.area == pytest.approx(known["Fn"], rel=5e-4)
+    assert solution.normal_force == pytest.approx(known["force"][2], rel=5e-4)
+    assert solution.Fx == pytest.approx(known["force"][0], abs=1e-3 * 0.3 * known["Fn"])
+    assert solution.max_pressure == pytest.approx(known["pmax"], rel=5e-4)
+    assert solution.elements["contact"] == pytest.approx(known["ncon"], abs=4)
+    assert solution.elements["stick"] == pytest.approx(known["nadh"], abs=4)
+
+
+def test_a_wheel_in_a_groove_is_its_own_mirror_image():
+    _, scene = groove(0.4)
+    solution = vc.solve(scene)
+    assert abs(solution.Fy) < 1e-6 * solution.normal_force
+    np.testing.assert_allclose(solution.pressure, solution.pressure[::-1], atol=1e-5 * solution.max_pressure)
+    assert solution.scene.motion.rigid_slip[0].std() > 1e-4  # spin varies: the wheel rolls at many radii
+
+
+@pytest.mark.slow
+def test_forces_on_the_flange_root_are_those_of_contact():
+    found, known = on_flange_root(dx=0.2, dy=0.2, conformal=True).solve(), CONTACT["wheel_on_rail"]
+    assert len(found.patches) == 1
+    np.testing.assert_allclose(found.force, known["force"], atol=2e-3 * 15e3)
+    assert found.z == pytest.approx(known["z"], rel=1e-3)
+    assert found.patches[0].peak_pressure == pytest.approx(known["pmax"], rel=3e-3)
+    assert found.patches[0].patch.angle == pytest.approx(known["angle"], abs=2e-4)
+
+
+def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
+    worn = np.linspace(-0.7, 0.7, 281)
+    rail = Profile(y=20 * np.sin(worn), z=20 * (1 - np.cos(worn)), kind="rail")
+    across = rail.y
+    wheel = Profile(y=across, z=20.5 - np.sqrt(20.5**2 - across**2), kind="wheel", kinks=[])
+    track = Track(rail=rail, gauge_height=1.0)
+    track = Track(rail=rail, gauge_height=1.0, gauge=2 * (750.0 + track.gauge / 2 - track.origin[0]))
+    case = WheelOnRail(track=track, wheelset=WheelSet(wheel=wheel), vertical_force=100e3, dx=1.0, dy=1.0)
+    with pytest.warns(ConformalContact):
+        planar = replace(case, conformal=False).solve()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        auto, curved = case.solve(), replace(case, conformal=True).solve()
+    np.testing.assert_array_equal(auto.force, curved.force)
+    assert auto.force[2] == pytest.approx(100e3, rel=1e-6)
+    assert auto.force[0] < -1e3 < planar.force[0] < 1.0  # on a plane nothing slips; here the radius varies
+    moment, lever = auto.moment_on_wheelset, auto.patches[0].patch.location[1] - case.position.y
+    assert moment[0] == pytest.approx(-lever * auto.force[2] + auto.force[1] * case.wheelset.radius, rel=1e-3)
+
+
+def test_a_narrow_patch_is_the_same_on_a_plane_and_on_a_curved_surface():
+    case = on_flange_root(position=Position(y=-2.0), vertical_force=10e3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        planar = case.solve()
+    curved = replace(case, conformal=True).solve()
+    assert not planar.patches[0].patch.scene.conformal
+    np.testing.assert_allclose(curved.force, planar.force, atol=2e-3 * 10e3)
+
+
+@pytest.mark.parametrize(
+    ("field", "changes", "methods"),
+    [
+        ("conformal", {"conformal": "always"}, {}),
+        ("accuracy", {"conformal": True, "dx": None, "dy": None}, {"accuracy": 0.01}),
+        ("tangential", {"conformal": True}, {"tangential": "fastsim"}),
+    ],
+)
+def test_what_does_not_go_with_it_is_refused(field, changes, methods):
+    with pytest.raises(vc.SceneError) as error:
+        on_flange_root(**changes).solve(**methods)
+    assert error.value.field == field

@@ -1,0 +1,108 @@
+"""Contact patches on a curved reference surface, halfway between rail and wheel, where a plane is too flat for them.
+
+Points of both surfaces at equal arc lengths from the origin of the patch are opposite each other. The reference surface
+runs through their means, its normals are the means of theirs, and it is straight along the rail. Source: Vollebregt,
+Segal, VSD 52 (2014) 455-468; CONTACT's conformal method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.kinematics import Frame, RigidBody
+from varcontact.scene.grid import Grid
+from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.patches import Overlap, Seams, Tangent, grid_over, too_rough, wheel_heights
+
+
+@dataclass(frozen=True, eq=False)
+class CurvedSurface:
+    """The reference surface of a patch, with what `patches.undeformed_distance` has of a plane; y is its arc length.
+
+    The inclination is that of each row of elements relative to the frame's y [rad], `lateral` its place along that
+    (NaN beyond a profile's end), and `on_wheel` are the points (ny, 3) of the wheel opposite, in track coordinates.
+    """
+
+    grid: Grid
+    distance: np.ndarray
+    approach: float
+    inclination: np.ndarray
+    lateral: np.ndarray
+    on_wheel: np.ndarray
+
+    @property
+    def flat(self) -> tuple[Grid, np.ndarray, float]:
+        """Potential contact, distance and approach."""
+        return self.grid, self.distance, self.approach
+
+    def rigid_slip(self, frame: Frame, body: RigidBody, speed: float) -> np.ndarray:
+        """Velocity of the rail over the wheel in the frames of the elements, divided by a speed, (2, ny, nx)."""
+        along = self.grid.x[:, None] * frame.axes[:, 0]
+        velocity = -body.velocity_at(self.on_wheel[:, None] + along) @ frame.axes / speed
+        c, s = np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
+        return np.array([velocity[..., 0], c * velocity[..., 1] + s * velocity[..., 2]])
+
+    def by_arc_length(self, seams: Seams) -> Seams:
+        """Seams at their arc lengths, from those in the plane."""
+        known = np.isfinite(self.lateral)
+        return tuple((float(np.interp(y, self.lateral[known], self.grid.y[known])), weight) for y, weight in seams)
+
+
+def curved_surface(
+    overlaps: list[Overlap],
+    tangent: Tangent,
+    wheel: Curve,
+    rail: Curve,
+    axle: np.ndarray,
+    centre: np.ndarray,
+    sides: tuple[float, float] | None = None,
+) -> CurvedSurface:
+    """The reference surface of a group of overlaps; the arguments are those of `patches.undeformed_distance`.
+
+    The distance is that along the frame's z, multiplied by the cosine of the angle to the normals.
+    """
+    frame = tangent.frame
+    origin, along, normal = frame.origin[1:], frame.axes[1:, 1], frame.axes[1:, 2]
+    on_rail, on_wheel = rail.single_valued(float(rail.at(origin[:1])[0]), along), _section(overlaps[0], frame)
+    begins = [float(curve.at(np.array([along @ origin]), along)[0]) for curve in (on_rail, on_wheel)]
+    if not np.isfinite(begins).all():
+        raise too_rough(float(origin[0]))
+    surface = np.concatenate([each.surface for each in overlaps])
+    grid = grid_over(overlaps, frame, on_rail.at(surface @ along, along) - begins[0], sides)
+    points, directions = np.zeros((2, grid.rows, 2)), np.zeros((2, grid.rows, 2))
+    for i, (curve, begin) in enumerate(zip((on_rail, on_wheel), begins, strict=True)):
+        s = begin + grid.y
+        within = np.where((s >= curve.s[0]) & (s <= curve.s[-1]), s, np.nan)
+        points[i], directions[i] = curve.points(within), curve.directions(within)
+        directions[i] /= np.hypot(*directions[i].T)[:, None]
+    middle, (to_right, down) = points.mean(axis=0), directions.mean(axis=0).T
+    known = np.isfinite(middle).all(axis=1)
+    if not known.any():
+        raise too_rough(float(origin[0]))
+    inclination = np.interp(grid.y, grid.y[known], (np.arctan2(down, to_right) - tangent.angle)[known])
+    lateral, height = ((middle - origin) @ frame.axes[1:, 1:]).T
+    rail_heights = (on_rail.points(on_rail.at(lateral + along @ origin, along)) - origin) @ normal
+    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre)
+    gap = (rail_heights[:, None] - heights) * np.cos(inclination)[:, None]
+    inside = np.isfinite(gap)
+    if not inside.any() or gap[inside].min() >= 0:
+        raise too_rough(float(origin[0]))
+    gap = np.where(inside, gap, gap[inside].max() + np.abs(gap[inside]).max())  # beside a profile's end nothing touches
+    away = (heights[:, int(np.abs(grid.x).argmin())] - height) * np.cos(inclination)  # to the wheel, along normals
+    opposite = [0.0 * height, lateral - np.sin(inclination) * away, height + np.cos(inclination) * away]
+    opposite_points = frame.globally(np.nan_to_num(np.stack(opposite, axis=1)))
+    return CurvedSurface(grid, gap - gap.min(), -float(gap.min()), inclination, lateral, opposite_points)
+
+
+def _section(overlap: Overlap, frame: Frame) -> Curve:
+    """The wheel's part around the origin that grows along the plane: its contact locus, (y, z) in track coordinates."""
+    lowered = overlap.points[0] - overlap.locus.points[overlap.run][0]
+    points = overlap.locus.points + lowered
+    across = points[:, 1:] @ frame.axes[1:, 1]
+    nearest = int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
+    falls = np.flatnonzero(np.diff(across) <= 0)
+    first = int(max(falls[falls < nearest] + 1, default=0))
+    last = int(min(falls[falls >= nearest], default=across.size - 1))
+    return spline(points[first : last + 1, 1:], np.zeros(0, dtype=int), 0.0)
