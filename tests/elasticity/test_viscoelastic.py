@@ -66,3 +66,29 @@ def test_points_anywhere_are_those_of_a_lattice():
     anywhere = medium.influence(RECTANGLES, x.ravel(), y.ravel(), ["xx", "zz"])
     for name in lattice:
         np.testing.assert_allclose(anywhere[name].reshape(3, 9), lattice[name], atol=1e-7)
+
+
+@pytest.mark.parametrize("length", [1e4, 1e8])
+def test_nothing_cancels_in_strips_with_a_long_memory(length):
+    """In units of the relaxation length the elastic number is smooth but near the strip, where panels are graded."""
+    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 1.0, ELASTIC),))
+
+    def elastic(x, name):
+        return float(ELASTIC.influence(STRIPS, np.array(x), np.array(0.0), [name])[name])
+
+    for x in (-8.0, -0.4, 0.0, 0.2, 8.0):
+        edges = [at / length for at in (-x - 0.1, -x, -x + 0.1) if at > 0]
+        cuts = sorted({0.0, 1e-4, 1e-2, 0.1, 1.0, 3.0, 10.0, 45.0, *edges})
+        for name in ("zz", "xz"):
+            parts = [
+                quad(
+                    lambda s, x=x, name=name: elastic(x + length * s, name) * np.exp(-s),
+                    *pair,
+                    epsabs=1e-15,
+                    epsrel=1e-13,
+                    limit=400,
+                )
+                for pair in pairwise(cuts)
+            ]
+            found = float(medium.influence(STRIPS, np.array([x]), np.array([[0.0]]), [name])[name].ravel()[0])
+            assert found == pytest.approx(elastic(x, name) + sum(value for value, _ in parts), abs=1e-13)

@@ -96,24 +96,27 @@ def _lagged_strip(each: Lagging, x: np.ndarray, dx: float, names: list[str]) -> 
     logarithm, sign = strip_integrals(x, dx, bodies.depth)
     right, left = x + dx / 2, x - dx / 2
     logarithm = logarithm - half * (_mean_logarithm(right, half) - _mean_logarithm(left, half))
-    sign = sign + 2 * half * (np.exp(np.minimum(right, 0) / half) - np.exp(np.minimum(left, 0) / half))
+    sign = sign + 2 * half * (np.expm1(np.minimum(right, 0) / half) - np.expm1(np.minimum(left, 0) / half))
     return combined(logarithm, sign, bodies.nu, bodies.K, 1.0, names)
 
 
 def _mean_logarithm(x: np.ndarray, length: float) -> np.ndarray:
-    """``ln|x| + exp(x/l) E1(x/l)`` for x > 0, ``ln|x| - exp(x/l) Ei(-x/l)`` for x < 0; ``ln l - gamma`` at 0."""
+    """Lambda less its value at x = 0, ``ln l - gamma``: ``ln|t| + gamma + exp(t) E1(t)``, t = x/l, E1(t) = -Ei(-t).
+
+    By a power series up to |t| = 1, so that nothing cancels where l is much longer than a strip, and by the asymptotic
+    one beyond `FAR`.
+    """
     from scipy.special import exp1, expi, factorial
 
-    t = np.abs(x) / length
-    near, order = np.clip(t, 1e-300, FAR), np.arange(17)[:, None]
-    series = [
-        np.sum(sign * (sign / np.maximum(t, FAR).ravel()) ** (order + 1) * factorial(order), axis=0) for sign in (-1, 1)
-    ]
-    ahead = np.where(t < FAR, np.exp(near) * exp1(near), series[0].reshape(t.shape))
-    behind = np.where(t < FAR, -np.exp(-near) * expi(near), -series[1].reshape(t.shape))
-    tiny = t < 1e-14
-    found = np.log(np.where(tiny, length, np.abs(x))) + np.where(x > 0, ahead, behind)
-    return np.where(tiny, math.log(length) - np.euler_gamma, found)
+    t, order = np.asarray(x / length), np.arange(18)
+    near = np.clip(np.where(t == 0, 1e-300, t), -1, 1)
+    powers = np.sum(-((-near[..., None]) ** order[1:]) / (order[1:] * factorial(order[1:])), axis=-1)
+    close = np.exp(near) * powers - (np.log(np.abs(near)) + np.euler_gamma) * np.expm1(near)
+    middle, far = np.clip(np.abs(t), 1, FAR), np.where(np.abs(t) < FAR, FAR, t)[..., None]
+    series = np.sum((-1.0) ** order * factorial(order) / far ** (order + 1), axis=-1)
+    between = np.where(t > 0, np.exp(middle) * exp1(middle), -np.exp(-middle) * expi(middle))
+    away = np.log(np.maximum(np.abs(t), 1)) + np.euler_gamma + np.where(np.abs(t) < FAR, between, series)
+    return np.where(np.abs(t) < 1, close, away)
 
 
 # ----------------------------------------------------------------------------- rectangles

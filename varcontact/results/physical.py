@@ -94,7 +94,8 @@ def rolling_resistance(sol: Solution) -> float:
     rolls = 0 if sol.motion is None else sol.motion.rolls
     if sol.scene.bodies.relaxes:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
-        return float(np.sum(sol.pressure * np.gradient(distance, sol.grid.sides[0], axis=1)) * sol.grid.area)
+        slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1)
+        return float(np.sum(sol.pressure * slope) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
