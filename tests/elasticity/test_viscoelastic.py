@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from varcontact.elasticity.halfspace import HalfSpaces
-from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticHalfSpaces
+from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.grid import Grid
 
 ELASTIC = HalfSpaces(nu=0.3, K=0.1, depth=5.0)
@@ -37,7 +37,7 @@ def by_quadrature(grid, x, y, name, length):
 @pytest.mark.parametrize("grid", [STRIPS, RECTANGLES], ids=["strips", "rectangles"])
 @pytest.mark.parametrize("offset", [0.0, 0.07])
 def test_means_over_what_lies_ahead(grid, length, offset):
-    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 0.5, ELASTIC),))
+    medium = ViscoelasticMedium(ELASTIC, (Lagging(length, 0.5, ELASTIC),))
     x, y, names = (np.arange(13) - 6) * 0.2 + offset, np.arange(grid.rows)[:, None] * 0.3, ["xx", "yy", "zz", "xz"]
     found, elastic = (each.influence(grid, x, y, names) for each in (medium, ELASTIC))
     for name in names:
@@ -52,7 +52,7 @@ def test_short_and_long_relaxation_lengths(grid):
     x, y = (np.arange(13) - 6) * 0.2, np.arange(grid.rows)[:, None] * 0.3
     elastic = ELASTIC.influence(grid, x, y, ["zz", "xz"])
     for length, part, off in ((1e-5, 2.0, 1e-3), (1e6, 1.0, 1e-4)):
-        found = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 1.0, ELASTIC),)).influence(grid, x, y, ["zz", "xz"])
+        found = ViscoelasticMedium(ELASTIC, (Lagging(length, 1.0, ELASTIC),)).influence(grid, x, y, ["zz", "xz"])
         for name in found:
             size, free = np.abs(elastic[name]).max(), length > 1 and grid.line
             constant = np.mean(found[name] - elastic[name]) if free else 0.0
@@ -60,7 +60,7 @@ def test_short_and_long_relaxation_lengths(grid):
 
 
 def test_points_anywhere_are_those_of_a_lattice():
-    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(0.3, 1.0, ELASTIC),))
+    medium = ViscoelasticMedium(ELASTIC, (Lagging(0.3, 1.0, ELASTIC),))
     x, y = np.meshgrid((np.arange(9) - 4) * 0.2, np.arange(3) * 0.3)
     lattice = medium.influence(RECTANGLES, x[0], y[:, :1], ["xx", "zz"])
     anywhere = medium.influence(RECTANGLES, x.ravel(), y.ravel(), ["xx", "zz"])
@@ -71,7 +71,7 @@ def test_points_anywhere_are_those_of_a_lattice():
 @pytest.mark.parametrize("length", [1e4, 1e8])
 def test_nothing_cancels_in_strips_with_a_long_memory(length):
     """In units of the relaxation length the elastic number is smooth but near the strip, where panels are graded."""
-    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 1.0, ELASTIC),))
+    medium = ViscoelasticMedium(ELASTIC, (Lagging(length, 1.0, ELASTIC),))
 
     def elastic(x, name):
         return float(ELASTIC.influence(STRIPS, np.array(x), np.array(0.0), [name])[name])

@@ -135,6 +135,40 @@ def test_solvers_agree(line, load):
         assert abs(other.certificate.normal_relative_gap) < 1e-6
 
 
+@pytest.mark.parametrize("line", [True, False])
+@pytest.mark.parametrize("other", [None, vc.Bodies(2.0, 0.25)])
+def test_a_body_cut_into_layers(line, other):
+    """Layers and a base of one solid are a homogeneous body of it."""
+    relaxations = [(1.0, 0.1), (0.5, 1.0)]
+    cut = vc.Layered([vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 1.0, 0.3)], base=(1.0, 0.3), relaxations=relaxations)
+    pair, whole = (cut, SOLID) if other is None else ((cut, other), (SOLID, other))
+    scene = roller(whole, cells=12, line=line, vx=0.01)
+    expected = vc.solve(scene)
+    sol = vc.solve(replace(scene, bodies=pair, grid=expected.grid))
+    np.testing.assert_allclose(sol.pressure, expected.pressure, atol=1e-6 * expected.max_pressure)
+    np.testing.assert_allclose(sol.traction, expected.traction, atol=1e-6 * expected.max_pressure)
+    assert sol.rolling_resistance == pytest.approx(expected.rolling_resistance, rel=1e-6)
+
+
+@pytest.mark.parametrize("line", [True, False])
+def test_a_viscoelastic_layer_on_a_rigid_base(line):
+    """Slow and fast it is the elastic one, relaxed and glassy; between it resists rolling."""
+    layers, found = [vc.Layer(0.1, 1.0, 0.45)], []
+    soft = vc.Layered(layers, base="rigid", relaxations=[(1.0, 0.1)])
+    for speed, G in ((1e-6, 0.5), (1.0, None), (1e6, 1.0)):
+        sol = vc.solve(roller(("rigid", soft), speed=speed, cells=16, line=line, vx=0.01))
+        assert sol.certificate.normal_relative_gap < 1e-9
+        found.append(sol.rolling_resistance / sol.normal_force)
+        if G is not None:
+            stiff = vc.Layered([vc.Layer(0.1, G, 0.45)], base="rigid")
+            elastic = vc.solve(replace(sol.scene, bodies=("rigid", stiff), motion=vc.Steady(vx=0.01), grid=sol.grid))
+            np.testing.assert_allclose(sol.pressure, elastic.pressure, atol=1e-3 * elastic.max_pressure)
+            assert sol.Fx == pytest.approx(elastic.Fx, rel=1e-3)
+            by_tractions = np.sum(elastic.pressure * elastic.grid.x) * elastic.grid.area / elastic.normal_force
+            assert found[-1] == pytest.approx(by_tractions, abs=1e-4)
+    assert found[1] > 3 * max(abs(found[0]), abs(found[2]))
+
+
 def test_what_is_put_in_is_lost():
     """By friction and inside the bodies; the hysteresis computed from displacements, first order in the step."""
     off = []

@@ -11,8 +11,8 @@ import numpy as np
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator
-from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticHalfSpaces
-from varcontact.scene.bodies import Bodies, Body, BodyPair, Layered, Viscoelastic, surface_material
+from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
+from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, surface_material
 from varcontact.scene.grid import Cells, Grid
 
 FREE_DEPTH = 4.0
@@ -120,24 +120,37 @@ def medium_of(
     """
     if isinstance(bodies, Bodies):
         return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, FREE_DEPTH if depth is None else depth)
-    if bodies.relaxes:
+    if depth is None:
+        depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
+    if not any(isinstance(body, Layered) for body in (bodies.upper, bodies.lower)):
         assert speed is not None
-        longest = speed * bodies.longest_relaxation / length
-        return _viscoelastic(bodies, length, FREE_DEPTH * max(1.0, longest) if depth is None else depth, speed)
+        return _viscoelastic(bodies, length, depth, speed)
     from varcontact.elasticity.layered import LayeredPair, Stack
 
-    def stack(body: Body | str) -> Stack:
+    def stack(body: Body | str, G: float) -> Stack:
         if not isinstance(body, Layered):
             modulus, nu = surface_material(body)
             return Stack((), (modulus / G, nu))
         layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
         return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
 
-    G = bodies.combined_G
-    return LayeredPair(stack(bodies.upper), stack(bodies.lower), FREE_DEPTH if depth is None else depth, coupled)
+    def pair(upper: Body | str, lower: Body | str) -> LayeredPair:
+        G = BodyPair(upper, lower).combined_G
+        return LayeredPair(stack(upper, G), stack(lower, G), depth, coupled)
+
+    lagging = []
+    alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))
+    for body, upper, lower in alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),):
+        if isinstance(body, Layered | Viscoelastic) and body.relaxations:
+            medium, share = pair(upper, lower), bodies.combined_G / BodyPair(upper, lower).combined_G
+            lagging += [
+                Lagging((speed or 0.0) * time / length, part * share, medium) for part, time in body.relaxations
+            ]
+    whole = pair(bodies.upper, bodies.lower)
+    return ViscoelasticMedium(whole, tuple(lagging)) if lagging else whole
 
 
-def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -> ViscoelasticHalfSpaces:
+def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -> ViscoelasticMedium:
     """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the sign of its side."""
     surfaces, parts = bodies.surfaces, dict[float, list[tuple[float, float, float]]]()
     for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
@@ -152,4 +165,4 @@ def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -
         factor = float(weights.sum())
         K = float(weights @ differences) / factor if bodies.coupled else 0.0
         lagging.append(Lagging(distance, factor, HalfSpaces(float(weights @ ratios) / factor, K, depth)))
-    return ViscoelasticHalfSpaces(HalfSpaces(surfaces.combined_nu, surfaces.K, depth), tuple(lagging))
+    return ViscoelasticMedium(HalfSpaces(surfaces.combined_nu, surfaces.K, depth), tuple(lagging))

@@ -1,4 +1,4 @@
-"""Influence numbers of viscoelastic half-spaces that roll steadily: standard linear solids with several relaxations.
+"""Influence numbers of viscoelastic bodies that roll steadily: standard linear solids with several relaxations.
 
 The creep compliance is ``J(t) = J0 (1 + sum f (1 - exp(-t/tau)))`` with constant Poisson's ratio. A particle now at x
 was at x + s when the bodies had rolled a distance s less, so that with ``l = V tau`` displacements are elastic ones and
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.plane_strain import combined, strip_integrals
 from varcontact.scene.grid import Grid
 
@@ -30,25 +30,25 @@ Numbers = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Lagging:
-    """What of the displacements follows with one relaxation length, by the elastic ones: of half-spaces, a factor."""
+    """What of the displacements follows with one relaxation length: a factor of those of an elastic medium."""
 
     length: float
     factor: float
-    half_spaces: HalfSpaces
+    medium: Medium
 
 
 @dataclass(frozen=True)
-class ViscoelasticHalfSpaces:
-    """Two half-spaces that roll steadily, with their elastic (glassy) constants and what lags behind.
+class ViscoelasticMedium:
+    """Two bodies that roll steadily: as they are at once (glassy), and what lags behind.
 
     Attributes
     ----------
-    glassy : HalfSpaces
+    glassy : Medium
     lagging : tuple of Lagging
         One for each relaxation length.
     """
 
-    glassy: HalfSpaces
+    glassy: Medium
     lagging: tuple[Lagging, ...]
 
     @property
@@ -59,7 +59,7 @@ class ViscoelasticHalfSpaces:
     @property
     def K(self) -> float:
         """Size of the coupling, no less than it has at any frequency."""
-        return abs(self.glassy.K) + sum(each.factor * abs(each.half_spaces.K) for each in self.lagging)
+        return abs(self.glassy.K) + sum(each.factor * abs(each.medium.K) for each in self.lagging)
 
     @property
     def depth(self) -> float:
@@ -76,10 +76,10 @@ class ViscoelasticHalfSpaces:
         names = list(components)
         found = self.glassy.influence(grid, x, y, names)
         for each in self.lagging:
-            if grid.line:
-                later = _lagged_strip(each, np.asarray(x, dtype=float), grid.sides[0], names)
+            if grid.line and isinstance(each.medium, HalfSpaces):
+                later = _lagged_strip(each.length, each.medium, np.asarray(x, dtype=float), grid.sides[0], names)
             else:
-                later = _lagged_rectangle(each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names)
+                later = _lagged_numbers(each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names)
             found = {name: found[name] + each.factor * later[name] for name in names}
         return found
 
@@ -87,16 +87,17 @@ class ViscoelasticHalfSpaces:
 # ----------------------------------------------------------------------------- strips
 
 
-def _lagged_strip(each: Lagging, x: np.ndarray, dx: float, names: list[str]) -> dict[str, np.ndarray]:
+def _lagged_strip(
+    length: float, bodies: HalfSpaces, x: np.ndarray, dx: float, names: list[str]
+) -> dict[str, np.ndarray]:
     """In closed form: with L and J of the strip, ``L - l [[Lambda]]`` and ``J + l [[m]]`` at its two edges.
 
     Lambda is the mean of ``ln|x + s|``, m that of ``sgn(x + s)``: 1 where x > 0, ``2 exp(x/l) - 1`` elsewhere.
     """
-    half, bodies = each.length, each.half_spaces
     logarithm, sign = strip_integrals(x, dx, bodies.depth)
     right, left = x + dx / 2, x - dx / 2
-    logarithm = logarithm - half * (_mean_logarithm(right, half) - _mean_logarithm(left, half))
-    sign = sign + 2 * half * (np.expm1(np.minimum(right, 0) / half) - np.expm1(np.minimum(left, 0) / half))
+    logarithm = logarithm - length * (_mean_logarithm(right, length) - _mean_logarithm(left, length))
+    sign = sign + 2 * length * (np.expm1(np.minimum(right, 0) / length) - np.expm1(np.minimum(left, 0) / length))
     return combined(logarithm, sign, bodies.nu, bodies.K, 1.0, names)
 
 
@@ -119,17 +120,15 @@ def _mean_logarithm(x: np.ndarray, length: float) -> np.ndarray:
     return np.where(np.abs(t) < 1, close, away)
 
 
-# ----------------------------------------------------------------------------- rectangles
+# ----------------------------------------------------------------------------- rectangles, and strips on layers
 
 
-def _lagged_rectangle(
-    each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]
-) -> dict[str, np.ndarray]:
+def _lagged_numbers(each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]) -> dict[str, np.ndarray]:
     """On a lattice of points along x by recursion from the front backwards, elsewhere point by point."""
 
     def numbers(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        found = each.half_spaces.influence(grid, x, y, names)
-        return np.stack([found[name] for name in names])
+        found = each.medium.influence(grid, x, y, names)
+        return np.stack(np.broadcast_arrays(*(found[name] for name in names)))
 
     dx, dy = grid.sides
     shape = np.broadcast_shapes(x.shape, y.shape)

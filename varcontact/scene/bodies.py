@@ -182,7 +182,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class Layered:
-    """A body of layers on a base, elastic: coated, graded, or a strip.
+    """A body of layers on a base: coated, graded, or a strip.
 
     Parameters
     ----------
@@ -191,11 +191,13 @@ class Layered:
     base : (G, nu), "rigid" or "smooth"
         A half-space that the last layer is bonded to, a rigid one, or a rigid one without friction: also the middle of
         a strip that is loaded alike from both sides.
+    relaxations : sequence of (f, tau), optional
+        Those of a `Viscoelastic` solid, which all layers, and a base that gives way, are of.
 
     Raises
     ------
     SceneError
-        If there is no layer, or the base is none of these.
+        If there is no layer, the base is none of these, or parts or times are not positive.
 
     Examples
     --------
@@ -205,8 +207,10 @@ class Layered:
 
     layers: tuple[Layer, ...]
     base: tuple[float, float] | str
+    relaxations: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=0))
         layers = tuple(self.layers) if isinstance(self.layers, list | tuple) else ()
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
@@ -231,7 +235,8 @@ class Layered:
     def softest(self) -> float:
         """Least modulus of rigidity of its parts."""
         base = () if isinstance(self.base, str) else (self.base[0],)
-        return min(*(layer.G for layer in self.layers), *base, self.layers[0].G)
+        least = min(*(layer.G for layer in self.layers), *base, self.layers[0].G)
+        return least / (1 + sum(part for part, _ in self.relaxations))
 
 
 @dataclass(frozen=True)
@@ -266,14 +271,7 @@ class Viscoelastic:
     def __post_init__(self) -> None:
         object.__setattr__(self, "G", checks.positive("bodies.G", self.G))
         object.__setattr__(self, "nu", _poisson("bodies.nu", self.nu))
-        given, made = self.relaxations, []
-        pairs = checks.is_array(given) and len(given) > 0
-        if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
-            raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau), one at least")
-        for k, (part, time) in enumerate(given):
-            names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
-            made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
-        object.__setattr__(self, "relaxations", tuple(made))
+        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=1))
 
     @property
     def relaxed_G(self) -> float:
@@ -311,9 +309,6 @@ class BodyPair:
                 raise SceneError(f"bodies.{name}", body, allowed)
         if self.upper == self.lower == RIGID:
             raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
-        if self.relaxes and any(isinstance(body, Layered) for body in (self.upper, self.lower)):
-            message = "bodies: a viscoelastic body with a layered one is not available; give half-spaces"
-            raise SceneError("bodies", self, message=message)
 
     @property
     def surfaces(self) -> Bodies:
@@ -330,7 +325,7 @@ class BodyPair:
     @property
     def longest_relaxation(self) -> float:
         """Longest relaxation time [time]; 0: both bodies are elastic."""
-        solids = [body for body in (self.upper, self.lower) if isinstance(body, Viscoelastic)]
+        solids = [body for body in (self.upper, self.lower) if isinstance(body, Layered | Viscoelastic)]
         return max((time for solid in solids for _, time in solid.relaxations), default=0.0)
 
     @property
@@ -393,6 +388,17 @@ def _softest(body: Body | str) -> float:
     if isinstance(body, Layered):
         return body.softest
     return body.relaxed_G if isinstance(body, Viscoelastic) else surface_material(body)[0]
+
+
+def _relaxations(given: Any, least: int) -> tuple[tuple[float, float], ...]:
+    pairs = checks.is_array(given) and len(given) >= least
+    if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
+        raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau)" + ", one at least" * least)
+    made = []
+    for k, (part, time) in enumerate(given):
+        names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
+        made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
+    return tuple(made)
 
 
 def _modulus(field: str, value: Any) -> float:
