@@ -132,6 +132,7 @@ def test_samples_with_coordinates_serve_any_grid():
 
 BAD = {
     "surface.inclination": [
+        lambda: vc.solve(scene(GRID.y / 4.0, approach=0.05)),
         lambda: vc.SampledDistance(DISTANCE, inclination=GRID.y),
         lambda: vc.SampledDistance(DISTANCE, inclination=[0.0, 0.1]),
         lambda: vc.SampledDistance(DISTANCE, inclination=np.full(GRID.rows, np.nan)),

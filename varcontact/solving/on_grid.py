@@ -62,7 +62,9 @@ GRIDS, CLOSER = 20, 3
 """The most grids that are tried, and how often one that lies closer around the contact."""
 ROOM = 0.1
 """Room that a contact is given where tractions move it, by its length: only the next elements are seen."""
-FORCE, MOST = 1e-12, 20
+WIDEST = 2.0
+"""How far the reference surface may turn over a conformal contact [rad]."""
+FORCE, MOST = 1e-9, 20
 """Part of the normal force that may be missing in conformal contact, and the most solutions to find it."""
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
@@ -116,38 +118,52 @@ def solve_contact(
     """The contact on a grid that holds it.
 
     In conformal contact pressures have several directions: their sum is sought with which they and the tractions bear
-    the normal force, by the secant; then the approach is as good as given.
+    the normal force.
     """
-    if not isinstance(scene.surface, SampledDistance) or not scene.conformal or scene.normal_force is None:
+    if not isinstance(scene.surface, SampledDistance) or not scene.conformal:
         return _solve_contact(scene, solver, known, begun, near)
+    disc, state = _solve_contact(scene, solver, known, begun, near)
+    if scene.normal_force is not None:
+        disc, state = _bearing(scene.surface, scene.normal_force, disc, solver, state)
+    _check_turn(scene.surface, disc, state)
+    return disc, state
+
+
+def _bearing(
+    surface: SampledDistance, force: float, disc: Discretisation, solver: ContactSolver, state: ContactState
+) -> tuple[Discretisation, ContactState]:
+    """The contact that bears a force along the normal of the plane, from the one whose pressures have it as their sum.
+
+    By the secant; the approach is then as good as given.
+    """
     tried: list[tuple[float, float]] = []
-    total = scene.normal_force
-    for _ in range(MOST):
-        disc, state = _solve_contact(replace(scene, normal_force=total), solver, known, begun, near)
-        normal = scene.surface.along_axes(disc.grid, state.traction, state.pressure)[1]
-        borne = float(normal.sum()) * disc.lattice.area * disc.scales.force / scene.normal_force
-        tried.append((total, borne - 1))
-        if abs(borne - 1) <= FORCE or (len(tried) > 2 and abs(borne - 1) >= abs(tried[-2][1])):
-            break
-        known, begun = disc.operators, _with_fields_of(state)
-        if len(tried) == 1:
-            total = total / borne
-        else:
-            (total_before, missed_before), (_, missed) = tried[-2:]
-            total = total - missed * (total - total_before) / (missed - missed_before)
-    approach = state.approach * disc.scales.displacement + disc.base
-    return disc.with_loading(normal_force=None, approach=approach), state
+    total = force
+    while True:
+        normal = surface.along_axes(disc.grid, state.traction, state.pressure)[1]
+        missing = float(normal.sum()) * disc.lattice.area * disc.scales.force / force - 1
+        if abs(missing) <= FORCE or len(tried) == MOST or (len(tried) > 1 and abs(missing) >= abs(tried[-1][1])):
+            approach = state.approach * disc.scales.displacement + disc.base
+            return disc.with_loading(normal_force=None, approach=approach), state
+        slope = (1 + missing) / total  # forces grow together
+        if tried:
+            slope = (missing - tried[-1][1]) / (total - tried[-1][0])
+        tried.append((total, missing))
+        total -= missing / slope
+        disc = disc.with_loading(normal_force=total)
+        coupled = solver.plan.coupling != "none"
+        state = contact(disc, solver, state) if coupled else solver.pressure(disc, state)
 
 
-def _with_fields_of(found: ContactState) -> Callable[[Discretisation, ContactState], ContactState]:
-    """What gives a state the tractions of another, where it is on a grid of the same shape."""
-
-    def begun(disc: Discretisation, state: ContactState) -> ContactState:
-        if found.traction.shape[1:] != disc.grid.shape:
-            return state
-        return replace(state, traction=found.traction * (state.pressure > 0), rigid=found.rigid)
-
-    return begun
+def _check_turn(surface: SampledDistance, disc: Discretisation, state: ContactState) -> None:
+    """Refuse reference surfaces whose radius of curvature is smaller than half the width of the contact."""
+    angles = surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
+    turn = float(np.ptp(angles)) if angles.size else 0.0
+    if turn > WIDEST:
+        message = (
+            f"surface.inclination turns by {turn:.3g} rad over the contact, more than {WIDEST:g}: its radius "
+            "of curvature is smaller than half the width of the contact, and no influence numbers hold for that"
+        )
+        raise SceneError("surface.inclination", turn, f"at most {WIDEST:g} rad over the contact", message=message)
 
 
 def _solve_contact(
