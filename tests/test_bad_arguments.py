@@ -29,7 +29,7 @@ DIGITS = 10**5000
         (lambda: vc.solve(HISTORY, store=3), "store = 3 is not allowed: must be the name of a file"),
         (lambda: vc.converge(HERTZIAN, [4, 6], method=3), "method = 3 is not allowed: must be a name, or a list of"),
         (lambda: vc.plot_comparison(3), "table = 3 is not allowed"),
-        (lambda: hertz(1, 1, 5, force=1.0), "bodies = 5 is not allowed: must be Bodies"),
+        (lambda: hertz(1, 1, 5, force=1.0), "bodies = 5 is not allowed: must be half-spaces"),
         (lambda: hertz_ellipse(1, 1, 5, force=1.0), "bodies = 5"),
         (lambda: line_contact(1, 5, force=1.0), "bodies = 5"),
         (lambda: bufler(1, 5, force=1.0), "bodies = 5"),

@@ -96,7 +96,7 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     >>> (scene,) = vc.read_contact_input(path)
     >>> scene.motion
     Steady(vx=0.0, vy=-0.000625, spin=0.000625, Fx=None, Fy=None, dq=0.4, spin_offset=0.16666666666666666, \
-slip_difference='first-order')
+slip_difference='first-order', speed=None)
     >>> f"Fy = {vc.solve(scene).force[1]:.0f} N"
     'Fy = -15000 N'
     >>> folder.cleanup()

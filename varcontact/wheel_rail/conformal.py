@@ -70,7 +70,10 @@ def curved_surface(
     if not np.isfinite(begins).all():
         raise too_rough(float(origin[0]))
     surface = np.concatenate([each.surface for each in overlaps])
-    grid = grid_over(overlaps, frame, on_rail.at(surface @ along, along) - begins[0], sides)
+    arc = on_rail.at(surface @ along, along) - begins[0]
+    if not np.isfinite(arc).all():
+        raise too_rough(float(origin[0]))
+    grid = grid_over(overlaps, frame, arc, sides)
     points, directions = np.zeros((2, grid.rows, 2)), np.zeros((2, grid.rows, 2))
     for i, (curve, begin) in enumerate(zip((on_rail, on_wheel), begins, strict=True)):
         s = begin + grid.y

@@ -11,13 +11,13 @@ from varcontact.solving import adaptive
 @pytest.fixture
 def clock(monkeypatch):
     """Time that goes by with the elements solved: the same however busy the machine is."""
-    clock, solve = SimpleNamespace(now=0.0), adaptive.solve_on_grid
+    clock, solve = SimpleNamespace(now=0.0), adaptive._solved
 
     def timed(scene, *rest):
         clock.now += 0.01 + 5e-5 * scene.grid.size
         return solve(scene, *rest)
 
-    monkeypatch.setattr(adaptive, "solve_on_grid", timed)
+    monkeypatch.setattr(adaptive, "_solved", timed)
     for module in (adaptive, interface):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock
