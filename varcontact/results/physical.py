@@ -85,6 +85,15 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
     return along_x + float(found[0]), along_y + float(found[1]), about_z
 
 
+def power(sol: Solution) -> float:
+    """Work put in by creepages and by the pressure, by distance rolled."""
+    if sol.scene.conformal or getattr(sol.motion, "rigid_slip", None) is not None:
+        return rolling_resistance(sol) + power_of_elements(sol)
+    loads, motion = np.array([*sol.force, sol.moment]), np.array(sol.creepage)
+    moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
+    return rolling_resistance(sol) - float(loads[moved] @ motion[moved])
+
+
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure by distance rolled [force].
 

@@ -141,10 +141,7 @@ class Solution:
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one.
-
-        NaN by a theory that has none (Polach's), and so is its power, wherever there is spin.
-        """
+        """Twisting moment Mz on body 1 about the origin (117), by `error_estimate`; NaN by a theory that has none."""
         if not self.plan.has_moment:
             return np.nan
         x, y = self.grid.x[None, :], self.grid.y[:, None]
@@ -274,25 +271,16 @@ class Solution:
     def power(self) -> float:
         """Work that the rolling motion puts into the contact, by distance rolled [force]; in a shift [force length].
 
-        ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies the work of their pressure in addition: tractions move it
-        forward, and it resists rolling. In steady rolling of elastic bodies friction loses all of it; viscoelastic ones
-        lose the rest. A shift, and a step of a history, also change the elastic energy.
+        ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies friction loses all;
+        viscoelastic ones lose the rest. A shift, and a step of a history, also change the elastic energy.
         """
-        from varcontact.results.physical import power_of_elements
+        from varcontact.results.physical import power
 
-        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
-            return self.rolling_resistance + power_of_elements(self)
-        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
-        moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
-        return self.rolling_resistance - float(loads[moved] @ motion[moved])
+        return power(self)
 
     @property
     def rolling_resistance(self) -> float:
-        """Work of the pressure by distance rolled [force]: a force against rolling, of unlike or viscoelastic bodies.
-
-        Of viscoelastic bodies it is the integral of the pressure times the slope of the undeformed distance along x:
-        of a roller of radius R the moment of the pressure by R.
-        """
+        """Work of the pressure by distance rolled [force]: a resistance of unlike or viscoelastic bodies."""
         from varcontact.results.physical import rolling_resistance
 
         return rolling_resistance(self)

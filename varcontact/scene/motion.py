@@ -244,20 +244,13 @@ class Start(Protocol):
     """What a history can go on from: a solution."""
 
     @property
-    def grid(self) -> Grid:
-        """Potential contact."""
-
+    def grid(self) -> Grid: ...
     @property
-    def pressure(self) -> np.ndarray:
-        """Shape (ny, nx) [force/area]."""
-
+    def pressure(self) -> np.ndarray: ...  # (ny, nx)
     @property
-    def traction(self) -> np.ndarray:
-        """On body 1, shape (2, ny, nx) [force/area]."""
-
+    def traction(self) -> np.ndarray: ...  # on body 1, (2, ny, nx)
     @property
-    def state(self) -> np.ndarray:
-        """0 exterior, 1 stick, 2 slip, shape (ny, nx)."""
+    def state(self) -> np.ndarray: ...  # 0 exterior, 1 stick, 2 slip
 
 
 Numbers = float | Sequence[float]

@@ -182,7 +182,7 @@ class Scene(Generic[MotionT_co]):
 
     @property
     def difference(self) -> str:
-        """Why pressure and tractions are coupled or not, in words."""
+        """Why pressure and tractions are coupled or not."""
         return "a curved reference surface" if self.conformal else self.bodies.difference
 
     @property
@@ -249,10 +249,7 @@ class Scene(Generic[MotionT_co]):
 
     @cached_property
     def hertz(self) -> HertzContact | None:
-        """Hertz's solution where surface and bodies are Hertzian, else None; a line contact has an infinite b.
-
-        The approach of a line contact is NaN where no reference depth is given. None, too, if only steps have loads.
-        """
+        """Hertz's solution where surface, bodies and load allow it, else None; a line contact has an infinite b."""
         if not isinstance(self.bodies, Bodies):
             return None
         if not self.normal_force and (self.approach is None or self.approach <= 0):
