@@ -39,7 +39,8 @@ for enough in {sizes}:
     print(seen[-1], len(vc.load("run.nc")))
 """
 ENDED = """
-import os, resource, signal
+import os, resource, signal, sys
+sys.dont_write_bytecode = True  # what the limit of size cuts off would stay
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 for limit in {limits}:
     child = os.fork()
@@ -52,7 +53,8 @@ for limit in {limits}:
     print(os.path.getsize("run.nc"), len(vc.load("run.nc")))
 """
 FULL = """
-import resource
+import resource, sys
+sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
 try:
     vc.solve(scene, store="run.nc")

@@ -262,7 +262,7 @@ def test_a_full_disk(tmp_path):
     """No room for the table: an error that says so; the table written before stays, whole."""
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
-        "import resource, varcontact as vc\n"
+        "import resource, sys, varcontact as vc; sys.dont_write_bytecode = True\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500))\n"
         "vc.converge(vc.read_scene('scene.toml')[0], [6, 8, 10], store='study.csv')\n"
     )
