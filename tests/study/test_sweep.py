@@ -375,7 +375,8 @@ def test_a_store_that_is_replaced_meanwhile_is_not_written_over(scene, alone, tm
 def test_a_full_disk_is_found_before_any_work(tmp_path):
     """The store takes all its room at once: a limit on the size of files stands for the disk."""
     code = (
-        "import resource, signal, sys; import varcontact as vc; sys.dont_write_bytecode = True; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "import resource, signal, sys; import varcontact as vc; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "sys.dont_write_bytecode = True\n"
         "scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.2, b=0.9), normal_force=1.0,\n"
         "    friction=0.3, motion=vc.Steady(vx=0.04), grid=vc.Grid(nx=6, ny=6))\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))\n"
