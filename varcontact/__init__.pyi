@@ -39,7 +39,7 @@ from .scene.units import MM_N, SI, Units
 from .solving.plan_report import plan
 from .solving.solve import certify, solve
 from .solving.verify import load
-from .study.compare import compare
+from .study.compare import Comparison, compare
 from .study.converge import converge
 from .study.convergence import Convergence
 from .study.references import Reference, references
@@ -56,6 +56,7 @@ __all__ = [
     "Bodies",
     "BodyPair",
     "Certificate",
+    "Comparison",
     "ContactOutput",
     "ContactResult",
     "Convergence",
