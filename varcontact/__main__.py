@@ -20,7 +20,12 @@ def main() -> None:
 
 
 def _end() -> None:
-    """End without the second or so in which the interpreter clears up, while threads go on in it."""
+    """End without the second or so in which the interpreter clears up, while threads go on in it.
+
+    Only semaphores of pools are taken away, by the finalizers that run at an exit (those below 0 would wait).
+    """
+    if "multiprocessing.util" in sys.modules:
+        sys.modules["multiprocessing.util"]._run_finalizers(0)
     with contextlib.suppress(OSError):  # a reader that has gone
         sys.stdout.flush()
         sys.stderr.flush()
