@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, as_solved, unloaded
+from varcontact.elasticity.conformal import NINE, Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium
@@ -125,8 +127,13 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     by_pressure = float(state.pressure.sum()) * max(-float(disc.operators.normal.table.min()), 0.0)
     if disc.K == 0 or not np.any(state.traction):
         return by_pressure
-    load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return by_pressure + abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
+    load, medium = float(np.hypot(*state.traction).sum()) * disc.lattice.area, disc.operators.medium
+    if disc.line:
+        return by_pressure + abs(disc.K) * load
+    nearest, K = np.pi * min(disc.lattice.sides), disc.K
+    if isinstance(medium, Conformal):  # what turning adds falls by one over the distance, and grows by the angle
+        K = abs(medium.flat.K) + medium.curvature * min(disc.lattice.sides)
+    return by_pressure + abs(K) * load / nearest
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
@@ -191,25 +198,47 @@ def _raised_about(
     disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
-    (load_x, load_y, load_z), medium = loads, _at_once(disc)
-    K = medium.K
+    medium = _at_once(disc)
+    names = ("zz",) if medium.K == 0 else ("zx", "zy", "zz")
+    by_name = dict(zip(("zx", "zy", "zz"), loads, strict=True))
     raised = np.empty(x.size)
-    for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 200_000):
-        from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
-        square = from_x**2 + from_y**2
-        if not isinstance(medium, HalfSpaces):
-            numbers = medium.influence(disc.lattice, from_x, from_y, ("zz",) if K == 0 else ("zx", "zy", "zz"))
-            by_name = {"zx": load_x, "zy": load_y, "zz": load_z}
-            raised[part] = sum(by_name[name] @ each for name, each in numbers.items()) * (np.pi / disc.lattice.area)
-        elif disc.line:
-            raised[part] = -(1 - medium.nu) * load_z @ np.log(square / medium.depth**2)
-            if K != 0:
-                raised[part] += np.pi * K * load_x @ np.sign(from_x)
-        else:
-            raised[part] = (1 - medium.nu) * load_z @ (1 / np.sqrt(square))
-            if K != 0:
-                raised[part] += K * (load_x @ (from_x / square) + load_y @ (from_y / square))
-    return raised / np.pi
+    for part in np.array_split(np.arange(x.size), 1 + x.size * loads.shape[1] // 200_000):
+        numbers = _by_forces(medium, disc.lattice, x[part] - centres[0][:, None], y[part] - centres[1][:, None], names)
+        raised[part] = sum(by_name[name] @ each for name, each in numbers.items())
+    return raised
+
+
+def _by_forces(
+    medium: Medium, lattice: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
+) -> dict[str, np.ndarray]:
+    """Displacements by a point or line force of one; of bodies that are no half-spaces by one on an element."""
+    if isinstance(medium, Conformal):
+        return medium.turned(_by_forces(medium.flat, lattice, x, y, NINE), y, components)
+    if not isinstance(medium, HalfSpaces):
+        numbers = medium.influence(lattice, x, y, components)
+        return {name: each / lattice.area for name, each in numbers.items()}
+    nu, K, square = medium.nu, medium.K, x**2 + y**2
+    if lattice.line:
+        along = {
+            "zz": lambda: -(1 - nu) * np.log(square / medium.depth**2) / np.pi,
+            "zx": lambda: K * np.sign(x),
+            "zy": lambda: 0.0 * square,
+        }
+        return {name: along[name]() for name in components}
+    per_distance = 1 / (np.pi * np.sqrt(square))
+    by_square = K / (np.pi * square)
+    forms = {
+        "xx": lambda: (1 - nu * y**2 / square) * per_distance,
+        "yy": lambda: (1 - nu * x**2 / square) * per_distance,
+        "xy": lambda: nu * x * y / square * per_distance,
+        "zz": lambda: (1 - nu) * per_distance,
+        "zx": lambda: x * by_square,
+        "zy": lambda: y * by_square,
+        "xz": lambda: -x * by_square,
+        "yz": lambda: -y * by_square,
+    }
+    forms["yx"] = forms["xy"]
+    return {name: forms[name]() for name in components}
 
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:

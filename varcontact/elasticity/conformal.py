@@ -24,6 +24,8 @@ from varcontact.system.process import one_blas_thread
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""
 
+NINE = tuple(row + column for row in "xyz" for column in "xyz")
+
 Harmonics = dict[tuple[int, int, int], tuple[np.ndarray | None, np.ndarray | None]]
 """By the number m of half turns, row and column: tables C and S of ``cos(m t/2) C + sin(m t/2) S``."""
 
@@ -63,10 +65,18 @@ class Conformal:
         """Inclination at points; beyond those given with the curvature that it has at the ends."""
         return continued(np.array(self.y), np.array(self.angles), y)
 
+    @property
+    def curvature(self) -> float:
+        """The largest, between the places given."""
+        turns = np.abs(np.diff(self.angles)) / np.diff(self.y)
+        return float(turns.max(initial=0.0))
+
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers by offset, on a surface of the mean curvature: for what is seen from far away."""
-        names = [row + column for row in "xyz" for column in "xyz"]
-        flat = self.flat.influence(grid, x, y, names)
+        return self.turned(self.flat.influence(grid, x, y, NINE), y, components)
+
+    def turned(self, flat: dict[str, np.ndarray], y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """The same, from all nine numbers of the flat surface."""
         blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
         span = self.y[-1] - self.y[0]
         angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
