@@ -264,6 +264,23 @@ class Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient` and so on."""
         return replace(self, loading=replace(self.loading, **changes))
 
+    def at_approach(self, approach: float) -> Discretisation:
+        """The same bodies at a dimensionless approach."""
+        return self.with_loading(normal_force=None, approach=approach * self.scales.displacement + self.base)
+
+    @cached_property
+    def along_normal(self) -> np.ndarray:
+        """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3, ny, 1): conformal."""
+        assert isinstance(self.surface, SampledDistance)
+        angle = self.surface.inclination_at(self.grid)[:, None]
+        return np.array([0.0 * angle, np.sin(angle), np.cos(angle)])
+
+    def excess_force(self, traction: np.ndarray, pressure: np.ndarray) -> float:
+        """Force along the normal of the plane in conformal contact, divided by the prescribed one, less 1."""
+        assert self.loading.normal_force is not None
+        borne = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
+        return borne * self.scales.force / self.loading.normal_force - 1
+
     def at_step(self, scene: Scene, previous_step: PreviousStep | None) -> Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface

@@ -80,12 +80,14 @@ class Conformal:
         blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
         span = self.y[-1] - self.y[0]
         angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
+        c, s = np.cos(angle / 2), np.sin(angle / 2)
+        waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
         found = {}
         for name in components:
             found[name] = np.zeros(blocks["x", "x"].shape)
-            for half_turns, even, odd in _harmonics_of(blocks, name[0], name[1]):
-                for wave, numbers in ((np.cos, even), (np.sin, odd)):
-                    found[name] += 0.0 if numbers is None else wave(half_turns * angle / 2) * numbers
+            for half_turns, *tables in _harmonics_of(blocks, name[0], name[1]):
+                for wave, numbers in zip(waves[half_turns], tables, strict=True):
+                    found[name] += 0.0 if numbers is None else wave * numbers
         return found
 
     def operator(self, grid: Grid, rows: str, columns: str, **step: Any) -> GridOperator:

@@ -318,7 +318,7 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
         start = solver.traction(disc, start)
         check_memory("coupled", "newton", "none", 3 * disc.grid.size)
         with solver.stats.stage("both"):
-            start = coupled_newton(disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline))
+            disc, start = coupled_newton(disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline))
     state = solver.joint_pass(disc, start) if together else solver.traction(disc, start)
     if not plan.loops:
         return state

@@ -124,13 +124,19 @@ def coupled_residual(disc: Discretisation, state: ContactState) -> float:
     return max(residuals(disc, state))
 
 
-def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings) -> ContactState:
-    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were where it fails."""
+def coupled_newton(
+    disc: Discretisation, state: ContactState, settings: Settings
+) -> tuple[Discretisation, ContactState]:
+    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were where it fails.
+
+    In conformal contact they bear the normal force along the normal of the plane; the approach is then as good as given.
+    """
     tangential, loading = disc.tangential_problem(state.pressure), disc.loading
     if tangential.size == 0 or not np.any(state.traction):
-        return state
+        return disc, state
     chosen, operators = tangential.directions, disc.operators
     free = loading.normal_force is not None
+    turned = free and disc.conformal and loading.law is None
     problem = CoupledProblem(
         normal=operators.normal,
         traction_to_distance=operators.traction_to_distance.between((0,), chosen),
@@ -142,6 +148,7 @@ def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings
         area=disc.lattice.area,
         approach=None if free else state.approach,
         force=(None if loading.normal_force is None else loading.normal_force / disc.scales.force, *tangential.force),
+        along_normal=disc.along_normal[[2, *chosen]] if turned else None,
     )
 
     def found(raw: RawSolution) -> ContactState:
@@ -150,13 +157,21 @@ def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings
         approach = -float(raw.rigid[0]) if free else state.approach
         return replace(state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid)
 
+    def residual(raw: RawSolution) -> float:
+        if not turned:
+            return coupled_residual(disc, found(raw))
+        there = found(raw)
+        excess = disc.excess_force(there.traction, there.pressure)
+        return max(coupled_residual(disc.at_approach(there.approach), there), abs(excess))
+
     level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
     start = RawSolution(fields, level, 0, "start")
     with settings.stats.called("newton"):
-        raw = newton_coupled(problem, settings, start, lambda raw: coupled_residual(disc, found(raw)))
+        raw = newton_coupled(problem, settings, start, residual)
         settings.stats.iterated("newton", raw.iterations)
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
-    better = finite and (raw.solved or coupled_residual(disc, found(raw)) < coupled_residual(disc, state))
+    better = finite and (raw.solved or (not turned and residual(raw) < coupled_residual(disc, state)))
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    return replace(found(raw) if better else state, iterations=iterations)
+    state = replace(found(raw) if better else state, iterations=iterations)
+    return (disc.at_approach(state.approach) if turned and better else disc), state

@@ -124,34 +124,33 @@ def solve_contact(
         return _solve_contact(scene, solver, known, begun, near)
     disc, state = _solve_contact(scene, solver, known, begun, near)
     if scene.normal_force is not None:
-        disc, state = _bearing(scene.surface, scene.normal_force, disc, solver, state)
+        disc, state = _bearing(disc, solver, state, solver.plan.coupling != "none")
     _check_turn(scene.surface, disc, state)
     return disc, state
 
 
 def _bearing(
-    surface: SampledDistance, force: float, disc: Discretisation, solver: ContactSolver, state: ContactState
+    disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
 ) -> tuple[Discretisation, ContactState]:
-    """The contact that bears a force along the normal of the plane, from the one whose pressures have it as their sum.
+    """The contact that bears its force along the normal of the plane; the approach is then as good as given.
 
-    By the secant; the approach is then as good as given.
+    Newton's method for pressure and tractions has found it; of others pressures have the force as their sum, and the
+    secant finds the sum.
     """
     tried: list[tuple[float, float]] = []
-    total = force
+    total = disc.loading.normal_force or 0.0
     while True:
-        normal = surface.along_axes(disc.grid, state.traction, state.pressure)[1]
-        missing = float(normal.sum()) * disc.lattice.area * disc.scales.force / force - 1
-        if abs(missing) <= FORCE or len(tried) == MOST or (len(tried) > 1 and abs(missing) >= abs(tried[-1][1])):
-            approach = state.approach * disc.scales.displacement + disc.base
-            return disc.with_loading(normal_force=None, approach=approach), state
-        slope = (1 + missing) / total  # forces grow together
+        excess = disc.excess_force(state.traction, state.pressure)
+        no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
+        if abs(excess) <= max(FORCE, solver.tol) or len(tried) == MOST or no_nearer:
+            return disc.at_approach(state.approach), state
+        slope = (1 + excess) / total  # forces grow together
         if tried:
-            slope = (missing - tried[-1][1]) / (total - tried[-1][0])
-        tried.append((total, missing))
-        total -= missing / slope
-        disc = disc.with_loading(normal_force=total)
-        coupled = solver.plan.coupling != "none"
-        state = contact(disc, solver, state) if coupled else solver.pressure(disc, state)
+            slope = (excess - tried[-1][1]) / (total - tried[-1][0])
+        tried.append((total, excess))
+        total -= excess / slope
+        one = disc.with_loading(normal_force=total)
+        state = contact(one, solver, state) if coupled else solver.pressure(one, state)
 
 
 def _check_turn(surface: SampledDistance, disc: Discretisation, state: ContactState) -> None:
@@ -188,6 +187,8 @@ def _solve_contact(
         known = disc.operators
         start = unloaded(grid) if found is None else found.on(disc)
         disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)
+        if disc.conformal and scene.normal_force is not None:
+            _, state = _bearing(disc, replace(solver, tol=max(solver.tol, FOUND)), state, coupled=False)
         with solver.stats.stage("grid"):
             settled = coupled and moved > 0
             wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)

@@ -44,6 +44,7 @@ class CoupledProblem:
     area: float  # of an element
     approach: float | None  # prescribed, or unknown
     force: tuple[float | None, ...]  # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
+    along_normal: np.ndarray | None = None  # (1 + c, ny, 1) parts of the fields in the normal force, if not p_z alone
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
@@ -221,6 +222,7 @@ class ScaledCoupled:
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * self.load[i, 0, 0]) for i in free])
         weight = 1 / np.sqrt(problem.distance.size)
         split = int(0 in free)
+        shares = None if problem.along_normal is None else problem.along_normal * self.load / self.load[0]
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         within = np.ones(shape, dtype=bool)
@@ -229,7 +231,7 @@ class ScaledCoupled:
             NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
             TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
             problem.friction / part,
-            Forces(tuple(free), sums, weight),
+            Forces(tuple(free), sums, weight, shares=shares),
         )
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:

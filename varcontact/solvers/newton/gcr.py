@@ -39,12 +39,14 @@ class Forces:
     """Prescribed sums (k,) of traction components; a uniform rigid shift along each is unknown.
 
     `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one, if not one.
+    Where the first sum is that of parts of all components, `shares` (c, ny, nx) are these.
     """
 
     components: tuple[int, ...]
     sums: np.ndarray
     weight: float
     scale: np.ndarray | None = None
+    shares: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
         """What tractions lack of the sums, weighted (k,)."""
@@ -53,7 +55,10 @@ class Forces:
     def of(self, traction: np.ndarray) -> np.ndarray:
         """The sums of tractions, in double precision (k,)."""
         scale = 1.0 if self.scale is None else self.scale
-        return np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
+        sums = np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
+        if self.shares is not None:
+            sums[0] = (self.shares * traction).sum(dtype=float)
+        return sums
 
     def displacement(self, rigid: np.ndarray) -> np.ndarray:
         """Displacements by rigid shifts (c, 1, 1), as elements count them."""

@@ -14,7 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.conformal import ConformalOperator
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
 
 KERNELS = 16
 """Kernels that an operator remembers: those of the levels of two or three contacts."""
@@ -95,7 +96,7 @@ class SoftenedKernel:
     natural maps then treat a soft element as they treat the others.
     """
 
-    kernel: Kernel
+    kernel: Kernel | CurvedKernel
     softening: np.ndarray
 
     @cached_property
@@ -119,6 +120,32 @@ class SoftenedKernel:
         product *= self.scale
         product += self._diagonal * traction
         return product
+
+
+@dataclass(frozen=True, eq=False)
+class CurvedKernel:
+    """That of a surface whose curvature varies, on a box from a row of its grid; `kernel` is that of the mean one."""
+
+    kernel: Kernel
+    operator: ConformalOperator
+    first: int
+
+    @cached_property
+    def _unit(self) -> np.float32:
+        return np.float32(unit(self.operator))
+
+    @property
+    def circulant(self) -> Circulant:
+        return self.kernel.circulant
+
+    def __call__(self, traction: np.ndarray) -> np.ndarray:
+        """Displacements by tractions (c, ny, nx), both float32."""
+        ny, nx = traction.shape[1:]
+        box = slice(None), slice(self.first, self.first + ny), slice(nx)
+        whole = np.zeros((len(traction), *self.operator.shape), np.float32)
+        whole[box] = traction / self._unit
+        found: np.ndarray = self.operator.apply_in_single_precision(whole)[box]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +235,15 @@ def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) ->
         for oldest in list(kept)[:-KERNELS]:
             del kept[oldest]
     return kept[key]
+
+
+def kernel_on(operator: RestrictedOperator, shape: tuple[int, int]) -> Kernel | CurvedKernel:
+    """The kernel of the box of a shape around an operator's elements."""
+    whole = operator.grid_operator
+    mean = kernel(whole, shape)
+    if not isinstance(whole, ConformalOperator):
+        return mean
+    return CurvedKernel(mean, whole, int(operator.elements.min()) // whole.shape[1])
 
 
 def _fall(table: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
-from varcontact.solvers.newton.kernel import Kernel, kernel, unit
+from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, kernel, kernel_on, unit
 
 FIRST = 0.1
 """First pressure where the approach is given: this part of the overlap divided by an element's own influence."""
@@ -40,7 +40,7 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
 class NormalConditions:
     """The normal problem on a box, dimensionless: `known` is h, less the approach where that is given (1, ny, nx)."""
 
-    kernel: Kernel
+    kernel: Kernel | CurvedKernel
     known: np.ndarray
     within: np.ndarray
     forces: Forces
@@ -137,7 +137,7 @@ class ScaledNormal:
         within = box.field(np.ones(self.size, dtype=bool))
         sums = np.array([] if problem.force is None else [problem.force / (problem.area * self.load)])
         forces = Forces((0,) if sums.size else (), sums, 1 / np.sqrt(self.size))
-        return NormalConditions(kernel(problem.operator.grid_operator, box.shape), known, within, forces)
+        return NormalConditions(kernel_on(problem.operator, box.shape), known, within, forces)
 
     def coarser(self, fine: NormalConditions) -> NormalConditions | None:
         """With elements twice as large, in units of displacement that are so, too."""

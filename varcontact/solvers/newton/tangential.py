@@ -21,7 +21,7 @@ from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
-from varcontact.solvers.newton.kernel import Kernel, SoftenedKernel, kernel, unit
+from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, SoftenedKernel, kernel, kernel_on, unit
 
 QUANTILE = 0.6
 """Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
@@ -52,7 +52,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 class TangentialConditions:
     """The tangential problem on a box, dimensionless: W (c, ny, nx), and the bound g (ny, nx), zero out of contact."""
 
-    kernel: Kernel | SoftenedKernel
+    kernel: Kernel | CurvedKernel | SoftenedKernel
     known: np.ndarray
     bound: np.ndarray
     forces: Forces
@@ -219,7 +219,7 @@ class ScaledTangential:
         operator, softening = problem.operator.grid_operator, problem.operator.softening
         sums = np.array([F for F in problem.force if F is not None]) / (problem.area * self.load)
         return _scaled(
-            kernel(operator, box.shape),
+            kernel_on(problem.operator, box.shape),
             None if softening is None else box.field(softening) / unit(operator),
             box.field(problem.rigid_shift) / self.displacement,
             box.field(problem.bound) / self.load,
