@@ -80,7 +80,8 @@ class Conformal:
         blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
         span = self.y[-1] - self.y[0]
         angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
-        c, s = np.cos(angle / 2), np.sin(angle / 2)
+        half = (angle / 2).astype(np.float32)  # whose sines are fast
+        c, s = np.cos(half), np.sin(half)
         waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
         found = {}
         for name in components:

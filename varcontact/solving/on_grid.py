@@ -138,7 +138,7 @@ def _bearing(
     secant finds the sum.
     """
     tried: list[tuple[float, float]] = []
-    total = disc.loading.normal_force or 0.0
+    total = float(state.pressure.sum()) * disc.lattice.area * disc.scales.force
     while True:
         excess = disc.excess_force(state.traction, state.pressure)
         no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
@@ -150,6 +150,7 @@ def _bearing(
         tried.append((total, excess))
         total -= excess / slope
         one = disc.with_loading(normal_force=total)
+        state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
         state = contact(one, solver, state) if coupled else solver.pressure(one, state)
 
 
