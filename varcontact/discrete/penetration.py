@@ -11,7 +11,7 @@ import numpy as np
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, as_solved, unloaded
-from varcontact.elasticity.conformal import NINE, Conformal
+from varcontact.elasticity.conformal import NINE, Conformal, turned
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium
@@ -145,11 +145,27 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points; of viscoelastic bodies what comes at once."""
-    (centre_x, centre_y), tractions = _loaded(disc, state)
-    loads = {"zz": tractions[2]} if disc.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
-    from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    numbers = _at_once(disc).influence(disc.lattice, from_x, from_y, loads)
-    return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
+    centres, tractions = _loaded(disc, state)
+    return _displacement(_at_once(disc), disc.lattice, centres, tractions, x, y)
+
+
+def _displacement(
+    medium: Medium,
+    lattice: Grid,
+    centres: np.ndarray,
+    loads: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    forces: bool = False,
+) -> np.ndarray:
+    """Normal displacement difference at points, by loads (3, n) at some centres: tractions on elements, or `forces`."""
+    by_name = {"zz": loads[2]} if medium.K == 0 else {"zx": loads[0], "zy": loads[1], "zz": loads[2]}
+    turns, flat = isinstance(medium, Conformal), medium.flat if isinstance(medium, Conformal) else medium
+    where = lattice, x - centres[0][:, None], y - centres[1][:, None], NINE if turns else by_name
+    numbers = _by_forces(flat, *where) if forces else flat.influence(*where)
+    if isinstance(medium, Conformal):
+        numbers = turned(numbers, medium.angles_at(centres[1])[:, None] - medium.angles_at(y), by_name)
+    return np.sum([load @ numbers[name] for name, load in by_name.items()], axis=0)
 
 
 def _at_once(disc: Discretisation) -> Medium:
@@ -198,13 +214,9 @@ def _raised_about(
     disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
-    medium = _at_once(disc)
-    names = ("zz",) if medium.K == 0 else ("zx", "zy", "zz")
-    by_name = dict(zip(("zx", "zy", "zz"), loads, strict=True))
-    raised = np.empty(x.size)
+    medium, raised = _at_once(disc), np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * loads.shape[1] // 200_000):
-        numbers = _by_forces(medium, disc.lattice, x[part] - centres[0][:, None], y[part] - centres[1][:, None], names)
-        raised[part] = sum(by_name[name] @ each for name, each in numbers.items())
+        raised[part] = _displacement(medium, disc.lattice, centres, loads, x[part], y[part], forces=True)
     return raised
 
 
@@ -212,8 +224,6 @@ def _by_forces(
     medium: Medium, lattice: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
 ) -> dict[str, np.ndarray]:
     """Displacements by a point or line force of one; of bodies that are no half-spaces by one on an element."""
-    if isinstance(medium, Conformal):
-        return medium.turned(_by_forces(medium.flat, lattice, x, y, NINE), y, components)
     if not isinstance(medium, HalfSpaces):
         numbers = medium.influence(lattice, x, y, components)
         return {name: each / lattice.area for name, each in numbers.items()}

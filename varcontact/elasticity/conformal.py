@@ -72,24 +72,10 @@ class Conformal:
         return float(turns.max(initial=0.0))
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers by offset, on a surface of the mean curvature: for what is seen from far away."""
-        return self.turned(self.flat.influence(grid, x, y, NINE), y, components)
-
-    def turned(self, flat: dict[str, np.ndarray], y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """The same, from all nine numbers of the flat surface."""
-        blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
+        """Influence numbers by offset, on a surface of the mean curvature."""
         span = self.y[-1] - self.y[0]
         angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
-        half = (angle / 2).astype(np.float32)  # whose sines are fast
-        c, s = np.cos(half), np.sin(half)
-        waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
-        found = {}
-        for name in components:
-            found[name] = np.zeros(blocks["x", "x"].shape)
-            for half_turns, *tables in _harmonics_of(blocks, name[0], name[1]):
-                for wave, numbers in zip(waves[half_turns], tables, strict=True):
-                    found[name] += 0.0 if numbers is None else wave * numbers
-        return found
+        return turned(self.flat.influence(grid, x, y, NINE), angle, components)
 
     def operator(self, grid: Grid, rows: str, columns: str, **step: Any) -> GridOperator:
         """The operator on a grid, see `influence_operator`."""
@@ -99,6 +85,21 @@ class Conformal:
             self.angles_at(grid.y),
             lambda above, across: influence_operator(grid, above, across, medium=self.flat, **step),
         )
+
+
+def turned(flat: dict[str, np.ndarray], angle: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+    """Influence numbers from all nine of the flat surface, and the angles t in single precision."""
+    blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
+    half = (angle / 2).astype(np.float32)  # whose sines are fast
+    c, s = np.cos(half), np.sin(half)
+    waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
+    found = {}
+    for name in components:
+        found[name] = np.zeros(blocks["x", "x"].shape)
+        for half_turns, *tables in _harmonics_of(blocks, name[0], name[1]):
+            for wave, numbers in zip(waves[half_turns], tables, strict=True):
+                found[name] += 0.0 if numbers is None else wave * numbers
+    return found
 
 
 def conformal_operator(

@@ -335,7 +335,7 @@ def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
 
 def _within_friction(values: dict[str, float], solution: Solution) -> dict[str, float]:
     """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little."""
-    if not {"Fx", "Fy"} <= set(values):
+    if solution.scene.conformal or not {"Fx", "Fy"} <= set(values):  # there the pressure bears a part of Fy
         return values
     size, limit = math.hypot(values["Fx"], values["Fy"]), friction_limit(solution)
     part = limit / size if size > limit else 1.0

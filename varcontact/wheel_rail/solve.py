@@ -86,8 +86,9 @@ def solve_wheel_on_rail(
         reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead"
         raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
-    if case.conformal is True:
-        _check_conformal(methods)
+    if case.conformal is True and methods.get("tangential") in THEORIES:
+        reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
+        raise SceneError("tangential", methods["tangential"], message=reason)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     # by default grids are chosen where no argument determines them, and the answer of a grid has an error
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
@@ -103,31 +104,27 @@ def solve_wheel_on_rail(
             found = _on_elements(case, tol, certify, methods)
     else:
         found = _on_elements(case, tol, certify, methods)
-    chosen = case.conformal == "auto" and not target and methods.get("tangential") not in THEORIES
+    chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
     if chosen and any(too_wide(case, each) for each in found[2]):
-        case, found = _curved(case, found, tol, certify, methods)
+        case, found = _curved(case, found, tol, certify, methods, target)
     z, rounds, patches = found
     _warn(case, patches)
     return WheelRailSolution(case, z, patches, rounds)
 
 
-def _check_conformal(methods: dict[str, Any]) -> None:
-    """Refuse what is for planes, or for an error against the continuum."""
-    for name in TARGETS:
-        if methods.get(name) is not None:
-            reason = f"{name}: no error is estimated in conformal contact; give dx and dy, or conformal = False"
-            raise SceneError(name, methods[name], message=reason)
-    if methods.get("tangential") in THEORIES:
-        reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
-        raise SceneError("tangential", methods["tangential"], message=reason)
-
-
 def _curved(
-    case: WheelOnRail, planar: Solved, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: WheelOnRail,
+    planar: Solved,
+    tol: float,
+    certify: CertifyName | None,
+    methods: dict[str, Any],
+    target: dict[str, Any],
 ) -> tuple[WheelOnRail, Solved]:
     """The case on curved reference surfaces, or, where there are none, as it was on planes."""
     curved = replace(case, conformal=True)
     try:
+        if target:
+            return curved, _to_accuracy(curved, tol, certify, methods, target)
         return curved, _on_elements(curved, tol, certify, methods)
     except (NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
         return case, planar
@@ -253,7 +250,8 @@ def _sampled_scenes(case: WheelOnRail, z: float) -> list[tuple[ContactPatch, Sce
             x, y = scene.surface.coordinates
             dx, dy = x[1] - x[0], y[1] - y[0]
             grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
-            weak = weakened(replace(scene, surface=SampledDistance(scene.surface.h), grid=grid), patch.seams).surface
+            surface = replace(scene.surface, x=None, y=None)
+            weak = weakened(replace(scene, surface=surface, grid=grid), patch.seams).surface
             assert isinstance(weak, SampledDistance)
             scene = replace(scene, surface=replace(scene.surface, h=weak.h))
         found.append((patch, scene))
