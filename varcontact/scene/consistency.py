@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import LEAST, MOST, Law
+from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
@@ -220,7 +220,7 @@ def check_friction(scene: Scene) -> None:
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
-        falls = isinstance(problem.friction, Law) and problem.friction.continuous
+        falls = isinstance(problem.friction, Law) and not isinstance(problem.friction, StaticKinetic)
         if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
             field = "friction" if problem.friction is scene.friction else "motion.friction"
             raise SceneError(
