@@ -161,7 +161,7 @@ class Solution:
 
     @property
     def friction(self) -> np.ndarray | None:
-        """Coefficient that the scene's law has at this slip, or with a memory the particles, (ny, nx); None without a law."""
+        """Coefficient that the law has at this slip, or its particles with a memory, (ny, nx); None without a law."""
         law = self.scene.friction
         if not isinstance(law, Law):
             return None

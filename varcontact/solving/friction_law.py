@@ -149,7 +149,9 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
         weights = image / np.abs(image).max()
     if ratio <= 1:
         return ""
-    short = f"a memory distance of about {ratio * memory:.2g}" if by_memory < steepest else f"dq of about {ratio * dq:.2g}"
+    short = (
+        f"a memory distance of about {ratio * memory:.2g}" if by_memory < steepest else f"dq of about {ratio * dq:.2g}"
+    )
     return (
         f"friction falls fast with slip for so short a step: below {short} particles may stick and slip in turn, so "
         "that forces swing and depend on the start; take longer steps, a slower fall, a longer memory or steady rolling"

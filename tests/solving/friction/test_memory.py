@@ -118,7 +118,7 @@ def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(cells, line)
     assert least == pytest.approx(7.4e-3, rel=0.03)  # on both grids
 
 
-FORGETFUL = {"memory_distance": 1e-4}
+FORGETFUL = {"memory_distance": 3e-4}
 SLOW = [vc.StaticKinetic(0.4, 0.2, **FORGETFUL), vc.ExponentialFalling(0.4, 0.2, half_velocity=0.01, **FORGETFUL)]
 """Laws whose steady solution is not stable, or not the only one, without their memory."""
 
