@@ -85,6 +85,12 @@ def check_speed(scene: Scene) -> None:
     if scene.bodies.relaxes and not isinstance(scene.motion, Steady):
         message = "motion: viscoelastic bodies roll steadily; give Steady(speed=...), with friction = 0 if need be"
         raise SceneError("motion", scene.motion, "Steady(speed=...)", message=message)
+    if isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids and not scene.line:
+        message = (
+            "bodies.layers: layers that are viscoelastic solids of their own are for line contact; elsewhere give the "
+            "body relaxations that all its parts have"
+        )
+        raise SceneError("bodies.layers", scene.bodies, "of one solid, or line contact", message=message)
     if scene.bodies.relaxes and speed is None:
         message = "motion.speed is missing: viscoelastic bodies depend on the speed of rolling"
         raise SceneError("motion.speed", None, "given", message=message)
