@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -55,8 +56,8 @@ class Stack:
     Moduli may be complex numbers, one for each wave number (n,).
     """
 
-    layers: tuple[tuple[float, float, float], ...]
-    base: tuple[float, float] | str
+    layers: tuple[tuple[float, Any, float], ...]
+    base: tuple[Any, float] | str
 
     @property
     def surface(self) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Influence numbers of line contact of layers that are viscoelastic solids of their own and roll steadily.
 
 At a wave number k along x everything swings with the frequency k V, so that layers have complex moduli
-``G/(1 + sum f/(1 - i k l))``, ``l = V tau``, and compliances are those of elastic layers (the cylinders of Braat,
-Kalker and Saes, paper, 7).
+``G/(1 + sum f/(1 - i k l))``, ``l = V tau``, and compliances are those of elastic layers. Source: G. F. M. Braat,
+J. J. Kalker (1993), rolling contact of two cylinders coated with multilayered viscoelastic rubber (paper, [4]).
 
 Half-spaces of the surfaces' solids are taken in closed form, and to these is added what relaxed, elastic layers add.
 The rest of the symbols vanishes for long waves and for short ones; it is integrated as it stands.
@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class Solids:
             [1 + 0 * k + sum(f / (1 - 1j * k * length) for f, length in each) for each in self.relaxations]
         )
 
-    def _weaker(self, compliances: list[np.ndarray | float]) -> Stack:
+    def _weaker(self, compliances: list[Any]) -> Stack:
         """With moduli divided by numbers, those of the layers and of the base."""
         layers = tuple((h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False))
         base = self.stack.base
