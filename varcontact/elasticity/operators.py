@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -341,7 +342,7 @@ def influence_operator(
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
     parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
-    bodies = medium or HalfSpaces(nu, K, depth)
+    bodies: Any = medium or HalfSpaces(nu, K, depth)
     offsets = tuple(offset + ahead * (lag or 0.0) for ahead, _ in parts)
     small = len(names) * len(parts) * grid.size <= KEPT_NUMBERS
     tables = (_kept_tables if small else _tables_at)(grid, offsets, tuple(names), bodies)
