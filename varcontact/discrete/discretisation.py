@@ -66,12 +66,13 @@ class PreviousStep:
 
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
     before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
-    corrected step, which carries a finer field.
+    corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
     """
 
     displacement: np.ndarray
     force: np.ndarray
     traction: np.ndarray | None = None
+    friction: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

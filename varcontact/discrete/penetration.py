@@ -14,7 +14,6 @@ from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.elasticity.conformal import NINE, Conformal, turned
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
-from varcontact.elasticity.viscoelastic import ViscoelasticMedium
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -95,6 +94,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
     x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
+    below = below + _lagging(disc, state, x, y)
     deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
     for across in sorted({min(BLOCKS, elements), elements}):
         raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
@@ -102,7 +102,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
     lowest = np.argsort(raised)[:MOST_SAMPLES]
     x, y, below = x[lowest], y[lowest], below[lowest]
-    over = below + _raised(disc, state, x, y) + _lagging(disc, state, x, y) < -1e-9 * abs(state.approach)
+    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
@@ -171,7 +171,8 @@ def _displacement(
 def _at_once(disc: Discretisation) -> Medium:
     """The bodies without what lags behind, which pressures raise no less."""
     medium = disc.operators.medium
-    return medium.glassy if isinstance(medium, ViscoelasticMedium) else medium
+    glassy: Medium = getattr(medium, "glassy", medium)
+    return glassy
 
 
 def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:

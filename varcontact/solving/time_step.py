@@ -113,7 +113,7 @@ class March:
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before)
         solution = self._solved(scene, disc, before, steps)
-        if not self.scene.under_law:
+        if not self.scene.under_law or solution.weakening is not None:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
 
@@ -131,7 +131,8 @@ class March:
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
         came = PreviousStep(disc.operators.carrying(distance).apply(fields), force, fields)
-        return scene, disc.at_step(scene, came)
+        step = disc.at_step(scene, came)
+        return scene, step.with_loading(previous_step=replace(came, friction=remembered(step, before)))
 
     def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         """The solution of a step's problem."""
@@ -172,7 +173,8 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
-    known = remembered(disc, before)
+    came = disc.loading.previous_step
+    known = remembered(disc, before) if came is None else came.friction
     return state if known is None else replace(state, friction=known, branch="history")
 
 
