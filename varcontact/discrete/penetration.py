@@ -164,7 +164,8 @@ def _displacement(
     where = lattice, x - centres[0][:, None], y - centres[1][:, None], NINE if turns else by_name
     numbers = _by_forces(flat, *where) if forces else flat.influence(*where)
     if isinstance(medium, Conformal):
-        numbers = turned(numbers, medium.angles_at(centres[1])[:, None] - medium.angles_at(y), by_name)
+        angle = medium.angles_at(centres[1])[:, None] - medium.angles_at(y)
+        numbers = turned(numbers, angle.astype(np.float32) if forces else angle, by_name)  # whose sines are fast
     return np.sum([load @ numbers[name] for name, load in by_name.items()], axis=0)
 
 

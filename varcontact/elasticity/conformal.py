@@ -88,10 +88,9 @@ class Conformal:
 
 
 def turned(flat: dict[str, np.ndarray], angle: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-    """Influence numbers from all nine of the flat surface, and the angles t in single precision."""
+    """Influence numbers from all nine of the flat surface, and the angles t."""
     blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
-    half = (angle / 2).astype(np.float32)  # whose sines are fast
-    c, s = np.cos(half), np.sin(half)
+    c, s = np.cos(angle / 2), np.sin(angle / 2)
     waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
     found = {}
     for name in components:

@@ -129,7 +129,7 @@ def coupled_newton(
 ) -> tuple[Discretisation, ContactState]:
     """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were where it fails.
 
-    In conformal contact they bear the normal force along the normal of the plane; the approach is then as good as given.
+    In conformal contact they bear the normal force along the normal of the plane, and the approach is then given.
     """
     tangential, loading = disc.tangential_problem(state.pressure), disc.loading
     if tangential.size == 0 or not np.any(state.traction):

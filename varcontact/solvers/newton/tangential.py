@@ -288,7 +288,11 @@ class ScaledTangential:
 
 
 def _scaled(
-    of_box: Kernel, softening: np.ndarray | None, known: np.ndarray, bound: np.ndarray, forces: Forces
+    of_box: Kernel | CurvedKernel,
+    softening: np.ndarray | None,
+    known: np.ndarray,
+    bound: np.ndarray,
+    forces: Forces,
 ) -> TangentialConditions:
     """Conditions whose tractions and displacements are scaled as softened elements count them."""
     if softening is None:
