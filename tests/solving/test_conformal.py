@@ -130,6 +130,24 @@ def test_samples_with_coordinates_serve_any_grid():
     assert found.normal_force == pytest.approx(finer.normal_force, rel=5e-3)
 
 
+@pytest.mark.parametrize("load", [{"approach": 0.0}, {"normal_force": 95e3}], ids=["approach", "force"])
+@pytest.mark.parametrize("inclination", [GRID.y / RADIUS, GRID.y / RADIUS + 0.1 * np.sin(GRID.y / 3)])
+def test_accuracy_is_kept(inclination, load):
+    surface = vc.SampledDistance(DISTANCE, GRID.x, GRID.y, inclination=inclination)
+    posed = scene(motion=replace(MOTION, dq=None), **load)
+    posed = replace(posed, surface=surface, grid="auto")
+    fine, elements = vc.solve(posed, accuracy=0.003), {}
+    for accuracy in (0.1, 0.01):
+        sol = vc.solve(posed, accuracy=accuracy)
+        assert sol.error_estimate.largest <= accuracy
+        assert sol.error_estimate.errors.keys() >= {"Fx", "Fy"}
+        off = np.hypot(sol.Fx - fine.Fx, sol.Fy - fine.Fy) / (0.3 * fine.normal_force)
+        assert off < sol.error_estimate.largest
+        assert sol.normal_force == pytest.approx(fine.normal_force, rel=accuracy)
+        elements[accuracy] = sol.grid.size
+    assert elements[0.1] < elements[0.01] < fine.grid.size
+
+
 BAD = {
     "surface.inclination": [
         lambda: vc.solve(scene(GRID.y / 4.0, approach=0.05)),
@@ -137,8 +155,6 @@ BAD = {
         lambda: vc.SampledDistance(DISTANCE, inclination=[0.0, 0.1]),
         lambda: vc.SampledDistance(DISTANCE, inclination=np.full(GRID.rows, np.nan)),
         lambda: vc.SampledDistance(DISTANCE[0], inclination=[0.0]),
-        lambda: vc.solve(replace(in_groove(), surface=vc.SampledDistance(
-            DISTANCE, GRID.x, GRID.y, inclination=GRID.y / RADIUS), grid="auto"), accuracy=0.01),
     ],
     "motion": [lambda: in_groove(motion=vc.Transient(steps=3, vx=1e-3))],
     "motion.Fy": [lambda: in_groove(motion=vc.Steady(Fy=10.0))],
