@@ -68,6 +68,8 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
             if disc.K != 0 and np.any(state.traction):
                 distance = distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+            if disc.loading.previous_step is not None and disc.loading.previous_step.distance is not None:
+                distance = distance + disc.loading.previous_step.distance
             overlap = distance < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     return contact_box(grid, overlap) if overlap.any() else None
@@ -148,7 +150,7 @@ def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndar
 def _at_once(disc: Discretisation) -> Medium:
     """The bodies without what lags behind, which pressures raise no less."""
     medium = disc.operators.medium
-    return medium.glassy if isinstance(medium, ViscoelasticMedium) else medium
+    return medium.glassy if isinstance(medium, ViscoelasticMedium) and not medium.even else medium
 
 
 def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from varcontact import checks
@@ -127,6 +127,11 @@ class Bodies:
         return False
 
     @property
+    def relaxed(self) -> Bodies:
+        """The bodies after a long time: these."""
+        return self
+
+    @property
     def difference(self) -> str:
         """How the bodies differ, in words."""
         return f"K = {self.K:.3g}"
@@ -241,7 +246,7 @@ class Layered:
 
 @dataclass(frozen=True)
 class Viscoelastic:
-    """A homogeneous half-space of a standard linear solid, which rolls steadily: ``Steady(speed=...)``.
+    """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
     ----------
@@ -334,6 +339,12 @@ class BodyPair:
         return self.longest_relaxation > 0
 
     @property
+    def relaxed(self) -> Bodies | BodyPair:
+        """The elastic bodies that these are after a long time under constant tractions."""
+        pair: Bodies | BodyPair = as_bodies((_relaxed(self.upper), _relaxed(self.lower)))
+        return pair
+
+    @property
     def combined_G(self) -> float:
         """Combined modulus of rigidity (58) of the materials at the surfaces."""
         return self.surfaces.combined_G
@@ -382,6 +393,16 @@ def surface_material(body: Body | str) -> tuple[float, float]:
     if isinstance(body, Layered):
         return body.surface
     return (body.G, body.nu) if isinstance(body, Viscoelastic) else (body.combined_G, body.combined_nu)
+
+
+def _relaxed(body: Body | str) -> Body | str:
+    if isinstance(body, Viscoelastic):
+        return Bodies(body.relaxed_G, body.nu)
+    if not isinstance(body, Layered) or not body.relaxations:
+        return body
+    softer = 1 + sum(part for part, _ in body.relaxations)
+    layers = tuple(replace(layer, G=layer.G / softer) for layer in body.layers)
+    return Layered(layers, body.base if isinstance(body.base, str) else (body.base[0] / softer, body.base[1]))
 
 
 def _softest(body: Body | str) -> float:
