@@ -285,7 +285,8 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
     if disc.loading.approach is None:
         return disc.loading.normal_force == 0
-    if disc.loading.approach <= (disc if cells == (1, 1) else divided(disc, cells)).base:
+    distance = (disc if cells == (1, 1) else divided(disc, cells)).distance
+    if disc.loading.approach <= float(np.min(distance + disc.known_distance * disc.scales.displacement)):
         return True
     if not closed_form:
         return False
