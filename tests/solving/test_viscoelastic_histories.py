@@ -54,10 +54,8 @@ def test_relaxation_under_a_step_of_approach(surface):
     off = []
     for count in (8, 16):
         steps = [0.0] + [3 * TAU / count] * count
-        moved = {"ux": [1e-3] + [0.0] * count, "uy": [0.0] * (count + 1)}
-        history = vc.solve(
-            scene(surface=surface, approach=0.05, friction=np.inf, steps=count + 1, dq=0, dt=steps, **moved)
-        )
+        given = {"steps": count + 1, "dq": 0, "dt": steps, "ux": [1e-3] + [0.0] * count}
+        history = vc.solve(scene(surface=surface, approach=0.05, friction=np.inf, **given))
         modulus = (1 + PART * np.exp(-(1 + PART) * np.cumsum(steps) / TAU)) / (1 + PART)
         forces = np.array([(sol.normal_force, sol.Fx) for sol in history])
         off.append(np.abs(forces / forces[0] - modulus[:, None]).max())
@@ -121,9 +119,8 @@ def test_what_is_put_in_is_lost_or_stored():
     off = []
     for cells in (10, 20):
         dx = vc.solve(scene(cells=cells, friction=0.0, steps=1, dt=1.0)).grid.sides[0]
-        moving = {
-            name: [0.0] + [value] * cells for name, value in (("vx", 0.02), ("spin", 0.03), ("dq", dx), ("dt", dx))
-        }
+        given = {"vx": 0.02, "spin": 0.03, "dq": dx, "dt": dx}
+        moving = {name: [0.0] + [value] * cells for name, value in given.items()}
         history = vc.solve(scene(cells=cells, steps=cells + 1, **moving))
         stored, rate = np.transpose([energy(sol) for sol in history])
         put = -np.array([0.02 * sol.Fx + 0.03 * sol.Mz for sol in history])
@@ -135,9 +132,10 @@ def test_what_is_put_in_is_lost_or_stored():
     assert off[1] < 0.45 * off[0] < 0.45 * 0.04
 
 
-@pytest.mark.parametrize(
-    "bodies", [(SOLID, OTHER), ("rigid", vc.Layered([vc.Layer(0.3, 1.0, 0.4)], "rigid", [(1.0, 0.3)]))]
-)
+COATED = vc.Layered([vc.Layer(0.3, 1.0, 0.4)], "rigid", [(1.0, 0.3)])
+
+
+@pytest.mark.parametrize("bodies", [(SOLID, OTHER), ("rigid", COATED)])
 def test_two_solvers_agree_while_loads_change(bodies):
     motion = {"steps": 5, "dt": [0.0, 0.1, 0.3, 0.1, 0.2], "vx": 0.02}
     grid = vc.Grid(nx=16, ny=14, dx=0.07, dy=0.08, x0=-0.56, y0=-0.56)
@@ -166,12 +164,11 @@ def test_files_keep_what_bodies_remember(tmp_path):
     """A history goes on from its file bit for bit, or from its last step; loaded steps meet their equations again."""
     whole = scene((SOLID, OTHER), steps=6, dt=0.1, vx=0.02)
     history = vc.solve(whole)
-    grid = history.grid
-    first = replace(whole, motion=replace(whole.motion, steps=3), grid=grid)
-    vc.solve(first).save(tmp_path / "first.nc")
-    loaded = vc.load(tmp_path / "first.nc")
+    half = replace(whole, motion=replace(whole.motion, steps=3), grid=history.grid)
+    vc.solve(half).save(tmp_path / "half.nc")
+    loaded = vc.load(tmp_path / "half.nc")
     assert all(sol.note == "" and sol.converged for sol in loaded)
-    on = vc.solve(replace(whole, motion=replace(whole.motion, steps=3, start=loaded[-1]), grid=grid))
+    on = vc.solve(replace(half, motion=replace(half.motion, start=loaded[-1])))
     assert furthest(on[-1], history[-1]) < 1e-7
     history.save(tmp_path / "cut.nc")
     content = bytearray((tmp_path / "cut.nc").read_bytes())
@@ -186,6 +183,10 @@ def test_files_keep_what_bodies_remember(tmp_path):
     assert vc.read_scene(tmp_path / "scene.toml")[0].motion.dt == 0.1
 
 
+ROLLS = replace(scene(steps=1, dt=1.0, cells=6), motion=vc.Steady(speed=1.0))
+SHALLOW, SAMPLES = vc.Cylinders(1.0, 2.0), vc.SampledDistance(np.ones((2, 2)), [0.0, 1.0], [0.0, 1.0])
+
+
 @pytest.mark.parametrize(
     ("make", "field"),
     [
@@ -196,21 +197,12 @@ def test_files_keep_what_bodies_remember(tmp_path):
         (lambda: scene(steps=2, dt=0.1, grid=vc.Grid(nx=9, ny=9, edge="touched")), "grid.edge"),
         (lambda: scene(steps=2, dt=0.1, grid=vc.Grid(nx=9, ny=9, edge="softened")), "grid.edge"),
         (lambda: vc.solve(replace(scene(steps=2, dq=0.1, dt=0.1), grid="auto"), accuracy=0.01), "bodies"),
-        (
-            lambda: vc.solve(scene(surface=vc.Cylinders(1.0, 2.0), steps=60, dt=1e-3, vx=0.01)),
-            "surface.reference_depth",
-        ),
-        (lambda: vc.solve(scene(steps=2, dt=0.1, start=STEADY)), "motion.start"),
-        (lambda: vc.solve(scene(surface=SAMPLES, steps=2, dt=0.1)), "surface.x"),
+        (lambda: vc.solve(scene(surface=SHALLOW, steps=60, dt=1e-3, vx=0.01)), "surface.reference_depth"),
+        (lambda: vc.solve(scene(steps=2, dt=0.1, start=vc.solve(ROLLS))), "motion.start"),
+        (lambda: scene(surface=SAMPLES, steps=2, dt=0.1), "surface.x"),
     ],
 )
 def test_bad_input(make, field):
     with pytest.raises(vc.SceneError) as refused:
         make()
     assert refused.value.field == field
-
-
-SAMPLES = vc.SampledDistance(
-    np.add.outer(np.linspace(-1, 1, 9) ** 2, np.linspace(-1, 1, 9) ** 2), *2 * [np.linspace(-1, 1, 9)]
-)
-STEADY = vc.solve(replace(scene(steps=1, dt=1.0, cells=6), motion=vc.Steady(speed=1.0)))
