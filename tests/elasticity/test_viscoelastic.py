@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import varcontact as vc
+from varcontact.discrete.operators import _of_several_solids, medium_of
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
 
 ELASTIC = HalfSpaces(nu=0.3, K=0.1, depth=5.0)
@@ -92,3 +95,40 @@ def test_nothing_cancels_in_strips_with_a_long_memory(length):
             ]
             found = float(medium.influence(STRIPS, np.array([x]), np.array([[0.0]]), [name])[name].ravel()[0])
             assert found == pytest.approx(elastic(x, name) + sum(value for value, _ in parts), abs=1e-13)
+
+
+SIDES = ["xx", "yy", "zz", "xz", "zx"]
+
+
+def test_layers_each_of_its_own_solid():
+    """Numbers of an independent program, which counts displacements from elsewhere: by one constant for each."""
+    coated = vc.Layered([vc.Layer(0.5, 1.0, 0.3, [(1.0, 1.0)])], base=(5.0, 0.25))
+    pair = BodyPair(coated, vc.Bodies(3.0, 0.3))
+    numbers = medium_of(pair, 1.0, 5.0, speed=1.0).influence(STRIPS, np.array([-0.2, 0.0, 1.0]), np.zeros(3), SIDES)
+    expected = {
+        "xx": [0.185883001089, 0.270071840100, 0.059438082688],
+        "yy": [0.239235656225, 0.360553342286, 0.066363079817],
+        "zz": [0.123720385559, 0.209437786757, 0.040667875193],
+        "xz": [0.005657412826, -0.002074831693, 0.002927210132],
+    }
+    for name, values in expected.items():
+        off = numbers[name] / pair.combined_G - values
+        np.testing.assert_allclose(off, 0.0 if name == "xz" else off[0], rtol=0, atol=2e-12)
+    np.testing.assert_array_equal(numbers["zx"], -numbers["xz"])
+
+
+@pytest.mark.parametrize("base", [(1.2, 0.3), "rigid", "smooth"])
+def test_complex_moduli_are_means_over_what_lies_ahead(base):
+    """Layers of one solid: by wave numbers, and by the means of elastic numbers along a row."""
+    pair = BodyPair(
+        vc.Layered([vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 3.0, 0.4)], base, [(1.0, 0.1), (0.5, 1.0)]), "rigid"
+    )
+    x = np.linspace(-2, 2, 21)
+    found, means = (
+        medium.influence(STRIPS, x, np.zeros(21), SIDES)
+        for medium in (_of_several_solids(pair, 1.0, 5.0, 2.0), medium_of(pair, 1.0, 5.0, speed=2.0))
+    )
+    for name in SIDES:
+        off = found[name] - means[name]
+        shifted = base == "smooth" and name in ("xx", "yy")  # no friction holds the body
+        np.testing.assert_allclose(off, off[0] if shifted else 0.0, rtol=0, atol=3e-8)

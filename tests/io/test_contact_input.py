@@ -254,14 +254,12 @@ def test_what_is_not_read_is_said_by_line_and_digit(tmp_path, old, new, words):
     assert words in str(error.value)
 
 
-def test_laws_with_a_second_term_or_a_memory_are_refused(tmp_path):
+def test_a_law_with_a_memory_is_read_and_one_with_a_second_term_refused(tmp_path):
     old, digit = " 0.3  0.3                     FSTAT, FKIN", (" 022020 ", " 422020 ")
-    for line, words in (
-        ("0.2 0.1 50. 0.1 9.\n 0 1", r"line 8: FEXP2 = 0.1 is not supported"),
-        ("0.2 0.1 50. 0 9.\n 0.001 1", r"line 9: MEMDST = 0.001 is not supported"),
-    ):
-        with pytest.raises(vc.SceneError, match=words):
-            read(tmp_path, (old, line), digit)
+    (scene,) = read(tmp_path, (old, "0.2 0.1 50. 0 9.\n 0.001 2"), digit)
+    assert (scene.friction.memory_distance, scene.friction.memory_velocity) == (0.001, 2.0)
+    with pytest.raises(vc.SceneError, match=r"line 8: FEXP2 = 0.1 is not supported"):
+        read(tmp_path, (old, "0.2 0.1 50. 0.1 9.\n 0 1"), digit)
 
 
 def test_an_elliptic_bound_is_for_like_bodies(tmp_path):

@@ -66,7 +66,7 @@ class PreviousStep:
 
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
     before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
-    corrected step, which carries a finer field.
+    corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
     Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
     particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
     """
@@ -76,6 +76,7 @@ class PreviousStep:
     traction: np.ndarray | None = None
     left: np.ndarray | None = None
     distance: np.ndarray | None = None
+    friction: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

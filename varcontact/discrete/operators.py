@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,8 +12,11 @@ from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
-from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, surface_material
+from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, solids_of, surface_material
 from varcontact.scene.grid import Cells, Grid
+
+if TYPE_CHECKING:
+    from varcontact.elasticity.layered import Stack
 
 FREE_DEPTH = 4.0
 """Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
@@ -156,29 +159,52 @@ def medium_of(
     if not any(isinstance(body, Layered) for body in (bodies.upper, bodies.lower)):
         assert speed is not None
         return _viscoelastic(bodies, length, depth, speed)
-    from varcontact.elasticity.layered import LayeredPair, Stack
-
-    def stack(body: Body | str, G: float) -> Stack:
-        if not isinstance(body, Layered):
-            modulus, nu = surface_material(body)
-            return Stack((), (modulus / G, nu))
-        layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
-        return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
+    if bodies.of_several_solids:
+        return _of_several_solids(bodies, length, depth, speed or 0.0)
+    from varcontact.elasticity.layered import LayeredPair
 
     def pair(upper: Body | str, lower: Body | str) -> LayeredPair:
         G = BodyPair(upper, lower).combined_G
-        return LayeredPair(stack(upper, G), stack(lower, G), depth, coupled)
+        return LayeredPair(_stack(upper, G, length), _stack(lower, G, length), depth, coupled)
 
     lagging = []
     alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))
     for body, upper, lower in alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),):
-        if isinstance(body, Layered | Viscoelastic) and body.relaxations:
+        (relaxations, *_) = solids_of(body)
+        if relaxations:
             medium, share = pair(upper, lower), bodies.combined_G / BodyPair(upper, lower).combined_G
-            lagging += [
-                Lagging((speed or 0.0) * time / length, part * share, medium) for part, time in body.relaxations
-            ]
+            lagging += [Lagging((speed or 0.0) * time / length, part * share, medium) for part, time in relaxations]
     whole = pair(bodies.upper, bodies.lower)
     return ViscoelasticMedium(whole, tuple(lagging)) if lagging else whole
+
+
+def _stack(body: Body | str, G: float, length: float) -> Stack:
+    """The layers of a body, in units of a modulus and a length."""
+    from varcontact.elasticity.layered import Stack
+
+    if not isinstance(body, Layered):
+        modulus, nu = surface_material(body)
+        return Stack((), (modulus / G, nu))
+    layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
+    return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
+
+
+def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: float) -> Medium:
+    """Layers that are solids of their own, and half-spaces of those at the surfaces."""
+    from varcontact.elasticity.rolling_layers import RollingLayers, Solids
+
+    def solids(body: Body | str) -> Solids:
+        lengths = tuple(tuple((f, speed * time / length) for f, time in each) for each in solids_of(body))
+        return Solids(_stack(body, bodies.combined_G, length), lengths)
+
+    def surface(body: Body | str) -> Body | str:
+        relaxations, (G, nu) = solids_of(body)[0], surface_material(body)
+        if np.isinf(G):
+            return RIGID
+        return Viscoelastic(G, nu, relaxations) if relaxations else Bodies(G, nu)
+
+    surfaces = _viscoelastic(BodyPair(surface(bodies.upper), surface(bodies.lower)), length, depth, speed)
+    return RollingLayers(surfaces, solids(bodies.upper), solids(bodies.lower), depth)
 
 
 def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -> ViscoelasticMedium:

@@ -12,7 +12,6 @@ from varcontact.discrete.discretisation import Discretisation, undeformed_distan
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
-from varcontact.elasticity.viscoelastic import ViscoelasticMedium
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -150,7 +149,8 @@ def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndar
 def _at_once(disc: Discretisation) -> Medium:
     """The bodies without what lags behind, which pressures raise no less."""
     medium = disc.operators.medium
-    return medium.glassy if isinstance(medium, ViscoelasticMedium) and not medium.even else medium
+    glassy: Medium = medium if medium.even else getattr(medium, "glassy", medium)
+    return glassy
 
 
 def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:

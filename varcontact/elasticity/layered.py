@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -50,10 +51,13 @@ _NODES_AT_ONCE = 200_000
 
 @dataclass(frozen=True)
 class Stack:
-    """Layers (thickness, G, nu) from the surface downwards, and a base: a half-space (G, nu), "rigid" or "smooth"."""
+    """Layers (thickness, G, nu) from the surface downwards, and a base: a half-space (G, nu), "rigid" or "smooth".
 
-    layers: tuple[tuple[float, float, float], ...]
-    base: tuple[float, float] | str
+    Moduli may be complex numbers, one for each wave number (n,).
+    """
+
+    layers: tuple[tuple[float, Any, float], ...]
+    base: tuple[Any, float] | str
 
     @property
     def surface(self) -> np.ndarray:
@@ -68,13 +72,13 @@ class Stack:
     def compliance(self, k: np.ndarray) -> np.ndarray:
         """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
         if not self.layers:
-            return np.repeat(self.surface[:, None], k.size, axis=1)
+            return _for_each(self.surface, k.size)
         state, f, load = _at_base(self.base, k.size)
         for h, G, nu in reversed(self.layers):
             state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
             (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
             F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (q0 * p1 - q1 * p0)
-            F = np.where(k * h > DEEP, half_space(G, nu)[:3, None], F)
+            F = np.where(k * h > DEEP, _for_each(half_space(G, nu)[:3], k.size), F)
             state = _states(F)
             t = np.tanh(k * h)
             f, load = (f + t / G * load) / (load + G * t * f), 1.0
@@ -82,14 +86,19 @@ class Stack:
 
 
 def half_space(G: float, nu: float) -> np.ndarray:
-    """F11, F12, F22 and f of a half-space."""
-    return np.array([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0]) / G
+    """F11, F12, F22 and f of a half-space, (4,), or (4, n) for moduli (n,)."""
+    return np.multiply.outer([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0], 1 / np.asarray(G))
+
+
+def _for_each(F: np.ndarray, n: int) -> np.ndarray:
+    """Compliances for each of n wave numbers."""
+    return np.broadcast_to(F.reshape(len(F), -1), (len(F), n))
 
 
 def _at_base(base: tuple[float, float] | str, n: int) -> tuple[np.ndarray, np.ndarray | float, float]:
     """Two states (4, 2, n) that the base admits, and displacement and load across the wave vector."""
     F = np.zeros(4) if isinstance(base, str) else half_space(*base)
-    state = _states(np.repeat(F[:3, None], n, axis=1))
+    state = _states(_for_each(F[:3], n))
     if base != "smooth":
         return state, F[3], 1.0
     state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
@@ -110,13 +119,14 @@ def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
     kappa, eta = np.minimum(kappa, 60.0), nu / (1 - nu)  # deeper, nothing is felt, and rounding would be
     M = np.array([[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]])
     N = M @ M - np.eye(4)
-    units = np.array([1.0, 1.0, G, G])
-    terms = np.array([np.eye(4), -M, N / 2, -M @ N / 2]) * (units[:, None] / units)
+    terms = np.array([np.eye(4), -M, N / 2, -M @ N / 2])
     c, s = (1 + np.exp(-2 * kappa)) / 2, -np.expm1(-2 * kappa) / 2
     square = kappa**2
     series = 1 + square / 10 * (1 + square / 28 * (1 + square / 54 * (1 + square / 88 * (1 + square / 130))))
     last = np.where(kappa < 0.7, np.exp(-kappa) * kappa * square / 3 * series, kappa * c - s)
-    return np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
+    carried = np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
+    units = np.array([np.ones_like(G * kappa)] * 2 + [G * np.ones_like(kappa)] * 2)
+    return np.asarray(carried * (units[:, None] / units))
 
 
 @dataclass(frozen=True)
@@ -182,7 +192,7 @@ class LayeredPair:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
         surfaces = HalfSpaces(self.nu, float(self.surface[1] / 2), self.depth)
         found = surfaces.influence(grid, x, y, components)
-        for name, added in _added_numbers(self, grid, x, y, [*found]).items():
+        for name, added in added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added
         return found
 
@@ -190,7 +200,7 @@ class LayeredPair:
 # ----------------------------------------------------------------------------- kernels of points and lines
 
 
-def _wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
+def wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights (n,) for transforms at distances from `near` to `far`.
 
     At a distance only small wave numbers count: the integrand may end smoothly, over 12 of 1/near, which leaves an
@@ -219,7 +229,7 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
     coefficients, beyond = np.empty((doublings + 1, DEGREE + 1, 4)), np.zeros(4)
     for i in range(doublings, -1, -1):
         near, far = edges[i], edges[i + 1]
-        k, weights = _wave_numbers(pair.thickness, near, far)
+        k, weights = wave_numbers(pair.thickness, near, far)
         alpha, kappa, gamma, beta = (pair.symbols(k) - pair.surface[:, None]) * weights
         r = np.append((near + far) / 2 + (far - near) / 2 * nodes, near)[:, None]
         if line:
@@ -273,7 +283,7 @@ _OF_LINES = {name: _OF_POINTS[name] for name in ("zz", "xz", "zx")} | {
 _NEEDED = {"xx": (0, 1), "yy": (0, 1), "xy": (1,), "yx": (1,), "zz": (2,)}
 
 
-def _added_numbers(
+def added_numbers(
     pair: LayeredPair, grid: Grid, x: np.ndarray, y: np.ndarray, components: list[str]
 ) -> dict[str, np.ndarray]:
     """What layers add to influence numbers: the kernels' integrals over the element."""
@@ -312,7 +322,7 @@ def _displaced_on_base(pair: LayeredPair) -> np.ndarray:
     The integrals of symbols times cos(k thickness)/(pi k), less what half-spaces have there.
     """
     h = pair.thickness
-    k, weights = _wave_numbers(h, 0.0, h)
+    k, weights = wave_numbers(h, 0.0, h)
     beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
     return ((pair.symbols(k) @ (weights * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
 

@@ -22,7 +22,7 @@ from varcontact.elasticity.layered import (
     _products,
     _Rules,
     _states,
-    _wave_numbers,
+    wave_numbers,
 )
 from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.subsurface import ElasticField
@@ -171,7 +171,7 @@ def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     coefficients = np.empty((doublings + 1, DEGREE + 1, len(used)))
     for i, (near, far) in enumerate(pairwise(edges)):
-        k, weights = _wave_numbers(scale, near, far)
+        k, weights = wave_numbers(scale, near, far)
         functions = _transfers(stack, depth, k) * (weights / np.pi if line else weights * k / (2 * np.pi))
         kr = k * ((near + far) / 2 + (far - near) / 2 * nodes)[:, None]
         waves = [np.cos(kr), np.sin(kr)] if line else [special.jv(m, kr) for m in range(4)]

@@ -130,9 +130,9 @@ class Friction:
         """As `Scene` takes it."""
         if self.law == 0:
             return self.values[0]
-        kinetic, first, half = self.values[:3]
-        law: Law = LAWS[self.law](static=kinetic + first, kinetic=kinetic, half_velocity=half, velocity=velocity)
-        return law
+        kinetic, first, half, distance, least = self.values
+        memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
+        return LAWS[self.law](kinetic + first, kinetic, half, velocity, **memory)
 
 
 @dataclass(frozen=True)
@@ -222,9 +222,7 @@ def read_friction(lines: Lines, law: int) -> Friction:
     if values[3] != 0:
         group.refuse(f"{kind}2", values[3], "is not supported: a law here has one term; supported: 0")
     memory = lines.group("MEMDST", "MEM_S0")
-    if memory.number(0) != 0:
-        memory.refuse("MEMDST", memory.number(0), "is not supported: friction here has no memory; supported: 0")
-    return Friction(law, tuple(values))
+    return Friction(law, (*values[:3], *memory.numbers()))
 
 
 def _rolling(lines: Lines) -> tuple[int, float, float]:

@@ -163,10 +163,12 @@ class Solution:
 
     @property
     def friction(self) -> np.ndarray | None:
-        """Coefficient that the scene's law of friction has at this slip, (ny, nx); None without a law."""
+        """Coefficient that the law has at this slip, or its particles with a memory, (ny, nx); None without a law."""
         law = self.scene.friction
         if not isinstance(law, Law):
             return None
+        if law.memory_distance > 0 and self.weakening is not None:
+            return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
 
     @property

@@ -252,7 +252,8 @@ def _stack(solution: Solution, side: int) -> Stack | None:
     if not isinstance(body, Layered):
         message = "body: stresses below the surface are known of half-spaces, Bodies(G, nu), and of Layered bodies"
         raise SceneError("body", side, "an elastic one", message=message)
-    return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), body.base)
+    base = body.base if isinstance(body.base, str) else body.base[:2]
+    return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
 
 
 def _at(points: np.ndarray, solution: Solution, side: int) -> ElasticField:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from varcontact import checks
@@ -168,18 +168,22 @@ class Layer:
         Modulus of rigidity [force/area].
     nu : float
         Poisson's ratio in (-1, 0.5].
+    relaxations : sequence of (f, tau), optional
+        Those of its own `Viscoelastic` solid, in line contact.
 
     Raises
     ------
     SceneError
-        For thickness or modulus that are not positive and finite, or a ratio out of range.
+        For thickness, modulus, parts or times that are not positive and finite, or a ratio out of range.
     """
 
     h: float
     G: float
     nu: float
+    relaxations: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=0))
         for name in ("h", "G"):
             object.__setattr__(self, name, checks.positive(f"layer.{name}", getattr(self, name)))
         object.__setattr__(self, "nu", _poisson("layer.nu", self.nu))
@@ -193,11 +197,12 @@ class Layered:
     ----------
     layers : sequence of Layer
         From the surface downwards; one at least.
-    base : (G, nu), "rigid" or "smooth"
+    base : (G, nu), (G, nu, relaxations), "rigid" or "smooth"
         A half-space that the last layer is bonded to, a rigid one, or a rigid one without friction: also the middle of
         a strip that is loaded alike from both sides.
     relaxations : sequence of (f, tau), optional
-        Those of a `Viscoelastic` solid, which all layers, and a base that gives way, are of.
+        Those of a `Viscoelastic` solid, which all layers, and a base that gives way, are of; left out where layers
+        have their own.
 
     Raises
     ------
@@ -211,7 +216,7 @@ class Layered:
     """
 
     layers: tuple[Layer, ...]
-    base: tuple[float, float] | str
+    base: tuple[float, float] | tuple[float, float, tuple[tuple[float, float], ...]] | str
     relaxations: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -220,16 +225,20 @@ class Layered:
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
         object.__setattr__(self, "layers", layers)
-        allowed = '(G, nu), "rigid" or "smooth"'
+        allowed = '(G, nu), (G, nu, relaxations), "rigid" or "smooth"'
         if isinstance(self.base, str):
             if self.base not in ("rigid", "smooth"):
                 raise SceneError("bodies.base", self.base, allowed)
-        elif not checks.is_array(self.base) or len(self.base) != 2:
+        elif not isinstance(self.base, list | tuple) or len(self.base) not in (2, 3):
             raise SceneError("bodies.base", self.base, allowed)
         else:
-            G, nu = self.base
+            G, nu, *own = self.base
             base = checks.positive("bodies.base[0]", G), _poisson("bodies.base[1]", nu)
-            object.__setattr__(self, "base", base)
+            object.__setattr__(self, "base", (*base, *(_relaxations(each, least=1) for each in own)))
+        if self.relaxations and any(self.own_relaxations):
+            raise SceneError(
+                "bodies.relaxations", self.relaxations, "left out, where layers or the base have their own"
+            )
 
     @property
     def surface(self) -> tuple[float, float]:
@@ -237,11 +246,15 @@ class Layered:
         return self.layers[0].G, self.layers[0].nu
 
     @property
-    def softest(self) -> float:
-        """Least modulus of rigidity of its parts."""
-        base = () if isinstance(self.base, str) else (self.base[0],)
-        least = min(*(layer.G for layer in self.layers), *base, self.layers[0].G)
-        return least / (1 + sum(part for part, _ in self.relaxations))
+    def own_relaxations(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Those of the layers, from the surface, and of a base that gives way, each for itself."""
+        base = () if isinstance(self.base, str) else ((*self.base, ())[2],)
+        return (*(layer.relaxations for layer in self.layers), *base)
+
+    @property
+    def solids(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Relaxations of the layers, from the surface, and of a base that gives way."""
+        return tuple(each or self.relaxations for each in self.own_relaxations)
 
 
 @dataclass(frozen=True)
@@ -330,8 +343,13 @@ class BodyPair:
     @property
     def longest_relaxation(self) -> float:
         """Longest relaxation time [time]; 0: both bodies are elastic."""
-        solids = [body for body in (self.upper, self.lower) if isinstance(body, Layered | Viscoelastic)]
-        return max((time for solid in solids for _, time in solid.relaxations), default=0.0)
+        solids = [each for body in (self.upper, self.lower) for each in solids_of(body)]
+        return max((time for solid in solids for _, time in solid), default=0.0)
+
+    @property
+    def of_several_solids(self) -> bool:
+        """Whether the parts of a body, one of which is viscoelastic, differ in their relaxations."""
+        return any(len(set(solids_of(body))) > 1 for body in (self.upper, self.lower))
 
     @property
     def relaxes(self) -> bool:
@@ -395,20 +413,28 @@ def surface_material(body: Body | str) -> tuple[float, float]:
     return (body.G, body.nu) if isinstance(body, Viscoelastic) else (body.combined_G, body.combined_nu)
 
 
+def solids_of(body: Body | str) -> tuple[tuple[tuple[float, float], ...], ...]:
+    """Relaxations of the layers of a body, from the surface, and of its base; of a homogeneous one its own."""
+    if isinstance(body, Layered):
+        return body.solids
+    return (body.relaxations if isinstance(body, Viscoelastic) else (),)
+
+
 def _relaxed(body: Body | str) -> Body | str:
     if isinstance(body, Viscoelastic):
         return Bodies(body.relaxed_G, body.nu)
-    if not isinstance(body, Layered) or not body.relaxations:
+    if not isinstance(body, Layered):
         return body
-    softer = 1 + sum(part for part, _ in body.relaxations)
-    layers = tuple(replace(layer, G=layer.G / softer) for layer in body.layers)
-    return Layered(layers, body.base if isinstance(body.base, str) else (body.base[0] / softer, body.base[1]))
+    softer = [1 + sum(part for part, _ in solid) for solid in body.solids]
+    layers = tuple(Layer(layer.h, layer.G / by, layer.nu) for layer, by in zip(body.layers, softer, strict=False))
+    return Layered(layers, body.base if isinstance(body.base, str) else (body.base[0] / softer[-1], body.base[1]))
 
 
 def _softest(body: Body | str) -> float:
-    if isinstance(body, Layered):
-        return body.softest
-    return body.relaxed_G if isinstance(body, Viscoelastic) else surface_material(body)[0]
+    soft = _relaxed(body)
+    if not isinstance(soft, Layered):
+        return surface_material(soft)[0]
+    return min([layer.G for layer in soft.layers] + ([] if isinstance(soft.base, str) else [soft.base[0]]))
 
 
 def _relaxations(given: Any, least: int) -> tuple[tuple[float, float], ...]:

@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import LEAST, MOST, Law
+from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
@@ -88,6 +88,13 @@ def check_speed(scene: Scene) -> None:
         allowed = "Steady(speed=...) or Transient(dt=...)"
         message = f"motion: viscoelastic bodies move in time; give {allowed}, with friction = 0 if need be"
         raise SceneError("motion", motion, allowed, message=message)
+    several = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
+    if several and not (scene.line and isinstance(motion, Steady)):
+        message = (
+            "bodies.layers: layers that are viscoelastic solids of their own are for steady rolling in line contact; "
+            "elsewhere give the body relaxations that all its parts have"
+        )
+        raise SceneError("bodies.layers", scene.bodies, "of one solid, or line contact", message=message)
     if scene.bodies.relaxes and given is None:
         message = f"motion.{name} is missing: viscoelastic bodies depend on {what}"
         raise SceneError(f"motion.{name}", None, "given", message=message)
@@ -214,7 +221,7 @@ def check_friction(scene: Scene) -> None:
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
-        falls = isinstance(problem.friction, Law) and problem.friction.continuous
+        falls = isinstance(problem.friction, Law) and not isinstance(problem.friction, StaticKinetic)
         if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
             field = "friction" if problem.friction is scene.friction else "motion.friction"
             raise SceneError(

@@ -1,10 +1,14 @@
-"""Laws of friction: a static and a kinetic coefficient (37), and coefficients that fall with slip velocity."""
+"""Laws of friction: a static and a kinetic coefficient (37), coefficients that fall with slip velocity, and memory.
+
+With a memory distance d a particle's coefficient goes over to that of the law by the distance it slides:
+``df/dt = (law(s) - f) max(s, s0)/d``. Source: E. Vollebregt, H. Schuttelaars, J. Sound Vib. 331 (2012) 2141-2155.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +20,54 @@ LEAST, MOST = 1e-20, 1e20
 
 
 @dataclass(frozen=True)
-class StaticKinetic:
+class Law(ABC):
+    """A coefficient of friction by the slip, between a kinetic and a static one."""
+
+    static: float
+    kinetic: float
+    memory_distance: float = field(default=0.0, kw_only=True)
+    memory_velocity: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        checks.entries(self, "friction", checks.positive, "static")
+        if not LEAST <= self.static <= MOST:
+            raise SceneError("friction.static", self.static, f"between {LEAST:g} and {MOST:g}")
+        checks.entries(self, "friction", checks.number, "kinetic")
+        if not 0 <= self.kinetic <= self.static:
+            raise SceneError("friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]")
+        for name in ("memory_distance", "memory_velocity"):
+            if not 0 <= checks.moderate(f"friction.{name}", getattr(self, name)):
+                raise SceneError(f"friction.{name}", getattr(self, name), "zero (no memory) or positive")
+        if self.memory_velocity > 0 and self.memory_distance == 0:
+            raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
+
+    @property
+    def velocity_of_slip(self) -> float:
+        """Slip velocity by relative slip."""
+        return 1.0
+
+    @property
+    @abstractmethod
+    def continuous(self) -> bool:
+        """Whether the coefficient of a particle changes continuously with its slip."""
+
+    @abstractmethod
+    def __call__(self, slip: Any) -> np.ndarray:
+        """Coefficient at the size of a relative slip (any shape), without memory."""
+
+    @abstractmethod
+    def slope(self, slip: Any) -> np.ndarray:
+        """Its derivative by the relative slip, where it slips."""
+
+    def after(self, before: Any, slip: np.ndarray, travel: float) -> np.ndarray:
+        """The coefficient of particles that had another one and slid ``slip * travel``."""
+        least = self.memory_velocity / self.velocity_of_slip
+        part = np.exp(-np.maximum(slip, least) * travel / self.memory_distance)
+        return self(slip) + (before - self(slip)) * part
+
+
+@dataclass(frozen=True)
+class StaticKinetic(Law):
     """Two coefficients of friction (37): ``|p| <= static pz`` where it sticks, ``|p| = kinetic pz`` where it slips.
 
     Parameters
@@ -25,6 +76,12 @@ class StaticKinetic:
         Coefficient where it sticks, positive.
     kinetic : float
         Coefficient where it slips, in [0, static].
+    memory_distance : float
+        Distance of sliding d in which a particle's coefficient goes over to the law's, by a part of 1 - 1/e [length],
+        zero (default: at once) or positive.
+    memory_velocity : float
+        Least slip velocity s0 by which it does: at this rate particles that stick regain the static coefficient,
+        zero (default) or positive; by the rolling velocity [-].
 
     Raises
     ------
@@ -37,13 +94,10 @@ class StaticKinetic:
     array([0.4, 0.3, 0.3])
     """
 
-    continuous: ClassVar[bool] = False
-
-    static: float
-    kinetic: float
-
-    def __post_init__(self) -> None:
-        _check_coefficients(self)
+    @property
+    def continuous(self) -> bool:
+        """Whether the coefficient of a particle changes continuously with its slip: with a memory."""
+        return self.memory_distance > 0
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""
@@ -66,18 +120,14 @@ class StaticKinetic:
 
 
 @dataclass(frozen=True)
-class _Falling(ABC):
+class _Falling(Law):
     """A coefficient that falls from static to kinetic; see the laws for the form of the fall."""
 
-    continuous: ClassVar[bool] = True
-
-    static: float
-    kinetic: float
     half_velocity: float
     velocity: float = 1.0
 
     def __post_init__(self) -> None:
-        _check_coefficients(self)
+        super().__post_init__()
         checks.entries(self, "friction", checks.positive, "half_velocity", "velocity")
         if not 1 / checks.LARGE <= self.half_velocity / self.velocity <= checks.LARGE:
             raise SceneError(
@@ -97,6 +147,16 @@ class _Falling(ABC):
     def _scaled(self, slip: Any) -> np.ndarray:
         """Slip velocity by the one at which half is lost."""
         return np.minimum(_sizes(slip) * (self.velocity / self.half_velocity), checks.LARGE)
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the coefficient of a particle changes continuously with its slip."""
+        return True
+
+    @property
+    def velocity_of_slip(self) -> float:
+        """Slip velocity by relative slip."""
+        return self.velocity
 
     @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -119,6 +179,12 @@ class LinearFalling(_Falling):
         Rolling velocity V in the same unit, positive: the slip velocity is V times the relative slip
         `Solution.slip`. 1 if not given: then `half_velocity` is a relative slip [-]. In a shift slip is a length,
         and V one by its duration; if that is not given, `half_velocity` is a length.
+    memory_distance : float
+        Distance of sliding d in which a particle's coefficient goes over to the law's, by a part of 1 - 1/e [length],
+        zero (default: at once) or positive.
+    memory_velocity : float
+        Least slip velocity s0 by which it does: at this rate particles that stick regain the static coefficient,
+        zero (default) or positive; in the unit of `half_velocity`.
 
     Raises
     ------
@@ -140,7 +206,7 @@ class RationalFalling(_Falling):
 
     Parameters
     ----------
-    static, kinetic, half_velocity, velocity
+    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity
         As of `LinearFalling`.
 
     Raises
@@ -163,7 +229,7 @@ class ExponentialFalling(_Falling):
 
     Parameters
     ----------
-    static, kinetic, half_velocity, velocity
+    static, kinetic, half_velocity, velocity, memory_distance, memory_velocity
         As of `LinearFalling`. For ``exp(-s/s0)`` give h = s0 ln 2.
 
     Raises
@@ -181,8 +247,6 @@ class ExponentialFalling(_Falling):
         part = np.exp2(-t)
         return part, -np.log(2) * part
 
-
-Law = StaticKinetic | LinearFalling | RationalFalling | ExponentialFalling
 
 LAWS: dict[str, type[Law]] = {
     "static-kinetic": StaticKinetic,
@@ -227,12 +291,3 @@ def _sizes(slip: Any) -> np.ndarray:
     if np.any(sizes < 0):
         raise SceneError("slip", float(sizes.min()), allowed)
     return sizes
-
-
-def _check_coefficients(law: StaticKinetic | _Falling) -> None:
-    checks.entries(law, "friction", checks.positive, "static")
-    if not LEAST <= law.static <= MOST:
-        raise SceneError("friction.static", law.static, f"between {LEAST:g} and {MOST:g}")
-    checks.entries(law, "friction", checks.number, "kinetic")
-    if not 0 <= law.kinetic <= law.static:
-        raise SceneError("friction.kinetic", law.kinetic, f"in [0, static] = [0, {law.static:g}]")

@@ -42,6 +42,8 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
     assert state.friction is not None
     shift, areas = shift_and_areas(disc, state)
+    if _law(disc).memory_distance > 0:
+        return _with_memory(disc, shift * (areas == SLIP))
     return np.where(areas == SLIP, _at_slip(disc, shift), state.friction)
 
 
@@ -52,6 +54,10 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     would slip even under the static coefficient: then that is not what it should have.
     """
     law = _law(disc)
+    if law.memory_distance > 0:
+        known = disc.loading.coefficient if state.friction is None else state.friction
+        shift, areas = shift_and_areas(disc.with_loading(coefficient=known), state)
+        return _with_memory(disc, shift * (areas == SLIP))
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
     moved = shift / own_influence(disc)
     own = _at_slip(disc, shift)
@@ -85,16 +91,22 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     """The coefficients (ny, nx) that particles bring along into a step of a history; None without a law.
 
     Slipping particles keep that of their slip; those from between two centres have the coefficients there, weighted
-    as displacements are.
+    as displacements are. With a memory they slide on the way as others at the same place did in the step before.
     """
     law, motion = disc.loading.law, disc.loading.motion
     if law is None:
         return None
+    assert motion is not None
     known, own = _coefficients(law, before)
     whole, part = _way(disc)
-    assert motion is not None
+    if law.memory_distance > 0:
+        known = own
     near = _from(own if whole == 0 else known, motion.rolls * whole, law.static)
-    return near if part == 0 else (1 - part) * near + part * _from(known, motion.rolls * (whole + 1), law.static)
+    came = near if part == 0 else (1 - part) * near + part * _from(known, motion.rolls * (whole + 1), law.static)
+    if law.memory_distance == 0 or disc.step is None:
+        return came
+    slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
+    return law.after(came, slip, disc.step * disc.scales.length)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
@@ -124,7 +136,10 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
     if not law.continuous or disc.step is None:
         return ""
     shift, areas = shift_and_areas(disc, state)
-    fall = -float(law.slope(0.0)) / unit_slip(disc) * state.pressure
+    dq, memory = disc.step * disc.scales.length, law.memory_distance
+    steepest = -float(law.slope(0.0)) or np.inf
+    by_memory = (law.static - law.kinetic) * dq / memory if memory > 0 else np.inf
+    fall = min(steepest, by_memory) / unit_slip(disc) * state.pressure
     direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
     along = np.where(areas == SLIP, np.sqrt(fall) * direction, 0.0)
     weights, ratio = np.ones(disc.grid.shape), 0.0
@@ -134,10 +149,12 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
         weights = image / np.abs(image).max()
     if ratio <= 1:
         return ""
+    short = (
+        f"a memory distance of about {ratio * memory:.2g}" if by_memory < steepest else f"dq of about {ratio * dq:.2g}"
+    )
     return (
-        f"friction falls fast with slip for so short a step: below dq of about "
-        f"{ratio * disc.step * disc.scales.length:.2g} particles may stick and slip in turn, so that forces swing and "
-        "depend on the start; take longer steps, a slower fall or steady rolling"
+        f"friction falls fast with slip for so short a step: below {short} particles may stick and slip in turn, so "
+        "that forces swing and depend on the start; take longer steps, a slower fall, a longer memory or steady rolling"
     )
 
 
@@ -149,6 +166,25 @@ def _law(disc: Discretisation) -> Law:
 def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
     """The law's coefficient at a local shift (2, ny, nx)."""
     return _law(disc)(np.hypot(*shift) / unit_slip(disc))
+
+
+def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
+    """The coefficients of particles after a local shift (2, ny, nx), with what they had a step ago.
+
+    In steady rolling they come along their rows, with the static one at first. In a step that rolls they are
+    `remembered`: problems of short steps would have several solutions under the slip at their end.
+    """
+    law, motion, before = _law(disc), disc.loading.motion, disc.loading.previous_step
+    assert motion is not None
+    slip = np.hypot(*shift) / unit_slip(disc)
+    if not disc.loading.steady:
+        came = np.full(slip.shape, law.static) if before is None or before.friction is None else before.friction
+        return came if motion.rolls else law.after(came, slip, 1.0)
+    found = np.full(slip.shape, law.static)
+    known = found[:, 0]
+    for column in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
+        known = found[:, column] = law.after(known, slip[:, column], disc.grid.sides[0])
+    return found
 
 
 def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:

@@ -162,7 +162,7 @@ class March:
         solution = self._solved(scene, disc, before, steps)
         if self.scene.bodies.relaxes:
             solution = replace(solution, memory=self._memory(scene, before, solution))
-        if not self.scene.under_law:
+        if not self.scene.under_law or solution.weakening is not None:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
 
@@ -180,7 +180,10 @@ class March:
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
         came = PreviousStep(disc.operators.at_once.carrying(distance).apply(fields), force, fields)
-        return scene, disc.at_step(scene, came if before.memory is None else self._with_memory(came, motion, before))
+        if before.memory is not None:
+            came = self._with_memory(came, motion, before)
+        step = disc.at_step(scene, came)
+        return scene, step.with_loading(previous_step=replace(came, friction=remembered(step, before)))
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
         """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
@@ -269,7 +272,8 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
-    known = remembered(disc, before)
+    came = disc.loading.previous_step
+    known = remembered(disc, before) if came is None else came.friction
     return state if known is None else replace(state, friction=known, branch="history")
 
 

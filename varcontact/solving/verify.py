@@ -163,7 +163,7 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         if np.isnan(rigid).any():
             moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
             rigid = np.where(np.isnan(rigid), moved, rigid)
-    return replace(state, approach=approach, rigid=rigid)
+    return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
 
 
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:

@@ -50,6 +50,8 @@ def why_not(name: str, scene: Scene) -> str:
     if isinstance(scene.friction, Law):
         if name in ("vermeulen-johnson", "strip", "fastrip", "polach", "table"):
             return "it is for one finite coefficient of friction, not for a law"
+        if scene.friction.memory_distance > 0:
+            return "it is for friction without memory"
         if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
             return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):

@@ -118,6 +118,79 @@ def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(cells, line)
     assert least == pytest.approx(7.4e-3, rel=0.03)  # on both grids
 
 
+FORGETFUL = {"memory_distance": 3e-4}
+SLOW = [vc.StaticKinetic(0.4, 0.2, **FORGETFUL), vc.ExponentialFalling(0.4, 0.2, half_velocity=0.01, **FORGETFUL)]
+"""Laws whose steady solution is not stable, or not the only one, without their memory."""
+
+
+@pytest.mark.parametrize("part", [0.25, 0.5, 0.6, 1.0, 1.7])
+@pytest.mark.parametrize("law", SLOW, ids=lambda law: type(law).__name__)
+def test_with_a_memory_the_end_does_not_depend_on_the_start(law, part, dx):
+    """Under the steepest laws, with the shortest steps; with steps of an element it is the steady solution."""
+    starts = [vc.solve(rolling(law, vc.Steady(vx=vx))) for vx in (4e-3, 6e-3)]
+    motions = [vc.Transient(steps=int(4 * N / part), dq=part * dx, vx=5e-3, start=start) for start in starts]
+    histories = [vc.solve(rolling(law, motion)) for motion in motions]
+    one, other = (history[-1] for history in histories)
+    apart = used(starts[1]) - used(starts[0])
+    assert apart > 0.1 * used(one)
+    assert used(one) == pytest.approx(used(other), abs=2e-3 * apart)
+    assert used(histories[0][-2]) == pytest.approx(used(one), abs=2e-3 * apart)
+    size = np.hypot(*one.traction)
+    np.testing.assert_allclose(size[one.state == 2], (one.friction * one.pressure)[one.state == 2], rtol=1e-6)
+    assert np.all(size <= one.friction * one.pressure * (1 + 1e-6))
+    if part == 1.0:
+        stick, slip = (vc.solve(rolling(law, vc.Steady(vx=5e-3)), start=start) for start in ("stick", "slip"))
+        assert used(slip) == pytest.approx(used(stick), rel=1e-7)
+        assert used(one) == pytest.approx(used(stick), abs=2e-3 * apart)
+
+
+def test_a_memory_is_lost_by_the_distance_slid(dx, tmp_path):
+    """With two coefficients ``f = kinetic + (static - kinetic) exp(-slid/d)``, slid from the leading edge of a row."""
+    law = vc.StaticKinetic(0.4, 0.2, memory_distance=5e-4)
+    sol = vc.solve(rolling(law, vc.Steady(vx=8e-3, vy=3e-3)))
+    slid = np.cumsum(np.where(sol.state == 2, np.hypot(*sol.slip) * dx, 0.0)[:, ::-1], axis=1)[:, ::-1]
+    expected = 0.2 + 0.2 * np.exp(-slid / 5e-4)
+    assert np.ptp(expected[sol.state == 2]) > 0.05
+    np.testing.assert_allclose(sol.friction[sol.pressure > 0], expected[sol.pressure > 0], rtol=1e-6)
+    slips = sol.state == 2
+    np.testing.assert_allclose(np.hypot(*sol.traction)[slips], (expected * sol.pressure)[slips], rtol=1e-6)
+    sol.save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc")
+    assert again.converged
+    np.testing.assert_array_equal(again.friction, sol.friction)
+
+
+def test_a_memory_of_no_length_and_of_a_long_one(dx):
+    motion, law = vc.Steady(vx=8e-3), vc.ExponentialFalling(0.4, 0.2, half_velocity=0.02)
+    none, short, long = (
+        vc.solve(rolling(replace(law, memory_distance=distance), motion)) for distance in (0.0, 1e-12, 1e3)
+    )
+    np.testing.assert_allclose(short.traction, none.traction, atol=1e-6 * none.pressure.max())
+    static = vc.solve(rolling(0.4, motion))
+    np.testing.assert_allclose(long.traction, static.traction, atol=1e-6 * none.pressure.max())
+
+
+def test_particles_that_stick_regain_static_friction_by_the_least_velocity():
+    """In place, in steps of unit duration: a slide that loses nearly all, then a wait."""
+    law = vc.StaticKinetic(0.4, 0.2, memory_distance=1e-3, memory_velocity=5e-4)
+    motion = vc.Transient(steps=3, dq=0.0, ux=[1e-1, -1e-6, 0.0])
+    slide, wait, again = vc.solve(rolling(law, motion))
+    assert slide.weakening[slide.pressure > 0].min() > 0.99
+    stuck = wait.state == 1
+    assert stuck.sum() > 50
+    np.testing.assert_allclose(wait.weakening[stuck], (slide.weakening * np.exp(-0.5))[stuck], rtol=1e-6)
+    np.testing.assert_allclose(again.weakening[stuck], (slide.weakening * np.exp(-1.0))[stuck], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "entries", [{"memory_distance": -1e-3}, {"memory_distance": np.nan}, {"memory_velocity": 1.0}], ids=str
+)
+def test_what_no_memory_can_be(entries):
+    with pytest.raises(vc.SceneError) as refused:
+        vc.StaticKinetic(0.4, 0.2, **entries)
+    assert refused.value.field == f"friction.{next(iter(entries))}"
+
+
 def test_steps_that_differ(dx):
     """Steps of different lengths in turn come to one end from both starts."""
     lengths = [0.25, 0.4, 0.15, 0.45] * 2 * N

@@ -1,0 +1,111 @@
+"""Influence numbers of line contact of layers that are viscoelastic solids of their own and roll steadily.
+
+At a wave number k along x everything swings with the frequency k V, so that layers have complex moduli
+``G/(1 + sum f/(1 - i k l))``, ``l = V tau``, and compliances are those of elastic layers. Source: G. F. M. Braat,
+J. J. Kalker (1993), rolling contact of two cylinders coated with multilayered viscoelastic rubber (paper, [4]).
+
+Half-spaces of the surfaces' solids are taken in closed form, and to these is added what relaxed, elastic layers add.
+The rest of the symbols vanishes for long waves and for short ones; it is integrated as it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from varcontact.elasticity.halfspace import Medium
+from varcontact.elasticity.layered import LayeredPair, Stack, added_numbers, wave_numbers
+from varcontact.scene.grid import Grid
+
+WAVES_AT_ONCE = 2_000_000
+"""Wave numbers times points."""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """A stack as it is at once, and the relaxations (f, l) of its layers, from the surface, and of its base."""
+
+    stack: Stack
+    relaxations: tuple[tuple[tuple[float, float], ...], ...]
+
+    @property
+    def relaxed(self) -> Stack:
+        """After a long time."""
+        return self._weaker([1 + sum(f for f, _ in each) for each in self.relaxations])
+
+    def at(self, k: np.ndarray) -> Stack:
+        """With complex moduli at wave numbers (n,)."""
+        return self._weaker(
+            [1 + 0 * k + sum(f / (1 - 1j * k * length) for f, length in each) for each in self.relaxations]
+        )
+
+    def _weaker(self, compliances: list[Any]) -> Stack:
+        """With moduli divided by numbers, those of the layers and of the base."""
+        layers = tuple((h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False))
+        base = self.stack.base
+        return Stack(layers, base if isinstance(base, str) else (base[0] / compliances[-1], base[1]))
+
+
+@dataclass(frozen=True)
+class RollingLayers:
+    """Two stacks of viscoelastic layers that roll steadily, and half-spaces of the surfaces' solids: a `Medium`."""
+
+    surfaces: Medium
+    upper: Solids
+    lower: Solids
+    depth: float
+
+    @property
+    def even(self) -> bool:
+        """Not: the past lies ahead."""
+        return False
+
+    @property
+    def nu(self) -> float:
+        """Combined Poisson's ratio (59) of the glassy surfaces."""
+        return self.surfaces.nu
+
+    @property
+    def glassy(self) -> LayeredPair:
+        """The bodies as they are at once."""
+        return LayeredPair(self.upper.stack, self.lower.stack, self.depth)
+
+    @cached_property
+    def relaxed(self) -> LayeredPair:
+        """The bodies after a long time."""
+        return LayeredPair(self.upper.relaxed, self.lower.relaxed, self.depth)
+
+    @cached_property
+    def K(self) -> float:
+        """Largest size of the coupling over all wave numbers."""
+        if self.upper == self.lower:
+            return 0.0
+        k = np.geomspace(1e-6, 1e3, 400) / self.relaxed.thickness
+        return max(float(np.abs(self._rolling(k).symbols(k)[1]).max()) / 2, self.relaxed.K, abs(self.surfaces.K))
+
+    def _rolling(self, k: np.ndarray) -> LayeredPair:
+        """The bodies at wave numbers (n,)."""
+        return LayeredPair(self.upper.at(k), self.lower.at(k))
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers of strips: xz by ``Re int i kappa S exp(ikx)/k``, S the transform of a strip."""
+        x, (dx, _), names = np.asarray(x, dtype=float), grid.sides, list(components)
+        found = self.surfaces.influence(grid, x, y, names)
+        added = added_numbers(self.relaxed, grid, x, y, names)
+        k, weights = wave_numbers(self.relaxed.thickness, 0.0, float(np.abs(x).max()) + dx)
+        rolling = self._rolling(k)
+        alpha, kappa, gamma, beta = (rolling.symbols(k) - rolling.surface) - (
+            self.relaxed.symbols(k) - self.relaxed.surface[:, None]
+        )
+        of = {"xx": alpha, "yy": beta, "zz": gamma, "xz": 1j * kappa, "zx": -1j * kappa}
+        strip = weights * np.sinc(k * dx / (2 * np.pi)) * dx / (np.pi * k)
+        symbols = np.array([of[name] * strip for name in names if name in of])
+        waves, places = np.zeros((len(symbols), x.size)), x.ravel()
+        for part in np.array_split(np.arange(k.size), 1 + k.size * x.size // WAVES_AT_ONCE):
+            waves += (symbols[:, part] @ np.exp(1j * k[part, None] * places)).real
+        later = dict(zip((name for name in names if name in of), waves.reshape(-1, *x.shape), strict=True))
+        return {name: found[name] + added[name] + later[name] if name in of else found[name] for name in names}
