@@ -245,6 +245,21 @@ def test_what_rolling_costs_is_what_relaxations_dissipate(line):
     assert off[1] < 0.6 * off[0] < 0.6 * 0.06
 
 
+@pytest.mark.parametrize("line", [True, False])
+def test_a_grid_across_samples(line):
+    """Contact is found from the samples; those behind, which are still down, do not count as contact."""
+    paraboloid = vc.solve(roller(line=line, cells=16, vx=0.01))
+    x = np.linspace(-0.8, 0.8, 161)
+    if line:
+        surface = vc.SampledDistance(h=x**2 / 2, x=x, reference_depth=8.0)
+    else:
+        surface = vc.SampledDistance(h=(x**2 + x[:, None] ** 2) / 2, x=x, y=x)
+    sol = vc.solve(replace(paraboloid.scene, surface=surface, grid=vc.Grid(nx=16, ny=None if line else 16)))
+    assert sol.grid.nx * sol.grid.sides[0] < 1.5 * np.ptp(sol.grid.x[sol.pressure.any(axis=0)])
+    assert sol.Fx == pytest.approx(paraboloid.Fx, rel=0.03)
+    assert sol.rolling_resistance == pytest.approx(paraboloid.rolling_resistance, rel=0.03)
+
+
 def test_units_do_not_matter():
     scene = roller(cells=12, line=False, vx=0.01, spin=0.02)
     length, force, time = 1e3, 1e-2, 60.0

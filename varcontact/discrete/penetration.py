@@ -94,6 +94,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
     x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
+    below = below + _lagging(disc, state, x, y)
     deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
     for across in sorted({min(BLOCKS, elements), elements}):
         raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
@@ -101,7 +102,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
     lowest = np.argsort(raised)[:MOST_SAMPLES]
     x, y, below = x[lowest], y[lowest], below[lowest]
-    over = below + _raised(disc, state, x, y) + _lagging(disc, state, x, y) < -1e-9 * abs(state.approach)
+    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,9 @@ REMEMBERED = 2
 
 FEW = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than one by FFT."""
+
+KEPT_NUMBERS = 40_000
+"""Tables of no more blocks times elements are kept from one solve to the next, the last 16: at most 20 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
@@ -338,8 +342,10 @@ def influence_operator(
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
     parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
-    bodies = medium or HalfSpaces(nu, K, depth)
-    tables = _tables_at(grid, [offset + ahead * (lag or 0.0) for ahead, _ in parts], names, bodies)
+    bodies: Any = medium or HalfSpaces(nu, K, depth)
+    offsets = tuple(offset + ahead * (lag or 0.0) for ahead, _ in parts)
+    small = len(names) * len(parts) * grid.size <= KEPT_NUMBERS
+    tables = (_kept_tables if small else _tables_at)(grid, offsets, tuple(names), bodies)
     found = tables[0]
     if lag is not None:
         found = parts[0][1] * found
@@ -348,7 +354,7 @@ def influence_operator(
     return GridOperator(grid.shape, found.reshape(len(rows), len(columns), *found.shape[1:]))
 
 
-def _tables_at(grid: Grid, offsets: list[float], names: list[str], medium: Medium) -> list[np.ndarray]:
+def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Medium) -> list[np.ndarray]:
     """Influence numbers (components, 2 ny - 1, 2 nx - 1) by offset of elements, each table at points further along x.
 
     Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of the elements, as
@@ -368,7 +374,12 @@ def _tables_at(grid: Grid, offsets: list[float], names: list[str], medium: Mediu
             table[i] = full[:, index[k]]
             if medium.even and name.count("x") == 1:
                 table[i, :, x[k] < 0] *= -1
+    for table in tables:
+        table.setflags(write=False)
     return tables
+
+
+_kept_tables = lru_cache(maxsize=16)(_tables_at)
 
 
 def _whole(number: float) -> bool:

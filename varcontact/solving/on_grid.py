@@ -38,7 +38,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.conic.programs import Workspace
@@ -236,11 +236,13 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
     plan = replace(solver.plan, normal=normal)
     look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
     box, last = surface.box, None
+    relaxes = scene.bodies.relaxes
+    bare = replace(scene, motion=Steady(speed=scene.speed) if relaxes else None, friction=0.0 if relaxes else None)
     depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
     for _ in range(LOOKS):
         grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
         lowest = _lowest_in_elements(surface, grid, depth)
-        disc = discretise(replace(scene, surface=lowest, grid=grid, motion=None, friction=None), grid)
+        disc = discretise(replace(bare, surface=lowest, grid=grid), grid)
         state = look.pressure(disc, unloaded(grid) if last is None else last.on(disc))
         last, columns_and_rows = _Found.of(disc, state), across(state.pressure)
         if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
