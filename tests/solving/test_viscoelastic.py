@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import hunter
 
 CASES = {
@@ -212,6 +213,36 @@ def test_what_is_put_in_is_lost():
         assert inside > 0
     assert off[1] < 0.6 * off[0]
     assert off[1] < 0.01
+
+
+def test_the_rate_at_which_grids_reach_hunter():
+    """Resistance and load by approach are as good as those of elastic contacts: nearly of second order."""
+    exact = hunter(a=1.0, R=1.0, G=2.0, nu=0.0, part=1.0, relaxation_length=1.0)
+    scene = replace(roller(vc.Viscoelastic(2.0, 0.0, [(1.0, 1.0)]), friction=0.0), normal_force=exact.force)
+    grids = [vc.Grid(nx=2 * cells + 1, dx=1.2 / cells, x0=-1.2 - 0.6 / cells) for cells in (15, 30, 60, 120, 240)]
+    off = [abs(vc.solve(replace(scene, grid=grid)).rolling_resistance / exact.moment - 1) for grid in grids]
+    assert -np.polyfit(np.log([15, 30, 60, 120, 240]), np.log(off), 1)[0] > 1.5
+
+
+@pytest.mark.parametrize("line", [True, False])
+def test_what_rolling_costs_is_what_relaxations_dissipate(line):
+    """By tractions P that the particles remember, ``sum f (p - P) A (p - P)/(V tau)``, in line contact and beyond."""
+    off = []
+    for cells in (12, 24):
+        sol, lost = vc.solve(roller(cells=cells, line=line, vx=0.02, vy=0.01)), 0.0
+        dx, behind = sol.grid.sides[0], int(12 / sol.grid.sides[0])
+        now = np.pad(np.concatenate([sol.traction, sol.pressure[None]]), ((0, 0), (0, 0), (behind, 0)))
+        wide = sol.grid.window(-behind, sol.grid.nx, 0, sol.grid.rows)
+        operator = influence_operator(wide, "xyz", "xyz", nu=0.3, depth=40.0)
+        for part, tau in SOLID.relaxations:
+            past = np.zeros_like(now)
+            for i in range(now.shape[2] - 2, -1, -1):
+                decay = np.exp(-dx / tau)
+                middle = (now[..., i] + now[..., i + 1]) / 2
+                past[..., i] = decay * past[..., i + 1] + (1 - decay) * middle
+            lost += part / tau * float(np.sum((now - past) * operator.apply(now - past))) * sol.grid.area
+        off.append(abs(lost / (sol.power - sol.friction_work) - 1))
+    assert off[1] < 0.6 * off[0] < 0.6 * 0.06
 
 
 @pytest.mark.parametrize("line", [True, False])

@@ -67,11 +67,15 @@ class PreviousStep:
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
     before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
     corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
+    Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
+    particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
     """
 
     displacement: np.ndarray
     force: np.ndarray
     traction: np.ndarray | None = None
+    left: np.ndarray | None = None
+    distance: np.ndarray | None = None
     friction: np.ndarray | None = None
 
 
@@ -261,6 +265,12 @@ class Discretisation:
         before = self.loading.previous_step
         return self.rigid_shift if before is None else self.rigid_shift - before.displacement
 
+    @property
+    def known_distance(self) -> np.ndarray | float:
+        """What past tractions add to the distance, dimensionless (ny, nx): of viscoelastic bodies."""
+        known = getattr(self.loading.previous_step, "distance", None)
+        return 0.0 if known is None else known[:, 1:-1] if self.line else known[1:-1, 1:-1]
+
     def with_loading(self, **changes: Any) -> Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient` and so on."""
         return replace(self, loading=replace(self.loading, **changes))
@@ -288,12 +298,14 @@ class Discretisation:
         assert not isinstance(surface, Ellipse)
         distance = self.distance if surface is self.surface else surface.distance(self.grid)
         loading = replace(Loading.of(scene), previous_step=previous_step)
-        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, loading=loading)
+        operators = self.operators.at_end(getattr(scene.motion, "dt", None))
+        at_step = replace(self, loading=loading, operators=operators)
+        return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem; where the bodies differ, with their dimensionless traction (2, ny, nx)."""
         displacement = self.scales.displacement
-        distance = ((self.distance - self.base) / displacement).ravel()
+        distance = ((self.distance - self.base) / displacement + self.known_distance).ravel()
         if traction is not None:
             distance = distance + self.operators.traction_to_distance.apply(traction).ravel()
         force, approach = self.loading.normal_force, self.loading.approach

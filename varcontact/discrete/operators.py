@@ -27,6 +27,9 @@ From one length on all influence numbers are positive, and A_zz is positive defi
 KEPT_DISTANCES = 4
 """Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
 
+KEPT_MEDIA = 12
+"""Those that are kept for parts of viscoelastic bodies, and for steps of other lengths in time."""
+
 
 @dataclass(frozen=True, eq=False)
 class Operators:
@@ -39,6 +42,7 @@ class Operators:
     medium: Medium
     _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
+    _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False)
 
     @property
     def K(self) -> float:
@@ -67,6 +71,33 @@ class Operators:
         """C: displacements of the particles that come from further along x, by all tractions that count."""
         return self._table("xy", "xyz" if self.K != 0 else "xy", offset=distance)
 
+    @property
+    def every(self) -> GridOperator:
+        """All displacements by all tractions."""
+        return self._table("xyz", "xyz")
+
+    def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
+        """Those of another medium, a part of this one, on this lattice or another; these where they are the same."""
+        key = lattice or self.lattice, medium
+        if key == (self.lattice, self.medium):
+            return self
+        if key not in self._parts:
+            for oldest in list(self._parts)[: max(len(self._parts) + 1 - KEPT_MEDIA, 0)]:
+                del self._parts[oldest]
+            self._parts[key] = Operators(*key)
+        return self._parts[key]
+
+    @property
+    def at_once(self) -> Operators:
+        """Those of viscoelastic bodies as they are at once; of elastic ones these."""
+        return self.of(self.medium.glassy) if isinstance(self.medium, ViscoelasticMedium) else self
+
+    def at_end(self, time: float | None) -> Operators:
+        """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones these."""
+        if time is None or not isinstance(self.medium, ViscoelasticMedium):
+            return self
+        return self.of(self.medium.at_end(time))
+
     @cached_property
     def around(self) -> Operators:
         """Those of the lattice with one more element on every side, where one looks whether the contact goes on."""
@@ -89,7 +120,7 @@ class Operators:
         """
         for operator in self._tables.values():
             operator.forget()
-        for operators in self._divided.values():
+        for operators in (*self._divided.values(), *self._parts.values()):
             operators.forget()
 
     def same(self, other: Operators) -> bool:

@@ -69,6 +69,8 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
             if disc.K != 0 and np.any(state.traction):
                 distance = distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+            if disc.loading.previous_step is not None and disc.loading.previous_step.distance is not None:
+                distance = distance + disc.loading.previous_step.distance
             overlap = distance < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     return contact_box(grid, overlap) if overlap.any() else None
@@ -172,7 +174,7 @@ def _displacement(
 def _at_once(disc: Discretisation) -> Medium:
     """The bodies without what lags behind, which pressures raise no less."""
     medium = disc.operators.medium
-    glassy: Medium = getattr(medium, "glassy", medium)
+    glassy: Medium = medium if medium.even else getattr(medium, "glassy", medium)
     return glassy
 
 

@@ -68,7 +68,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
         elastic_then = _turned(disc.operators.carrying(rolled).apply(_turned(fields)))
     if before is not None and before.traction is not None:
         elastic_now = elastic_now - before.displacement
-        elastic_then = elastic_then - _elastic_shift(disc, before.traction)
+        elastic_then = elastic_then - (_elastic_shift(disc, before.traction) if before.left is None else before.left)
         traction_then = before.traction[:2]
     path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
     free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement

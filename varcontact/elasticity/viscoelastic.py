@@ -1,8 +1,10 @@
-"""Influence numbers of viscoelastic bodies that roll steadily: standard linear solids with several relaxations.
+"""Influence numbers of viscoelastic bodies in steady rolling and in time: standard linear solids.
 
 The creep compliance is ``J(t) = J0 (1 + sum f (1 - exp(-t/tau)))`` with constant Poisson's ratio. A particle now at x
 was at x + s when the bodies had rolled a distance s less, so that with ``l = V tau`` displacements are elastic ones and
 means of these over what lies ahead: ``u(x) = u_e(x) + sum f integral_0^inf u_e(x + s) exp(-s/l) ds/l``.
+
+In a history particles remember tractions P, ``tau dP/dt = p - P``, and ``u = u_e(p) + sum f u_e(P)``.
 """
 
 from __future__ import annotations
@@ -30,7 +32,10 @@ Numbers = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Lagging:
-    """What of the displacements follows with one relaxation length: a factor of those of an elastic medium."""
+    """What of the displacements follows with one relaxation length: a factor of those of an elastic medium.
+
+    In a history the length stands for the relaxation time; 0 follows at once.
+    """
 
     length: float
     factor: float
@@ -68,20 +73,52 @@ class ViscoelasticMedium:
 
     @property
     def even(self) -> bool:
-        """Not: the past lies ahead."""
-        return False
+        """Unless something lags: the past lies ahead."""
+        return self.glassy.even and not any(each.length for each in self.lagging)
+
+    def at_end(self, time: float) -> ViscoelasticMedium:
+        """The bodies at the end of a step of a history: what follows the tractions' change in it, as if at once."""
+        followed = (each.factor * relaxed(time / each.length)[2] for each in self.lagging)
+        parts = zip(followed, self.lagging, strict=True)
+        return ViscoelasticMedium(self.glassy, tuple(Lagging(0.0, part, each.medium) for part, each in parts))
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: elastic ones, and the means of them over what lies ahead."""
         names = list(components)
         found = self.glassy.influence(grid, x, y, names)
         for each in self.lagging:
-            if grid.line and isinstance(each.medium, HalfSpaces):
+            if each.length == 0:
+                later = each.medium.influence(grid, x, y, names)
+            elif grid.line and isinstance(each.medium, HalfSpaces):
                 later = _lagged_strip(each.length, each.medium, np.asarray(x, dtype=float), grid.sides[0], names)
             else:
                 later = _lagged_numbers(each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names)
             found = {name: found[name] + each.factor * later[name] for name in names}
         return found
+
+
+def relaxed(ratio: float) -> tuple[float, float, float]:
+    """Weights of P, p before and p now in P at the end of a step of ``ratio`` relaxation times, p linear in time."""
+    left = math.exp(-ratio)
+    mean = -math.expm1(-ratio) / ratio if ratio > 0 else 1.0
+    return left, mean - left, 1 - mean
+
+
+def moved(fields: np.ndarray, columns: float) -> np.ndarray:
+    """Fields (..., n) of particles that were so many columns further along x; nothing comes from beyond.
+
+    By cubics through four points, which keep the sum, the centre and the width of what moves.
+    """
+    count = fields.shape[-1]
+    whole = math.floor(max(-count - 2.0, min(count + 2.0, columns)))
+    c = min(max(columns - whole, 0.0), 1.0)
+    weights = -c * (c - 1) * (c - 2) / 6, (c + 1) * (c - 1) * (c - 2) / 2, -(c + 1) * c * (c - 2) / 2, (c**3 - c) / 6
+    found = np.zeros_like(fields)
+    for ahead, weight in enumerate(weights, whole - 1):
+        if weight:
+            to, come = slice(max(0, -ahead), max(0, count - ahead)), slice(max(0, ahead), max(0, count + ahead))
+            found[..., to] += weight * fields[..., come]
+    return found
 
 
 # ----------------------------------------------------------------------------- strips

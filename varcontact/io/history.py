@@ -32,7 +32,7 @@ from varcontact.io.records import (
     storing,
 )
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.solution import AS_STORED, MEMORY, ON_ELEMENTS, assembled, solution_from_bytes
 from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
@@ -295,7 +295,8 @@ def _identity(stored: Stored) -> tuple[str, bytes]:
     """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
     start = _motion(stored.scene).start
-    fields = b"" if start is None else (start.pressure + 0.0).tobytes() + (start.traction + 0.0).tobytes()
+    known = () if start is None else (start.pressure, start.traction, getattr(start, MEMORY))
+    fields = b"".join((each + 0.0).tobytes() for each in known if each is not None)
     return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
 
 

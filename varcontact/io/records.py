@@ -116,9 +116,9 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
         longer = plan.loops or scene.under_law or sol.error_estimate is not None
         length = RECORD_OF_PASSES if longer else RECORD
         sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
-        for name in ("y_parts", "x_parts"):
-            if name in places:
-                sizes[name] = places[name][1].size
+        sizes |= {name: place[1].size for name, place in places.items()}
+        if sol.memory is not None:
+            sizes |= {"relaxation": len(sol.memory), "axis": 3}
         file.createDimension("step", None)
         for name, size in sizes.items():
             file.createDimension(name, size)

@@ -26,6 +26,7 @@ from varcontact.results.report import plain_calls
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.interface import Calls
@@ -63,13 +64,18 @@ FIELDS = {
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
 WEAKENING = "weakening"
-FIELD_OF_LAWS = {WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip")}
+MEMORY = "memory"
+AT_TIMES = {
+    WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip"),
+    MEMORY: (("relaxation", "axis", "y_around", "x_around"), "pressure", "tractions that viscoelastic bodies remember"),
+}
+"""Fields of histories: under laws of friction, and of viscoelastic bodies."""
 
 IN_PLACE = {"slip": "length", "power_density": "line force"}
 """Quantities of a shift, where they are others."""
 
-ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", WEAKENING)
-"""Fields that are read back; files of earlier versions have no power density, only histories under laws the last."""
+ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", *AT_TIMES)
+"""Fields that are read back; files of earlier versions have no power density."""
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -95,16 +101,20 @@ def variables_of(
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
     units, line, record = units_of(sol.scene), sol.scene.line, record_of(sol)
     grids, found = {"": sol.grid}, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]()
-    for name, (dims, quantity, words) in {**fields, **(FIELD_OF_LAWS if sol.weakening is not None else {})}.items():
+    added = {name: entry for name, entry in AT_TIMES.items() if getattr(sol, name) is not None}
+    for name, (dims, quantity, words) in {**fields, **added}.items():
         quantity = IN_PLACE.get(name, quantity) if shift else quantity
         found[name] = dims, np.asarray(getattr(sol, name)), quantity, words
     if sol.refinement is not None:
-        added, record["refinement"] = refinement_to(sol.refinement, shift)
-        found, grids["_parts"] = found | added, sol.refinement.grid
+        refined, record["refinement"] = refinement_to(sol.refinement, shift)
+        found, grids["_parts"] = found | refined, sol.refinement.grid
     if sol.pressure_on_parts is not None:
         words = "normal traction, on parts of elements"
         found[PRESSURE] = ("y_parts", "x_parts"), sol.pressure_on_parts, "pressure", words
         grids["_parts"], _ = sol.contact
+    if sol.memory is not None:
+        ahead = (sol.memory.shape[-1] - sol.grid.nx) // 2
+        grids["_around"] = sol.grid.window(-ahead, sol.grid.nx + ahead, -1, sol.grid.rows + 1)
     variables: dict[str, Any] = {
         name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
         for name, (dims, values, quantity, words) in found.items()
@@ -297,7 +307,8 @@ def check_schema(sol: Solution) -> None:
     """Refuse fields and entries of other shapes, types or ranges than a solution has; `load` certifies the values."""
     shape, certificate = sol.grid.shape, sol.certificate
     fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
-    if any(each.shape != ((2, *shape) if name in ("traction", "slip") else shape) for name, each in fields.items()):
+    shapes = {"traction": (2, *shape), "slip": (2, *shape), MEMORY: np.asarray(sol.memory).shape}
+    if any(each.shape != shapes.get(name, shape) for name, each in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(each.dtype.kind not in "iuf" for each in fields.values()):
         raise ValueError("fields that are not numbers")
@@ -310,6 +321,10 @@ def check_schema(sol: Solution) -> None:
         raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
     if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
         raise ValueError("a weakening of friction that is not between 0 and 1")
+    if (sol.memory is not None) != (sol.scene.bodies.relaxes and isinstance(sol.motion, TimeStep)):
+        raise ValueError("a memory of viscoelastic bodies that is missing, or should be")
+    if sol.memory is not None and (sol.memory.ndim != 4 or sol.memory.shape[1] != 3):
+        raise ValueError("a memory that is not of tractions")
     if not (sol.scene.approach_undetermined or np.isfinite(sol.approach)):
         raise ValueError("an approach that is not finite")
     if sol.motion and not (

@@ -35,6 +35,7 @@ def solution_of(
     """A contact state in physical units, with slip, distances and areas."""
     scale = disc.scales.displacement
     distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (disc.distance - disc.base)
+    distance = distance + disc.known_distance * scale
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
@@ -104,7 +105,7 @@ def rolling_resistance(sol: Solution) -> float:
     if sol.scene.bodies.relaxes:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
         slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1)
-        return float(np.sum(sol.pressure * slope) * sol.grid.area)
+        return rolls * float(np.sum(sol.pressure * slope) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)

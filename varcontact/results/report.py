@@ -89,7 +89,7 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         how = "" if motion.rolls == 0 else " by distance rolled"
         given = "undefined (no reference depth)" if np.isnan(put) else f"{put:.5g}{unit(by)}"
         rows.append(("work", f"{given} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
-        if sol.scene.bodies.relaxes:
+        if sol.scene.bodies.relaxes and isinstance(motion, Steady):
             rows.append(("", f"{put - lost:.5g}{unit(by)} lost inside the viscoelastic bodies"))
         if sol.negative_work < 0:
             part = f"{-100 * sol.negative_work:.2g} % of it"

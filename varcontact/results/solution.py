@@ -89,6 +89,8 @@ class Solution:
         Where elements at the edge count in part, see `Grid`: the pressure on equal parts of the elements [force/area].
     weakening : ndarray, shape (ny, nx), or None
         In a history under a law of friction: the part of ``static - kinetic`` that particles have lost by slip [-].
+    memory : ndarray, shape (relaxations, 3, rows, columns), or None
+        Of viscoelastic bodies, in a history: tractions that particles on and around the grid remember [force/area].
 
     Examples
     --------
@@ -127,6 +129,7 @@ class Solution:
     refinement: Refinement | None = None
     pressure_on_parts: np.ndarray | None = None
     weakening: np.ndarray | None = None
+    memory: np.ndarray | None = None
 
     @property
     def normal_force(self) -> float:
@@ -156,8 +159,7 @@ class Solution:
 
     def _extrapolated(self, name: str, value: float) -> float:
         """A value by the estimate of its error, where that has it."""
-        known = {} if self.error_estimate is None else self.error_estimate.values
-        return float(known.get(name, value))
+        return float(value if self.error_estimate is None else self.error_estimate.values.get(name, value))
 
     @property
     def friction(self) -> np.ndarray | None:

@@ -127,6 +127,11 @@ class Bodies:
         return False
 
     @property
+    def relaxed(self) -> Bodies:
+        """The bodies after a long time: these."""
+        return self
+
+    @property
     def difference(self) -> str:
         """How the bodies differ, in words."""
         return f"K = {self.K:.3g}"
@@ -251,16 +256,10 @@ class Layered:
         """Relaxations of the layers, from the surface, and of a base that gives way."""
         return tuple(each or self.relaxations for each in self.own_relaxations)
 
-    @property
-    def softest(self) -> float:
-        """Least modulus of rigidity of its parts."""
-        moduli = [layer.G for layer in self.layers] + ([] if isinstance(self.base, str) else [self.base[0]])
-        return min(G / (1 + sum(f for f, _ in solid)) for G, solid in zip(moduli, self.solids, strict=True))
-
 
 @dataclass(frozen=True)
 class Viscoelastic:
-    """A homogeneous half-space of a standard linear solid, which rolls steadily: ``Steady(speed=...)``.
+    """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
     ----------
@@ -358,6 +357,12 @@ class BodyPair:
         return self.longest_relaxation > 0
 
     @property
+    def relaxed(self) -> Bodies | BodyPair:
+        """The elastic bodies that these are after a long time under constant tractions."""
+        pair: Bodies | BodyPair = as_bodies((_relaxed(self.upper), _relaxed(self.lower)))
+        return pair
+
+    @property
     def combined_G(self) -> float:
         """Combined modulus of rigidity (58) of the materials at the surfaces."""
         return self.surfaces.combined_G
@@ -415,10 +420,21 @@ def solids_of(body: Body | str) -> tuple[tuple[tuple[float, float], ...], ...]:
     return (body.relaxations if isinstance(body, Viscoelastic) else (),)
 
 
+def _relaxed(body: Body | str) -> Body | str:
+    if isinstance(body, Viscoelastic):
+        return Bodies(body.relaxed_G, body.nu)
+    if not isinstance(body, Layered):
+        return body
+    softer = [1 + sum(part for part, _ in solid) for solid in body.solids]
+    layers = tuple(Layer(layer.h, layer.G / by, layer.nu) for layer, by in zip(body.layers, softer, strict=False))
+    return Layered(layers, body.base if isinstance(body.base, str) else (body.base[0] / softer[-1], body.base[1]))
+
+
 def _softest(body: Body | str) -> float:
-    if isinstance(body, Layered):
-        return body.softest
-    return body.relaxed_G if isinstance(body, Viscoelastic) else surface_material(body)[0]
+    soft = _relaxed(body)
+    if not isinstance(soft, Layered):
+        return surface_material(soft)[0]
+    return min([layer.G for layer in soft.layers] + ([] if isinstance(soft.base, str) else [soft.base[0]]))
 
 
 def _relaxations(given: Any, least: int) -> tuple[tuple[float, float], ...]:

@@ -80,25 +80,27 @@ def check_load(scene: Scene) -> None:
 
 
 def check_speed(scene: Scene) -> None:
-    """Viscoelastic bodies roll steadily at a speed; no other contact depends on one."""
-    speed = scene.motion.speed if isinstance(scene.motion, Steady) else None
-    if scene.bodies.relaxes and not isinstance(scene.motion, Steady):
-        message = "motion: viscoelastic bodies roll steadily; give Steady(speed=...), with friction = 0 if need be"
-        raise SceneError("motion", scene.motion, "Steady(speed=...)", message=message)
-    if isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids and not scene.line:
+    """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact depends on either."""
+    motion = scene.motion
+    name, what = ("dt", "the time of a step") if isinstance(motion, TimeStep | Transient) else ("speed", "the speed")
+    given = getattr(motion, name, None)
+    if scene.bodies.relaxes and not isinstance(motion, Steady | TimeStep | Transient):
+        allowed = "Steady(speed=...) or Transient(dt=...)"
+        message = f"motion: viscoelastic bodies move in time; give {allowed}, with friction = 0 if need be"
+        raise SceneError("motion", motion, allowed, message=message)
+    several = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
+    if several and not (scene.line and isinstance(motion, Steady)):
         message = (
-            "bodies.layers: layers that are viscoelastic solids of their own are for line contact; elsewhere give the "
-            "body relaxations that all its parts have"
+            "bodies.layers: layers that are viscoelastic solids of their own are for steady rolling in line contact; "
+            "elsewhere give the body relaxations that all its parts have"
         )
         raise SceneError("bodies.layers", scene.bodies, "of one solid, or line contact", message=message)
-    if scene.bodies.relaxes and speed is None:
-        message = "motion.speed is missing: viscoelastic bodies depend on the speed of rolling"
-        raise SceneError("motion.speed", None, "given", message=message)
-    if speed is not None and not scene.bodies.relaxes:
-        message = (
-            f"motion.speed = {speed:.6g}: nothing depends on the speed unless bodies are Viscoelastic; leave it out"
-        )
-        raise SceneError("motion.speed", speed, "left out", message=message)
+    if scene.bodies.relaxes and given is None:
+        message = f"motion.{name} is missing: viscoelastic bodies depend on {what}"
+        raise SceneError(f"motion.{name}", None, "given", message=message)
+    if given is not None and not scene.bodies.relaxes:
+        message = f"motion.{name} is given: nothing depends on {what} unless bodies are Viscoelastic; leave it out"
+        raise SceneError(f"motion.{name}", given, "left out", message=message)
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
@@ -139,22 +141,15 @@ def why_centres(scene: Scene) -> str:
 
 
 def check_edge(scene: Scene) -> None:
-    """Elements at the edge are not softened in a history.
+    """Elements at the edge are not softened in a history, nor divided while bodies relax.
 
     What they give way is no displacement that particles could carry along to the next step.
     """
-    if (
-        isinstance(scene.grid, Grid)
-        and scene.grid.edge == "softened"
-        and isinstance(scene.motion, (Transient, TimeStep))
-    ):
-        raise SceneError(
-            "grid.edge",
-            scene.grid.edge,
-            '"centres" or "touched"',
-            message='grid.edge = "softened" is for steady rolling and shifts, and the motion is a history of steps; '
-            'use "centres" or "touched"',
-        )
+    allowed = '"centres"' if scene.bodies.relaxes else '"centres" or "touched"'
+    if isinstance(scene.motion, Transient | TimeStep) and f'"{scene.edge}"' not in allowed:
+        kind = "of viscoelastic bodies" if scene.bodies.relaxes else "of steps"
+        message = f'grid.edge = "{scene.edge}" is not for a history {kind}; use {allowed}'
+        raise SceneError("grid.edge", scene.edge, allowed, message=message)
 
 
 def without_rows(grid: Grid) -> Grid:
@@ -251,6 +246,9 @@ def check_samples(scene: Scene) -> None:
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
+        elif isinstance(surface, SampledDistance) and scene.bodies.relaxes and isinstance(scene.motion, Transient):
+            message = "surface.x: in a history of viscoelastic bodies samples lie on the grid, without coordinates"
+            raise SceneError("surface.x", "given", "left out", message=message)
 
 
 def check_conformal(scene: Scene) -> None:

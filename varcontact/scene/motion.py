@@ -168,6 +168,8 @@ class TimeStep:
         Tangential force on body 1 in place of creepage and shift of the same direction.
     spin_offset : float
         As of `Steady`.
+    dt : float, optional
+        Time that it takes [time], with viscoelastic bodies.
     """
 
     dq: float
@@ -181,6 +183,7 @@ class TimeStep:
     Fx: float | None = None
     Fy: float | None = None
     spin_offset: float = SPIN_OFFSET
+    dt: float | None = None
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -270,6 +273,8 @@ class Transient:
     steps : int
     dq : float or sequence, optional
         Distance rolled in each step [length]; 0: a shift in place; the element's dx if not given.
+    dt : float or sequence, optional
+        Time that each step takes [time], with viscoelastic bodies, and with these only; 0: a step at once.
     direction : int or sequence
         1: rolling towards positive x; -1: towards negative x.
     vx, vy, spin : float or sequence
@@ -305,11 +310,12 @@ class Transient:
     >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
     >>> motion.step(1, dx=0.2)
     TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1, Fy=None, \
-spin_offset=0.16666666666666666)
+spin_offset=0.16666666666666666, dt=None)
     """
 
     steps: int
     dq: Numbers | None = None
+    dt: Numbers | None = None
     direction: int | Sequence[int] = 1
     vx: Numbers = 0.0
     vy: Numbers = 0.0
@@ -350,7 +356,7 @@ spin_offset=0.16666666666666666)
     def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
         """One number, or as many as there are steps."""
         field, optional = f"motion.{name}", name in _OPTIONAL
-        if value is None and (optional or name == "dq"):
+        if value is None and (optional or name in ("dq", "dt")):
             return None
         if not checks.is_array(value):
             return check(field, value)
@@ -376,22 +382,14 @@ spin_offset=0.16666666666666666)
 
     def _check_surfaces(self) -> None:
         if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
-            raise SceneError(
-                "motion.surface",
-                self.surface,
-                f"one surface for each of the {self.steps} steps",
-                message=f"motion.surface: give one surface for each of the {self.steps} steps",
-            )
+            allowed = f"one surface for each of the {self.steps} steps"
+            raise SceneError("motion.surface", self.surface, allowed, message=f"motion.surface: give {allowed}")
         for k, each in enumerate(self.surface):
             if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
                 raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
             if is_line(each) != is_line(self.surface[0]):
-                raise SceneError(
-                    f"motion.surface[{k}]",
-                    each,
-                    "a line contact in all steps or in none",
-                    message=f"motion.surface[{k}]: either all steps are line contact, or none is",
-                )
+                message = f"motion.surface[{k}]: either all steps are line contact, or none is"
+                raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none", message=message)
         object.__setattr__(self, "surface", tuple(self.surface))
 
     def of(self, name: str, k: int) -> Any:
@@ -411,7 +409,7 @@ spin_offset=0.16666666666666666)
 
     def step(self, k: int, dx: float) -> TimeStep:
         """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""
-        entries = {name: self.of(name, k) for name in ("direction", *_RIGID, "Fx", "Fy")}
+        entries = {name: self.of(name, k) for name in ("dt", "direction", *_RIGID, "Fx", "Fy")}
         dq = self.of("dq", k)
         return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
 
@@ -443,6 +441,7 @@ def _direction(field: str, value: Any) -> int:
 
 _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
     "dq": _distance,
+    "dt": _distance,
     "direction": _direction,
     **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
     "normal_force": _at_least_zero,

@@ -264,6 +264,9 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         if store is not None:
             message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
             yield SceneError("store", store, "left out", message=message)
+        if scene.bodies.relaxes:
+            message = f"bodies: no {field} is for histories of viscoelastic bodies; give a grid, or leave {field} out"
+            yield SceneError("bodies", "Viscoelastic", "elastic in a history", message=message)
     if isinstance(motion, Steady) and motion.dq is not None:
         message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
         yield SceneError("motion.dq", motion.dq, "left out", message=message)

@@ -6,16 +6,21 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattice, sampled
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, without_pressure
+from varcontact.elasticity.operators import table_bytes
+from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
@@ -26,11 +31,19 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
 from varcontact.solving.on_grid import finish
+from varcontact.system.process import need
+
+REMEMBERED = 24.0
+"""Relaxation times after which tractions of the past count no longer."""
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:
-    """The steps of a history with the largest load on each surface, as frictionless scenes; `NoContact` if none."""
+    """The steps of a history with the largest load on each surface, as frictionless scenes; `NoContact` if none.
+
+    Viscoelastic bodies are relaxed: their contact then is the largest under a load.
+    """
     largest: dict[tuple[int, bool], Scene] = {}
+    bare: dict[str, Any] = {"bodies": scene.bodies.relaxed, "friction": None, "motion": None}
     for k in range(transient(scene).steps):
         surface, force, approach = scene.contact(k)
         load = approach if force is None else force
@@ -41,7 +54,7 @@ def largest_contacts(scene: Scene) -> list[Scene]:
         if force == 0 or (before is not None and before >= load):
             continue
         try:
-            still = replace(scene, normal_force=force, approach=approach, friction=None, motion=None, surface=surface)
+            still = replace(scene, normal_force=force, approach=approach, surface=surface, **bare)
         except NoContact:
             continue
         largest[key] = still
@@ -67,14 +80,40 @@ def marching_on(scene: Scene, largest: Scene, grid: Grid, solver: ContactSolver)
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
     disc = discretise(replace(largest, grid=grid), grid, coupled=not solver.plan.left_out)
-    pressure = float(2.0 ** np.round(np.log2(disc.scales.pressure)))
-    return March(scene, replace(disc, scales=replace(disc.scales, pressure=pressure)), solver)
+    scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
+    if not scene.bodies.relaxes:
+        return March(scene, replace(disc, scales=scales), solver)
+    length, depth, time = scales.length, scene.reference_depth, scene.bodies.longest_relaxation
+    least = max(length, _rolled_within(transient(scene), time, grid))
+    if depth is not None and depth < least:
+        allowed = f"at least the grid's length, and what is rolled in the longest relaxation time: {least:.6g}"
+        raise SceneError("surface.reference_depth", depth, allowed)
+    depth = FREE_DEPTH * least if depth is None else depth
+    medium = medium_of(scene.bodies, length, depth / length, speed=length)  # relaxation lengths then are times
+    disc = replace(disc, bodies=scene.bodies, scales=replace(scales, modulus=scene.bodies.combined_G))
+    columns = 1 + math.ceil(_rolled_within(transient(scene), REMEMBERED * time, grid) / grid.sides[0])
+    known = getattr(transient(scene).start, "memory", None)
+    columns += 0 if known is None else max(0, known.shape[-1] - grid.nx) // 2
+    assert isinstance(medium, ViscoelasticMedium)
+    rows, numbers = grid.rows + 2, 8 * 3 * transient(scene).steps * len(medium.lagging)
+    each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
+    need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
+    return March(scene, replace(disc, operators=Operators(disc.lattice, medium)), solver, columns)
+
+
+def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
+    """The greatest distance that the bodies roll within a time [length]."""
+    steps = [motion.step(k, grid.sides[0]) for k in range(motion.steps)]
+    t = np.cumsum([0.0, *(step.dt or 0.0 for step in steps)])
+    rolled = np.cumsum([0.0, *(step.dq for step in steps)])
+    return float(np.max(rolled - rolled[np.maximum(np.searchsorted(t, t - time) - 1, 0)]))
 
 
 @dataclass(frozen=True, eq=False)
 class March:
     """What all steps share: the scene, the grid and its scales, the operators, the methods.
 
+    What particles of viscoelastic bodies remember is known on so many more columns on either side of the grid.
     A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
     is the same, bit for bit, as one that was not interrupted.
     """
@@ -82,16 +121,24 @@ class March:
     scene: Scene
     disc: Discretisation
     steps: ContactSolver
+    columns: int = 0
 
     def start(self) -> Solution | None:
         """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be interpolated."""
         motion, grid = transient(self.scene), self.disc.grid
         start = motion.start
         assert start is None or isinstance(start, Solution)
-        if start is None or same_lattice(start.grid, grid):
-            return start
-        if not motion.interpolate or start.grid.line != grid.line:
-            remedy = "" if start.grid.line != grid.line else ", or interpolate = True"
+        if start is None:
+            return None
+        relaxes, memory = self.scene.bodies.relaxes, start.memory
+        if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
+            message = "motion.start is no step of a history of these viscoelastic bodies: their past is not known"
+            raise SceneError("motion.start", type(start.motion).__name__, "a step of such a history", message=message)
+        if same_lattice(start.grid, grid):
+            more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
+            return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
+        if not motion.interpolate or start.grid.line != grid.line or relaxes:
+            remedy = "" if start.grid.line != grid.line or relaxes else ", or interpolate = True"
             raise SceneError(
                 "motion.start",
                 f"Solution on {_words(start.grid)}",
@@ -113,6 +160,8 @@ class March:
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before)
         solution = self._solved(scene, disc, before, steps)
+        if self.scene.bodies.relaxes:
+            solution = replace(solution, memory=self._memory(scene, before, solution))
         if not self.scene.under_law or solution.weakening is not None:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
@@ -125,14 +174,64 @@ class March:
         if before is None:
             return scene, disc.at_step(scene, None)
         fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
-        if not fields.any():
+        if before.memory is None and not fields.any():
             return scene, disc.at_step(scene, None)
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
         fields = fields / disc.scales.pressure
-        came = PreviousStep(disc.operators.carrying(distance).apply(fields), force, fields)
+        came = PreviousStep(disc.operators.at_once.carrying(distance).apply(fields), force, fields)
+        if before.memory is not None:
+            came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
         return scene, step.with_loading(previous_step=replace(came, friction=remembered(step, before)))
+
+    def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
+        """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
+        disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
+        operators, pressure, passed = disc.operators, disc.scales.pressure, self._passed(motion)
+        assert isinstance(operators.medium, ViscoelasticMedium)
+        assert before.memory is not None
+        window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
+        inside = slice(0, 2), slice(0, 1) if disc.line else slice(1, -1), slice(ahead, ahead + nx)
+        around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
+        left = operators.at_once.every.apply(_tractions(before) / pressure)[:2]
+        displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
+        kept = self._kept(motion, before)
+        for each, gone, stays in zip(operators.medium.lagging, before.memory - kept, kept, strict=True):
+            every, (_, _, new) = operators.of(each.medium, window).every, relaxed((motion.dt or 0.0) / each.length)
+            fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (each.factor / pressure)
+            gone_then, gone_now, known = (every.apply(field) for field in fields)
+            left, displacement = left + gone_then[inside], displacement + gone_now[inside]
+            distance, follows = distance + known[around], follows + each.factor * new
+            force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
+        return replace(came, displacement=displacement, force=force / follows, left=left, distance=distance)
+
+    def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
+        """Tractions of the past (relaxations, 3, ..., ...) that particles remember after a step, where they were."""
+        medium = self.disc.operators.medium
+        assert isinstance(medium, ViscoelasticMedium)
+        assert before.memory is not None
+        weights = [relaxed((motion.dt or 0.0) / each.length) for each in medium.lagging]
+        then = self._wide(before)
+        return np.array([w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)])
+
+    def _memory(self, scene: Scene, before: Solution | None, solution: Solution) -> np.ndarray:
+        """Tractions of the past (relaxations, 3, ..., ...) that particles remember at the end of a step."""
+        motion, medium = scene.motion, self.disc.operators.medium
+        assert isinstance(motion, TimeStep)
+        assert isinstance(medium, ViscoelasticMedium)
+        weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
+        found = weights[:, None, None, None] * self._wide(solution)
+        return found if before is None else found + moved(self._kept(motion, before), self._passed(motion))
+
+    def _wide(self, solution: Solution) -> np.ndarray:
+        """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
+        rows = (0, 0) if self.disc.line else (1, 1)
+        return np.pad(_tractions(solution), ((0, 0), rows, (self.columns, self.columns)))
+
+    def _passed(self, motion: TimeStep) -> float:
+        """Columns that the particles pass in a step, towards negative x."""
+        return motion.direction * motion.dq / self.disc.grid.sides[0]
 
     def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         """The solution of a step's problem."""
@@ -190,7 +289,8 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
     if disc.loading.approach is None:
         return disc.loading.normal_force == 0
-    if disc.loading.approach <= (disc if cells == (1, 1) else divided(disc, cells)).base:
+    distance = (disc if cells == (1, 1) else divided(disc, cells)).distance
+    if disc.loading.approach <= float(np.min(distance + disc.known_distance * disc.scales.displacement)):
         return True
     if not closed_form:
         return False
@@ -209,6 +309,11 @@ def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) ->
     exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
+
+
+def _tractions(solution: Solution) -> np.ndarray:
+    """Tractions and pressure, (3, ny, nx)."""
+    return np.concatenate([solution.traction, solution.pressure[None]])
 
 
 def _words(grid: Grid) -> str:

@@ -168,7 +168,7 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
 
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Deformed distance, dimensionless, (ny, nx)."""
-    distance = (disc.distance - disc.base) / disc.scales.displacement
+    distance = (disc.distance - disc.base) / disc.scales.displacement + disc.known_distance
     distance = distance + disc.operators.normal.apply(state.pressure[None])[0]
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0]
