@@ -383,6 +383,15 @@ def test_viscoelastic_roller(tmp_path, pictures):
     np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[0].get_ydata(), one)
 
 
+def test_wheel_flat(tmp_path, pictures):
+    """The faster, the harder the flat strikes; far from it the load is the wheel's, and work is that of rolling."""
+    found = script("wheel_flat").main(str(tmp_path / "picture.png"), speeds=(10.0, 40.0), steps=90)
+    slow, fast = (history.normal_force for history in found.values())
+    assert fast.min() < slow.min() < 70e3 < 90e3 < slow.max() < fast.max()
+    assert slow[-1] == pytest.approx(80e3, rel=0.05)
+    np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[1].get_ydata(), fast / 1e3)
+
+
 def test_falling_friction(tmp_path, capsys, pictures):
     """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
     creepages, curves, shown = script("falling_friction").main(str(tmp_path / "picture.png"), cells=40, points=5)

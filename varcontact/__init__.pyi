@@ -30,6 +30,7 @@ from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
+from .scene.carried import Carried
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.grid import Grid
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -55,6 +56,7 @@ __all__ = [
     "SI",
     "Bodies",
     "BodyPair",
+    "Carried",
     "Certificate",
     "Comparison",
     "ContactOutput",

@@ -16,6 +16,7 @@ from varcontact.errors import SceneError
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
+from varcontact.scene.carried import Carried
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -152,6 +153,9 @@ def scene_to(scene: Scene) -> dict[str, Any]:
 
     The start of a history, which is a whole solution, is left out.
     """
+    if isinstance(scene.motion, Transient) and scene.motion.control is not None:
+        message = "motion.control is a function, which no file can hold: the scene of a solved history has its numbers"
+        raise SceneError("motion.control", "a function", "left out", message=message)
     table: dict[str, Any] = {}
     for field in dataclasses.fields(scene):
         value = getattr(scene, field.name)
@@ -249,6 +253,9 @@ def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
             made[field] = loaded if isinstance(loaded, Solution) else loaded[-1]
         elif field == "surface" and isinstance(value, list):
             made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+        elif field == "carried":
+            several = value if isinstance(value, list) else [value]
+            made[field] = [_carried(f"motion.carried[{k}]", each, folder) for k, each in enumerate(several)]
         elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
             made[field] = _kind("motion.friction", value, LAWS, folder)
         elif isinstance(value, Mapping):
@@ -261,6 +268,15 @@ def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
                     for k, each in enumerate(made[field])
                 ]
     return made
+
+
+def _carried(name: str, table: Any, folder: Path | None) -> Carried:
+    entries = dict(table_of(name, table))
+    rows: Literal[1, 2] = 2 if "y" in entries else 1
+    for field in ("height", "x", "y"):
+        if isinstance(entries.get(field), Mapping):
+            entries[field] = _from_file(f"{name}.{field}", entries[field], folder, rows if field == "height" else 1)
+    return make(name, Carried, entries)
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:

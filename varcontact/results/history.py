@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from varcontact import checks
+from varcontact.errors import SceneError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -110,6 +112,63 @@ class History(Sequence[Solution]):
         """Work lost by friction in each step [force length], shape (steps,)."""
         dq = self.dq
         return self._series("friction_work") * np.where(dq > 0, dq, 1.0)
+
+    def work_along(self, period: float | None = None) -> xr.DataArray:
+        """Work lost by friction where it was lost on the bodies: by area, along the way X that they have rolled.
+
+        The work of a step lies where its particles were in the middle of the step, on elements of the grid's length;
+        the sum is that of `dissipation`, whatever the steps are. By a law of wear (a depth k/(f H) times the work by
+        Archard's, for a coefficient of friction f) it is what `Carried.worn` takes off.
+
+        Parameters
+        ----------
+        period : float, optional
+            Length after which the way repeats [length], a whole number of elements, as a wheel's circumference.
+
+        Returns
+        -------
+        xarray.DataArray, dims (y, X)
+            [force/length]
+
+        Raises
+        ------
+        SceneError
+            If the period is no whole number of elements.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
+        ...     motion=vc.Transient(steps=50, dq=0.007, Fx=-2e-4), grid=vc.Grid(nx=20))
+        >>> history = vc.solve(scene)
+        >>> work = history.work_along()
+        >>> print(f"{float(work.sum()) * history.grid.area / history.dissipation.sum():.12f}")
+        1.000000000000
+        """
+        import xarray as xr
+
+        grid, dx = self.grid, self.grid.sides[0]
+        around = None if period is None else checks.positive("period", period) / dx
+        if around is not None and (round(around) < 1 or abs(around - round(around)) > 1e-6 * around):
+            raise SceneError("period", period, f"a whole number of elements of {dx:.6g}")
+        dq = self.dq
+        middle = self.position - self._motion.every("direction")[: len(self)] * dq / 2
+        passed = (middle - middle.min()) / dx
+        whole = np.floor(np.round(passed, 9)).astype(int)
+        part = np.maximum(passed - whole, 0.0)
+        count = int(whole.max()) + grid.nx + 1
+        work = np.zeros((grid.rows, count))
+        for k, sol in enumerate(self):
+            lost = sol.power_density * (dq[k] or 1.0)
+            work[:, whole[k] : whole[k] + grid.nx] += lost * (1 - part[k])
+            work[:, whole[k] + 1 : whole[k] + 1 + grid.nx] += lost * part[k]
+        X = (self._motion.rolled or 0.0) + float(middle.min()) + grid.x[0] + dx * np.arange(count)
+        if around is not None:
+            count = round(around)
+            work = np.pad(work, ((0, 0), (0, -work.shape[1] % count))).reshape(grid.rows, -1, count).sum(axis=1)
+            X = X[0] + dx * np.arange(count)
+        return xr.DataArray(work, {"y": grid.y, "X": X}, ("y", "X"), "work", {"units": "force/length"})
 
     @property
     def error_estimate(self) -> ErrorEstimate | None:

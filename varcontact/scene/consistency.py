@@ -135,7 +135,7 @@ def why_centres(scene: Scene) -> str:
     if scene.coupled and not scene.frictionless:
         how = "conformal" if scene.conformal else f"unlike ({scene.bodies.difference})"
         return f"is for a pressure that tractions do not change, and the bodies are {how}"
-    if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
+    if scene.carries or any(isinstance(each, SampledDistance) and not each.placed for each in scene.surfaces):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
 
@@ -249,6 +249,20 @@ def check_samples(scene: Scene) -> None:
         elif isinstance(surface, SampledDistance) and scene.bodies.relaxes and isinstance(scene.motion, Transient):
             message = "surface.x: in a history of viscoelastic bodies samples lie on the grid, without coordinates"
             raise SceneError("surface.x", "given", "left out", message=message)
+
+
+def check_carried(scene: Scene) -> None:
+    """Heights are carried through a contact whose distance is known, on elements that resolve them."""
+    for each in scene.motion.heights if isinstance(scene.motion, Transient) else ():
+        if isinstance(scene.surface, Ellipse):
+            message = "surface: an Ellipse is a contact without heights; with motion.carried take Paraboloids"
+            raise SceneError("surface", scene.surface, "Paraboloids", message=message)
+        if scene.line and each.y is not None:
+            raise SceneError("carried.y", each.y, "left out in line contact, where nothing depends on y")
+        step = scene.grid.sides[0] if isinstance(scene.grid, Grid) and scene.grid.explicit else 0.0
+        if each.period is not None and each.period < 2 * step:
+            allowed = f"at least two elements, {2 * step:.6g}, or shorter elements"
+            raise SceneError("carried.period", each.period, allowed)
 
 
 def check_conformal(scene: Scene) -> None:

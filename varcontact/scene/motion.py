@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
@@ -258,15 +259,15 @@ class Start(Protocol):
 
 Numbers = float | Sequence[float]
 Choices = float | Sequence[float | None] | None
+Control = Callable[[int, Any], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Transient:
     """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
 
-    Every entry but `steps`, `surface`, `start`, `interpolate` and `spin_offset` is one number for all steps or a
-    sequence of one for each; None in a sequence of forces leaves the step its creepage, None in one of the load or of
-    friction leaves it the scene's.
+    Entries from `dq` to `friction` are one number for all steps or a sequence of one for each; None in a sequence of
+    forces leaves the step its creepage, None in one of the load or of friction leaves it the scene's.
 
     Parameters
     ----------
@@ -290,6 +291,14 @@ class Transient:
         Coefficient of friction, or law of it, in place of the scene's.
     surface : sequence, optional
         Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
+    carried : Carried or sequence, optional
+        Heights that the bodies carry through the contact: roughness, flats, corrugation.
+    rolled : float, optional
+        Where the contact is before the first step on the way X of the `carried` heights [length]; 0 if not given.
+    control : callable, optional
+        ``control(k, before)`` gives creepages, shifts, forces or the load of step k as a mapping, in place of those
+        given here; `before` is the Solution of the step before, or None. So wheel, track or drive move with the
+        contact. The history that is returned has its numbers; a `store` cannot have a function.
     start : Solution, optional
         What the first step goes on from; not given: bodies without tractions.
     interpolate : bool
@@ -329,6 +338,9 @@ spin_offset=0.16666666666666666, dt=None)
     approach: Choices = None
     friction: float | Law | Sequence[float | Law | None] | None = None
     surface: Sequence[Surface] | None = None
+    carried: Carried | Sequence[Carried] | None = None
+    rolled: float | None = None
+    control: Control | None = None
     start: Start | None = None
     interpolate: bool = False
     spin_offset: float = SPIN_OFFSET
@@ -344,6 +356,14 @@ spin_offset=0.16666666666666666, dt=None)
             self._check_apart(force, along_y)
         if self.surface is not None:
             self._check_surfaces()
+        if not isinstance(self.carried, Carried | Sequence | None) or not all(
+            isinstance(h, Carried) for h in self.heights
+        ):
+            raise SceneError("motion.carried", self.carried, "Carried, or several")
+        if self.rolled is not None:
+            set_(self, "rolled", checks.moderate("motion.rolled", self.rolled))
+        if self.control is not None and not callable(self.control):
+            raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
         fields = ("grid", "pressure", "traction", "state")
         if self.start is not None and not all(hasattr(self.start, name) for name in fields):
             raise SceneError("motion.start", self.start, "a Solution")
@@ -413,8 +433,44 @@ spin_offset=0.16666666666666666, dt=None)
         dq = self.of("dq", k)
         return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
 
+    def position(self, k: int, dx: float) -> float:
+        """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1 before the first."""
+        steps = zip(self.every("dq")[: k + 1], self.every("direction"), strict=False)
+        return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
+
+    def height(self, k: int, grid: Grid) -> np.ndarray | float:
+        """How far what the bodies carry stands out at the end of step `k` on a `grid` [length], (ny, nx)."""
+        at = self.position(k, grid.sides[0]) if self.heights else 0.0
+        return sum((each.on(grid, at) for each in self.heights), start=0.0)
+
+    @property
+    def heights(self) -> tuple[Carried, ...]:
+        """What the bodies carry, one after the other."""
+        return (self.carried,) if isinstance(self.carried, Carried) else tuple(self.carried or ())
+
+    def alone(self, k: int, dx: float, given: Any) -> Transient:
+        """Step `k`, from 0, as a history of one, on elements of length `dx`, with what its control has `given`."""
+        if not isinstance(given, Mapping):
+            raise SceneError("motion.control", given, f"a mapping with some of {', '.join(CONTROLLED)}")
+        entries = {name: self.of(name, k) for name in _ENTRIES}
+        for name, value in given.items():
+            entries |= dict.fromkeys(CONTROLLED[checks.choice("motion.control", name, CONTROLLED)])
+            entries[name] = value
+        entries |= {name: 0.0 for name in _RIGID if entries[name] is None}
+        surface = None if self.surface is None else [self.surface[k]]
+        rolled = self.position(k - 1, dx)
+        return replace(self, steps=1, surface=surface, rolled=rolled, control=None, **entries)
+
 
 _RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")
+CONTROLLED = {
+    **dict.fromkeys(("spin", "rotation"), ()),
+    **{name: (f"F{name[1]}",) for name in ("vx", "vy", "ux", "uy")},
+    **{name: (f"v{name[1]}", f"u{name[1]}") for name in ("Fx", "Fy")},
+    "normal_force": ("approach",),
+    "approach": ("normal_force",),
+}
+"""What a control may give, and what that takes the place of."""
 _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 

@@ -146,6 +146,7 @@ class Scene(Generic[MotionT_co]):
         consistency.check_edge(self)
         consistency.check_friction(self)
         consistency.check_samples(self)
+        consistency.check_carried(self)
         consistency.check_conformal(self)
         consistency.check_depth(self)
 
@@ -288,6 +289,11 @@ class Scene(Generic[MotionT_co]):
         return [self.surface]
 
     @property
+    def carries(self) -> bool:
+        """Whether bodies carry heights through the contact."""
+        return isinstance(self.motion, Transient) and bool(self.motion.heights)
+
+    @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
         return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self._different_frictions)
@@ -338,6 +344,10 @@ class Scene(Generic[MotionT_co]):
         own = motion.of("friction", k)
         friction = self.friction if own is None else own
         history: Scene = self  # of any motion, as the step has another
+        if motion.heights:
+            assert not isinstance(surface, Ellipse)
+            distance = surface.distance(grid) - motion.height(k, grid)
+            surface = SampledDistance(distance[0] if grid.line else distance, reference_depth=self.reference_depth)
         return replace(
             history,
             surface=surface,

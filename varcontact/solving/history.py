@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from varcontact.io.history import Stored
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Transient
+from varcontact.scene.motion import CONTROLLED, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
@@ -89,7 +90,15 @@ def _solved(
                 raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     finally:
         march.forget()
-    return history
+    return history if transient(scene).control is None else replace(history, scene=_as_controlled(history))
+
+
+def _as_controlled(history: History) -> Scene:
+    """The scene of a history with the numbers that its control gave."""
+    steps = [sol.scene for sol in history]
+    given: dict[str, Any] = {name: [getattr(each, name) for each in steps] for name in ("normal_force", "approach")}
+    given |= {name: [getattr(each.motion, name) for each in steps] for name in CONTROLLED.keys() - given.keys()}
+    return replace(history.scene, motion=replace(transient(history.scene), control=None, **given))
 
 
 def bytes_of_steps(motion: Transient, elements: int) -> float:

@@ -175,6 +175,9 @@ class SolveOptions:
         if store is not None and not isinstance(scene.motion, Transient):
             allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
             raise SceneError("store", store, allowed)
+        if store is not None and getattr(scene.motion, "control", None) is not None:
+            message = "store: a file cannot hold the function motion.control; leave store out, and save the answer"
+            raise SceneError("store", store, "left out", message=message)
         return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target)
 
     def exactness(self, final: bool) -> tuple[str, float]:
@@ -264,6 +267,9 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         if store is not None:
             message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
             yield SceneError("store", store, "left out", message=message)
+        if motion.control is not None:
+            message = f"motion.control: with {field} a history is solved on several grids, and a control is asked once"
+            yield SceneError("motion.control", "a function", "left out", message=message)
         if scene.bodies.relaxes:
             message = f"bodies: no {field} is for histories of viscoelastic bodies; give a grid, or leave {field} out"
             yield SceneError("bodies", "Viscoelastic", "elastic in a history", message=message)

@@ -375,7 +375,7 @@ def _not_of_the_method(method: str, field: str, name: str, allowed: tuple[str, .
 
 
 def _sampled(scene: Scene) -> bool:
-    return any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
+    return scene.carries or any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
 
 
 def _coupled(scene: Scene) -> bool:

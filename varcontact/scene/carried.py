@@ -1,0 +1,177 @@
+"""Heights that rolling bodies carry through the contact: roughness, flats, corrugation, what wear has left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
+from varcontact.scene.interpolation import Interpolation
+
+AROUND = 8
+"""Samples of the next period, from which an interpolation goes on smoothly."""
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Height of the surface of a body that rolls, by samples along the way: `Transient` carries it through the contact.
+
+    Either body may have it, as both roll over the same distance q: the particle at X passes ``x = X - q``, and the
+    undeformed distance there is less by its height. Between samples it is interpolated as `SampledDistance` is; beyond
+    them the body is smooth; samples all around a period go on into the next.
+
+    Parameters
+    ----------
+    height : array_like, shape (n,) or (ny, n)
+        Height [length], positive towards the other body; one row is the same for all y.
+    x : array_like, shape (n,)
+        Where the samples are along the way, X [length], ascending.
+    y : array_like, shape (ny,), optional
+        Where the rows are [length], ascending.
+    period : float, optional
+        The length after which it repeats [length], as a wheel's circumference does; longer than the samples reach.
+
+    Raises
+    ------
+    SceneError
+        If a sample is not finite, the shapes do not fit, or the period is shorter than the samples.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = np.arange(32) / 16
+    >>> waves = Carried(1e-3 * np.cos(np.pi * x), x, period=2.0)
+    >>> waves.on(Grid(nx=3, dx=0.5, x0=-0.25), rolled=2.0).round(6)
+    array([[ 0.001,  0.   , -0.001]])
+    """
+
+    height: np.ndarray
+    x: np.ndarray
+    y: np.ndarray | None = None
+    period: float | None = None
+
+    def __post_init__(self) -> None:
+        set_, rows = object.__setattr__, self.y is not None
+        set_(self, "height", checks.array("carried.height", self.height, 2 if rows else 1))
+        for name, size in (("x", self.height.shape[-1]), ("y", self.height.shape[0])):
+            if getattr(self, name) is None:
+                continue
+            points = checks.array(f"carried.{name}", getattr(self, name), 1)
+            if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
+                raise SceneError(f"carried.{name}", points, f"{size} ascending coordinates (at least 2), as of height")
+            set_(self, name, points)
+        if self.period is not None:
+            set_(self, "period", checks.positive("carried.period", self.period))
+            length = np.ptp(self.x)
+            if self.period <= length:
+                raise SceneError("carried.period", self.period, f"above the length of the samples, {length:.6g}")
+
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
+    @classmethod
+    def flat(cls, length: float, radius: float, at: float, worn: bool = False, samples: int = 201) -> Carried:
+        """A wheel flat, straight across.
+
+        Parameters
+        ----------
+        length : float
+            Along the circumference [length].
+        radius : float
+            Of the wheel [length]: a fresh flat is a chord of depth ``length^2/(8 radius)``.
+        at : float
+            X of its middle [length].
+        worn : bool
+            Whether its edges are rounded: a cosine of the same depth over its length.
+        samples : int
+
+        Returns
+        -------
+        Carried
+
+        Raises
+        ------
+        SceneError
+            If a length is not positive.
+
+        Examples
+        --------
+        >>> print(f"{Carried.flat(length=40.0, radius=460.0, at=100.0).height.min():.3f}")
+        -0.435
+        """
+        half, radius = checks.positive("length", length) / 2, checks.positive("radius", radius)
+        s = np.linspace(-half, half, checks.whole("samples", samples, least=5))
+        depth = (half**2 - s**2) / (2 * radius)
+        if worn:
+            depth = half**2 / (2 * radius) * (1 + np.cos(np.pi * s / half)) / 2
+        return cls(-depth, checks.moderate("at", at) + s)
+
+    def on(self, grid: Grid, rolled: float) -> np.ndarray:
+        """Height at the element centres of a grid.
+
+        Parameters
+        ----------
+        grid : Grid
+            Explicit.
+        rolled : float
+            Distance rolled towards positive x [length].
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [length]
+        """
+        X = grid.x + rolled
+        if self.period is not None:
+            X = self.x[0] + (X - self.x[0]) % self.period
+        inside = (X <= self._between.x[-1]) & (X >= self.x[0])
+        found, (X, back) = np.zeros(grid.shape), np.unique(X[inside], return_inverse=True)
+        if not X.size:
+            return found
+        if self.y is None:
+            found[:, inside] = self._between.at(X, np.zeros(1))[:, back]
+            return found
+        rows = (self.y[0] <= grid.y) & (grid.y <= self.y[-1])
+        found[np.ix_(rows, inside)] = self._between.at(X, grid.y[rows])[:, back]
+        return found
+
+    def worn(self, depth: np.ndarray) -> Carried:
+        """The same less a depth.
+
+        Parameters
+        ----------
+        depth : array_like, shape of the heights
+            [length]
+
+        Returns
+        -------
+        Carried
+
+        Raises
+        ------
+        SceneError
+            If it is of another shape.
+        """
+        depth = checks.array("depth", depth, self.height.ndim)
+        if depth.shape != self.height.shape:
+            raise checks.wrong_shape("depth", depth.shape, f"of the heights' shape {self.height.shape}")
+        return replace(self, height=self.height - depth)
+
+    @cached_property
+    def _between(self) -> Interpolation:
+        x, height = self.x, np.atleast_2d(self.height)
+        gap = np.inf if self.period is None else self.period - (x[-1] - x[0])
+        if self.period is not None and gap < 2 * np.diff(x).max():  # some samples of the periods before and after
+            count = min(AROUND, x.size)
+            x = np.concatenate([x[-count:] - self.period, x, x[:count] + self.period])
+            height = np.concatenate([height[:, -count:], height, height[:, :count]], axis=1)
+        if self.y is None:  # the same row four times
+            return Interpolation(x, np.arange(-1.5, 2.0), np.tile(height, (4, 1)))
+        return Interpolation(x, self.y, height)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used
