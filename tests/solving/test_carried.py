@@ -38,7 +38,8 @@ def test_carried_heights_are_a_list_of_surfaces():
     rough = vc.Carried(1e-3 * np.cos(3 * x + 2 * y[:, None]), x, y)
     ridge = vc.Carried(1e-3 * np.exp(-((x - 0.5) ** 2)), x)
     base = vc.Paraboloids(R, R)
-    one = replace(roller(steps=4, carried=[rough, ridge], **moves), surface=base, normal_force=5e-3, grid=grid)
+    motion = vc.Transient(steps=4, Fx=-5e-4, carried=[rough, ridge], **moves)
+    one = replace(roller(steps=1), surface=base, normal_force=5e-3, grid=grid, motion=motion)
     at = 0.7 + np.array([0.1, 0.13, 0.33, 0.23])
     heights = [np.cos(3 * (grid.x + X) + 2 * grid.y[:, None]) + np.exp(-((grid.x + X - 0.5) ** 2)) for X in at]
     listed = [vc.SampledDistance(base.distance(grid) - 1e-3 * each) for each in heights]
