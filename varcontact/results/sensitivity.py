@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,24 @@ from varcontact.system.process import one_blas_thread
 @one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
     """Derivatives of the forces by the creepages, see `Solution.sensitivity`."""
+    scene, plan = sol.scene, sol.plan
+    check_linear(sol)
+    if scene.shift_undetermined and not isinstance(scene.motion, Steady):
+        if scene.bodies.slides:
+            raise SceneError("bodies.base", "smooth", '"rigid" or a half-space: the stiffness of a step needs it')
+        raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
+    contact = np.flatnonzero(sol.pressure.ravel() > 0)
+    bearing = with_friction(sol)
+    if bearing.size == 0:
+        return np.zeros((2, 3))
+    disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
+    pressed = contact if disc.K != 0 else np.zeros(0, dtype=int)
+    slopes = _slopes(disc, sol, bearing, pressed, unit_shifts(disc)[:, :, bearing])
+    return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
+
+
+def check_linear(sol: Solution) -> None:
+    """Refuse solutions about which the problem cannot be linearised."""
     scene, plan = sol.scene, sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
@@ -42,21 +60,14 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if scene.conformal:
         message = "surface.inclination: sensitivities are for bodies that meet on a plane"
         raise SceneError("surface.inclination", "given", "left out", message=message)
-    if scene.shift_undetermined and not isinstance(scene.motion, Steady):
-        if scene.bodies.slides:
-            raise SceneError("bodies.base", "smooth", '"rigid" or a half-space: the stiffness of a step needs it')
-        raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
-    contact = np.flatnonzero(sol.pressure.ravel() > 0)
-    bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
-    if bearing.size == 0:
-        return np.zeros((2, 3))
-    disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
-    pressed = contact if disc.K != 0 else np.zeros(0, dtype=int)
-    slopes = _slopes(disc, sol, bearing, pressed, _unit_shifts(disc)[:, :, bearing])
-    return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
-def _unit_shifts(disc: Discretisation) -> np.ndarray:
+def with_friction(sol: Solution) -> np.ndarray:
+    """Elements of a solution that can bear tractions, by their flat indices."""
+    return np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
+
+
+def unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
     motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
     assert motion is not None
@@ -67,41 +78,63 @@ def _unit_shifts(disc: Discretisation) -> np.ndarray:
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """How tractions of n elements may change: freely where they stick, by turning and with the pressure in slip.
+
+    `columns` (2 n, unknowns) lead from the unknowns (of what sticks along x, along y, of what slips) to the tractions;
+    `rows` (unknowns, 2 n) are the equations: both components where it sticks, that across where it slips, with the
+    size of the slip times the `turning`. By pressure the tractions of `slip`, places among the n, grow `by_pressure`.
+    """
+
+    slip: np.ndarray
+    columns: np.ndarray
+    rows: np.ndarray
+    turning: np.ndarray
+    by_pressure: np.ndarray
+
+
+def directions(disc: Discretisation, sol: Solution, bearing: np.ndarray) -> Directions:
+    """Those of the elements of a solution that bear tractions."""
+    state, scales = sol.state.ravel()[bearing], disc.scales
+    stick, slip = np.flatnonzero(state == STICK), np.flatnonzero(state == SLIP)
+    n, h, size = bearing.size, stick.size, 2 * stick.size + slip.size
+    sticks, slips = np.arange(h), np.arange(2 * h, size)
+    traction = sol.traction.reshape(2, -1)[:, bearing[slip]] / scales.pressure
+    columns, rows = np.zeros((2 * n, size)), np.zeros((size, 2 * n))
+    columns[stick, sticks] = columns[n + stick, h + sticks] = 1.0
+    columns[slip, slips], columns[n + slip, slips] = -traction[1], traction[0]
+    rows[sticks, stick] = rows[h + sticks, n + stick] = 1.0
+    along_x, along_y = traction / np.hypot(*traction)
+    rows[slips, slip], rows[slips, n + slip] = -along_y, along_x
+    rolled = disc.step * scales.length if disc.step is not None else 1.0
+    shift = sol.slip.reshape(2, -1)[:, bearing[slip]] * rolled / scales.displacement
+    by_pressure = traction / (sol.pressure.ravel()[bearing[slip]] / scales.pressure)
+    return Directions(slip, columns, rows, np.hypot(*shift), by_pressure)
+
+
 def _slopes(
     disc: Discretisation, sol: Solution, bearing: np.ndarray, pressed: np.ndarray, shifts: np.ndarray
 ) -> np.ndarray:
     """Change of (Fx, Fy) by each rigid shift (k, 2, n), physical: (2, k), with given areas at their solution.
 
-    Unknowns: changes of both traction components where it sticks (x, then y), of the traction's direction where
-    it slips, and, for unlike bodies, of the pressures and the approach.
+    Unknowns: those of `Directions` and, for unlike bodies, the pressures and the approach.
     """
-    state, scales = sol.state.ravel()[bearing], disc.scales
-    stick, slip = np.flatnonzero(state == STICK), np.flatnonzero(state == SLIP)
-    n, h, m, first = bearing.size, stick.size, pressed.size, 2 * stick.size + slip.size
-    sticks, slips, pressures = np.arange(h), np.arange(2 * h, first), slice(first, first + m)
+    may = directions(disc, sol, bearing)
+    rows, slip, scales = may.rows, may.slip, disc.scales
+    n, m, first = bearing.size, pressed.size, len(may.rows)
+    slips, pressures = np.arange(first - slip.size, first), slice(first, first + m)
     bears = np.searchsorted(pressed, bearing)
-    traction = sol.traction.reshape(2, -1)[:, bearing[slip]] / scales.pressure
-
-    columns = np.zeros((2 * n, first + m + (m > 0)))  # from the unknowns to the changes of tractions
-    columns[stick, sticks] = columns[n + stick, h + sticks] = 1.0
-    columns[slip, slips], columns[n + slip, slips] = -traction[1], traction[0]
+    columns = np.pad(may.columns, ((0, 0), (0, m + (m > 0))))
     if m:  # where it slips the traction grows with the pressure
-        by_pressure = traction / (sol.pressure.ravel()[bearing[slip]] / scales.pressure)
-        columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = by_pressure
-
-    rows = np.zeros((first, 2 * n))  # equations: both components where it sticks, that across where it slips
-    rows[sticks, stick] = rows[h + sticks, n + stick] = 1.0
-    along_x, along_y = traction / np.hypot(*traction)
-    rows[slips, slip], rows[slips, n + slip] = -along_y, along_x
+        columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = may.by_pressure
 
     elastic = disc.tangential_on(bearing).matrix @ columns
     if m:
         by_pressures = disc.pressure_to_shift.dense(pressed).reshape(2, m, m)
         elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
     system, right = rows @ elastic, -(rows @ shifts.reshape(len(shifts), -1).T)
-    rolled = disc.step * scales.length if disc.step is not None else 1.0
-    shift = sol.slip.reshape(2, -1)[:, bearing[slip]] * rolled / scales.displacement
-    system[slips, slips] += np.hypot(*shift)  # it turns with the traction it opposes: |E| by the change of direction
+    system[slips, slips] += may.turning  # it turns with the traction it opposes: |E| by the change of direction
     if m:  # contact stays closed, and the force or the approach stays what it is
         normal = np.zeros((m + 1, first + m + 1))
         by_tractions = disc.operators.traction_to_distance.dense(pressed).reshape(m, 2, m)

@@ -1,0 +1,238 @@
+"""Response in frequency: rolling contact linearised about a steady solution, for what swings along the track."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.linalg import hessenberg, lu_factor, lu_solve, solve_triangular
+from scipy.sparse import csr_array
+
+from varcontact import checks
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.state import with_subgrid
+from varcontact.discrete.stick_slip import STICK
+from varcontact.errors import SceneError
+from varcontact.results.sensitivity import Directions, check_linear, directions, unit_shifts, with_friction
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Steady
+from varcontact.system.process import one_blas_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from scipy.signal import StateSpace
+
+BEHIND = 1
+"""Elements behind the leading edge at which traction by pressure is that of the edge."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Complex derivatives of forces by creepages, load and roughness that swing with ``exp(i k q)``.
+
+    q is the distance rolled, so ``k = omega/V`` by the circular frequency and the rolling velocity. The derivatives by
+    the creepages are at a constant load, and the other way round.
+
+    Attributes
+    ----------
+    wave_number : ndarray, shape (n,)
+        k [1/length].
+    values : ndarray of complex, shape (n, outputs, inputs)
+        Derivative of each output by each input, in the units of the scene.
+    outputs : tuple of str
+        "Fx", "Fy", in three dimensions "Mz"; with the pressure "Fz" and "approach".
+    inputs : tuple of str
+        "vx", "vy", in three dimensions "spin"; unless friction is infinite "normal_force" (or "approach", where the
+        scene prescribes that), and "roughness": a height ``r exp(i k (x + q))`` [length] that closes the gap.
+    """
+
+    wave_number: np.ndarray
+    values: np.ndarray
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    def of(self, output: str, by: str) -> np.ndarray:
+        """Derivative of the `output` with respect to the input `by`, one for each wave number."""
+        place = [self.outputs.index(checks.choice("output", output, self.outputs))]
+        return np.asarray(self.values[:, place[0], self.inputs.index(checks.choice("by", by, self.inputs))])
+
+    def to_xarray(self) -> xr.Dataset:
+        """The derivatives as a dataset: a variable for each output, with dimensions wave_number and input."""
+        import xarray as xr
+
+        coordinates = {"wave_number": self.wave_number, "input": list(self.inputs)}
+        fields = {name: (("wave_number", "input"), self.values[:, i]) for i, name in enumerate(self.outputs)}
+        return xr.Dataset(fields, coords=coordinates)
+
+
+@one_blas_thread()
+def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
+    """Derivatives of the forces by what swings, see `Solution.frequency_response`."""
+    problem = linearise(sol)
+    k = problem.check(wave_number)
+    disc, n = problem.disc, problem.bearing.size
+    x, y = disc.grid.x, disc.grid.y
+    iy, ix = np.divmod(problem.bearing, disc.grid.nx)
+    force, displacement = disc.lattice.area * disc.scales.force, disc.scales.displacement
+    sums = np.zeros((5, 2 * n + problem.pressed.size + 1))
+    sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
+    sums[2, :n], sums[2, n : 2 * n], sums[4, -1] = -y[iy] * force, x[ix] * force, displacement
+    outputs = ["Fx", "Fy", "Mz", "Fz", "approach"]
+    if disc.line:
+        del outputs[2]
+        sums = np.delete(sums, 2, axis=0)
+    values = np.array([sums @ changes for changes, _ in problem.responses(k)])
+    return FrequencyResponse(k, values, tuple(outputs), problem.inputs)
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The problem about a steady solution: n elements that bear tractions, m with pressure; dimensionless.
+
+    A step ago everything was ``exp(-i Omega)`` of now: shifts are ``(here + z before)`` times the changes (of tractions,
+    pressures and approach: 2 n + m + 1), z = 1 - exp(-i Omega). The changes are ``by_unknowns`` times those of
+    `Directions`, and ``by_normal`` times what distances and the load change by themselves.
+    """
+
+    disc: Discretisation
+    bearing: np.ndarray
+    pressed: np.ndarray
+    may: Directions
+    inputs: tuple[str, ...]
+    shifts: np.ndarray  # (2 n, creepages)
+    here: np.ndarray  # (2 n, 2 n + m + 1)
+    before: np.ndarray
+    by_unknowns: np.ndarray  # (2 n + m + 1, unknowns)
+    by_normal: np.ndarray  # (2 n + m + 1, m + 1)
+    entering: np.ndarray  # (2 n, m + 1): tractions that go with the pressure where particles enter
+    leading: np.ndarray  # bool (unknowns,): equations of elements there
+
+    @property
+    def step(self) -> float:
+        """Distance rolled in a step [length]."""
+        assert self.disc.step is not None
+        return self.disc.step * self.disc.scales.length
+
+    def check(self, wave_number: Any) -> np.ndarray:
+        """Wave numbers of which the elements and the step resolve each, as an array (n,)."""
+        k = np.atleast_1d(checks.numbers("wave_number", wave_number))
+        largest = np.pi / max(self.step, self.disc.grid.sides[0])
+        allowed = f"from 0 to {largest:.6g}, a wave of two elements"
+        if k.ndim != 1 or k.size == 0:
+            raise SceneError("wave_number", wave_number, "one number or a one-dimensional array")
+        for each in k[(k < 0) | (k > largest * (1 + 1e-12))]:
+            raise SceneError("wave_number", float(each), allowed)
+        return k
+
+    def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """For each wave number the changes (2 n + m + 1, inputs) and those of slip (2 n, inputs)."""
+        rows, size = csr_array(self.may.rows), len(self.may.rows)
+        at_rest = rows @ (self.here @ self.by_unknowns)
+        np.einsum("ii->i", at_rest)[size - self.may.slip.size :] += self.may.turning
+        factor = lu_factor(at_rest)
+        reduced, basis = hessenberg(lu_solve(factor, rows @ (self.before @ self.by_unknowns)), calc_q=True)
+        for k in wave_numbers:
+            z = -np.expm1(-1j * k * self.step)
+            rigid, normal = self._loads(k, z)
+            given = self.by_normal @ normal
+            shift = rigid + self._shift(z, given)
+            entering = np.zeros_like(given)
+            entering[: len(self.entering)] = self.entering @ normal
+            right = np.where(self.leading[:, None], rows @ (shift - self._shift(z, entering)), rows @ shift)
+            unknowns = basis @ _hessenberg_solve(reduced, z, basis.T @ lu_solve(factor, -right))
+            changes = given + self.by_unknowns @ unknowns
+            yield changes, rigid + self._shift(z, changes)
+
+    def _shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
+        both = np.ascontiguousarray(changes).view(float)
+        return (self.here @ both).view(complex) + z * (self.before @ both).view(complex)
+
+    def _loads(self, k: float, z: complex) -> tuple[np.ndarray, np.ndarray]:
+        """Rigid shifts (2 n, inputs), and changes of distances and of the load (m + 1, inputs), by unit inputs."""
+        scales, creepages = self.disc.scales, self.shifts.shape[1]
+        rigid = np.zeros((len(self.shifts), len(self.inputs)), complex)
+        rigid[:, :creepages] = self.shifts * (z / (1j * k * self.step) if k else 1.0)  # its mean over the step
+        normal = np.zeros((self.pressed.size + 1, len(self.inputs)), complex)
+        if len(self.inputs) > creepages:
+            force = self.disc.loading.normal_force is not None
+            normal[-1, -2] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
+            x = self.disc.grid.x[self.pressed % self.disc.grid.nx]
+            normal[:-1, -1] = np.exp(1j * k * x) / scales.displacement
+        return rigid, normal
+
+
+def linearise(sol: Solution) -> Linearised:
+    """The problem about a solution of steady rolling; a `SceneError` refuses others."""
+    scene = sol.scene
+    check_linear(sol)
+    if not isinstance(scene.motion, Steady):
+        raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
+    if scene.motion.slip_difference != "first-order":
+        raise SceneError("motion.slip_difference", scene.motion.slip_difference, '"first-order"')
+    if scene.bodies.relaxes:
+        raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
+    if scene.shift_undetermined:
+        raise SceneError("surface.reference_depth", None, "given: in line contact what swings depends on it")
+    bearing, pressed = with_friction(sol), np.flatnonzero(sol.pressure.ravel() > 0)
+    if bearing.size == 0:
+        raise SceneError("solution", "no traction", "a contact with friction")
+    disc = with_subgrid(discretise(scene, sol.grid, coupled=not sol.plan.left_out), sol.pressure_on_parts)
+    may, shifts = directions(disc, sol, bearing), unit_shifts(disc)
+    n, m, bears = bearing.size, pressed.size, np.searchsorted(pressed, bearing)
+    assert disc.step is not None
+    here, before = np.zeros((2 * n, 2 * n + m + 1)), np.zeros((2 * n, 2 * n + m + 1))
+    here[:, : 2 * n] = disc.tangential_on(bearing).matrix
+    carried = disc.operators.carrying(disc.step).dense(bearing, pressed).reshape(2 * n, -1, m)
+    before[:, : 2 * n] = carried[:, :2, bears].reshape(2 * n, -1)
+    normal = np.zeros((m + 1, m + 1))
+    normal[:m, :m], normal[:m, m] = disc.operators.normal.dense(pressed), -1.0
+    normal[m, slice(0, m) if disc.loading.normal_force is not None else m] = 1.0
+    by_pressure = np.zeros((2 * n, m + 1))
+    by_pressure[may.slip, bears[may.slip]], by_pressure[n + may.slip, bears[may.slip]] = may.by_pressure
+    to_distance = np.zeros((m + 1, 2 * n))
+    if disc.K != 0:
+        here[:, 2 * n : -1] = disc.pressure_to_shift.dense(bearing, pressed)
+        before[:, 2 * n : -1] = carried[:, 2]
+        to_distance[:m] = disc.operators.traction_to_distance.dense(pressed, bearing)
+    inverse = np.linalg.inv(normal + to_distance @ by_pressure)
+    by_normal = np.concatenate([by_pressure @ inverse, inverse])
+    by_unknowns = np.pad(may.columns, ((0, m + 1), (0, 0))) - by_normal @ (to_distance @ may.columns)
+    inputs = ("vx", "vy", "spin")[: len(shifts)]
+    if not disc.loading.no_slip:
+        inputs += ("normal_force" if disc.loading.normal_force is not None else "approach", "roughness")
+    return Linearised(disc, bearing, pressed, may, inputs, shifts[:, :, bearing].reshape(len(shifts), -1).T,
+                      here, before, by_unknowns, by_normal, *_entering(sol, bearing, bears, inverse))
+
+
+def _entering(sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """By changes of distance and load: tractions that keep their share of the pressure; equations at the leading edge.
+
+    Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
+    there. Particles enter such tractions without slip, which a difference over an element does not see.
+    """
+    grid, state = sol.grid, sol.state
+    iy, ix = np.divmod(bearing, grid.nx)
+    last = grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)  # of each row
+    at = np.maximum(last[iy] - BEHIND, 0)
+    ratio = sol.traction[:, iy, at] / np.where(sol.pressure[iy, at] > 0, sol.pressure[iy, at], np.inf)
+    first = (ix == last[iy])
+    stick = state.ravel()[bearing] == STICK
+    entering = np.concatenate([each[:, None] * inverse[bears] for each in ratio])
+    leading = np.concatenate([first[stick], first[stick], np.zeros(np.sum(~stick), bool)])
+    return entering, leading
+
+
+def _hessenberg_solve(reduced: np.ndarray, z: complex, right: np.ndarray) -> np.ndarray:
+    """Solve ``(1 + z H) y = right`` for an upper Hessenberg matrix H, by elimination with row interchanges."""
+    matrix = z * reduced
+    np.einsum("ii->i", matrix)[:] += 1
+    for i in range(len(matrix) - 1):
+        if abs(matrix[i + 1, i]) > abs(matrix[i, i]):
+            matrix[[i, i + 1], i:], right[[i, i + 1]] = matrix[[i + 1, i], i:], right[[i + 1, i]]
+        share = matrix[i + 1, i] / matrix[i, i]
+        matrix[i + 1, i:] -= share * matrix[i, i:]
+        right[i + 1] -= share * right[i]
+    return np.asarray(solve_triangular(matrix.T, right, trans="T", lower=True))
