@@ -39,6 +39,7 @@ CONVENIENCE = {
         "io.export",
         "io.solution",
         "plotting.solution",
+        "results.frequency",
         "results.physical",
         "results.report",
         "results.sensitivity",

@@ -23,7 +23,9 @@ from .io.scene_toml import read_scene
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from .results.corrugation import corrugation_growth
 from .results.error_estimate import ErrorEstimate
+from .results.frequency import FrequencyResponse
 from .results.history import History
 from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
@@ -68,6 +70,7 @@ __all__ = [
     "Ellipse",
     "ErrorEstimate",
     "ExponentialFalling",
+    "FrequencyResponse",
     "Grid",
     "History",
     "Interrupted",
@@ -106,6 +109,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "corrugation_growth",
     "creep_curve",
     "creep_forces",
     "kinematics",

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from scipy.signal import StateSpace
 
-BEHIND = 1
-"""Elements behind the leading edge at which traction by pressure is that of the edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +71,9 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
     """Derivatives of the forces by what swings, see `Solution.frequency_response`."""
     problem = linearise(sol)
     k = problem.check(wave_number)
-    disc, n = problem.disc, problem.bearing.size
-    x, y = disc.grid.x, disc.grid.y
-    iy, ix = np.divmod(problem.bearing, disc.grid.nx)
-    force, displacement = disc.lattice.area * disc.scales.force, disc.scales.displacement
-    sums = np.zeros((5, 2 * n + problem.pressed.size + 1))
-    sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
-    sums[2, :n], sums[2, n : 2 * n], sums[4, -1] = -y[iy] * force, x[ix] * force, displacement
-    outputs = ["Fx", "Fy", "Mz", "Fz", "approach"]
-    if disc.line:
-        del outputs[2]
-        sums = np.delete(sums, 2, axis=0)
+    outputs, sums = problem.resultants()
     values = np.array([sums @ changes for changes, _ in problem.responses(k)])
-    return FrequencyResponse(k, values, tuple(outputs), problem.inputs)
+    return FrequencyResponse(k, values, outputs, problem.inputs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,10 +104,26 @@ class Linearised:
         assert self.disc.step is not None
         return self.disc.step * self.disc.scales.length
 
+    @property
+    def shortest(self) -> float:
+        """Shortest wave that elements and step resolve: two of them [length]."""
+        return 2 * max(self.step, self.disc.grid.sides[0])
+
+    def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Names of the resultants, and what they are of the changes, physical: (outputs, 2 n + m + 1)."""
+        disc, n = self.disc, self.bearing.size
+        iy, ix = np.divmod(self.bearing, disc.grid.nx)
+        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, self.by_normal.shape[0]))
+        sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
+        sums[2, :n], sums[2, n : 2 * n] = -disc.grid.y[iy] * force, disc.grid.x[ix] * force
+        sums[4, -1] = disc.scales.displacement
+        there = [0, 1, 3, 4] if disc.line else [0, 1, 2, 3, 4]
+        return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
+
     def check(self, wave_number: Any) -> np.ndarray:
         """Wave numbers of which the elements and the step resolve each, as an array (n,)."""
         k = np.atleast_1d(checks.numbers("wave_number", wave_number))
-        largest = np.pi / max(self.step, self.disc.grid.sides[0])
+        largest = 2 * np.pi / self.shortest
         allowed = f"from 0 to {largest:.6g}, a wave of two elements"
         if k.ndim != 1 or k.size == 0:
             raise SceneError("wave_number", wave_number, "one number or a one-dimensional array")
@@ -211,15 +215,17 @@ def _entering(sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np
     """By changes of distance and load: tractions that keep their share of the pressure; equations at the leading edge.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
-    there. Particles enter such tractions without slip, which a difference over an element does not see.
+    there. Particles enter such tractions without slip, which a difference over an element does not see. The squares of
+    both rise linearly from the edge, wherever that is in its element: the ratio is that of their slopes.
     """
-    grid, state = sol.grid, sol.state
-    iy, ix = np.divmod(bearing, grid.nx)
-    last = grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)  # of each row
-    at = np.maximum(last[iy] - BEHIND, 0)
-    ratio = sol.traction[:, iy, at] / np.where(sol.pressure[iy, at] > 0, sol.pressure[iy, at], np.inf)
-    first = (ix == last[iy])
-    stick = state.ravel()[bearing] == STICK
+    iy, ix = np.divmod(bearing, sol.grid.nx)
+    edge = sol.grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)[iy]  # of each row
+    near, far = np.maximum(edge - 1, 0), np.maximum(edge - 2, 0)
+    size, pressure = np.hypot(*sol.traction), sol.pressure
+    rise, of = size[iy, far] ** 2 - size[iy, near] ** 2, pressure[iy, far] ** 2 - pressure[iy, near] ** 2
+    direction = sol.traction[:, iy, near] / np.where(size[iy, near] > 0, size[iy, near], 1.0)
+    ratio = direction * np.sqrt(np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0))
+    first, stick = ix == edge, sol.state.ravel()[bearing] == STICK
     entering = np.concatenate([each[:, None] * inverse[bears] for each in ratio])
     leading = np.concatenate([first[stick], first[stick], np.zeros(np.sum(~stick), bool)])
     return entering, leading

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from varcontact.results.frequency import FrequencyResponse
     from varcontact.results.physical import Normalised
 
 ROUNDING = 1e-9
@@ -376,6 +377,25 @@ class Solution:
         from varcontact.results.sensitivity import sensitivity
 
         return sensitivity(self)
+
+    def frequency_response(self, wave_number: float | Sequence[float] | np.ndarray) -> FrequencyResponse:
+        """Complex derivatives of the forces by creepages, load and roughness that swing as the contact rolls.
+
+        Parameters
+        ----------
+        wave_number : float or array_like, shape (n,)
+            ``k = omega/V`` [1/length], circular frequency by rolling velocity; from 0, where the derivatives by the
+            creepages are `sensitivity`, to a wave of two elements.
+
+        Raises
+        ------
+        SceneError
+            For other wave numbers, without steady rolling of elastic bodies with a slip difference of first order, and
+            where `sensitivity` is refused.
+        """
+        from varcontact.results.frequency import frequency_response
+
+        return frequency_response(self, wave_number)
 
     def plot(
         self,

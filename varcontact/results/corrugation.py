@@ -1,0 +1,135 @@
+"""Growth of corrugation: wear that a wave of the rail's height causes, to first order, from one solve a wavelength."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.discrete.stick_slip import SLIP
+from varcontact.errors import SceneError
+from varcontact.results.frequency import linearise
+from varcontact.results.solution import Solution
+from varcontact.system.process import one_blas_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Receptance = Callable[[float], complex] | tuple[Any, Any] | None
+
+
+@one_blas_thread()
+def corrugation_growth(
+    sol: Solution,
+    wavelengths: Any,
+    *,
+    wheel: Receptance = None,
+    track: Receptance = None,
+    speed: float | None = None,
+) -> xr.Dataset:
+    """Growth of a corrugation ``r exp(i k X)`` of the rail by wavelength, by the linear theory of small waves.
+
+    Wear is taken in proportion to the work of friction (Archard): the height changes by -(k/H) times that work.
+
+    Parameters
+    ----------
+    sol : Solution
+        The smooth contact, rolling steadily with slip. What it prescribes (creepages or forces) stays constant.
+    wavelengths : array_like, shape (n,)
+        Wavelengths along the track [length], each of two elements or more.
+    wheel, track : callable or (frequencies, receptances), optional
+        Complex vertical receptance [length/force] of each by the circular frequency [1/time]; of a table it is
+        interpolated. Not given: rigid. Without both the load is constant.
+    speed : float, optional
+        Rolling velocity [length/time], with receptances.
+
+    Returns
+    -------
+    xarray.Dataset
+        By wavelength: `growth` [1/length], relative growth of the wave by the mean depth worn off; `shift`, by which its
+        phase moves [1/length], towards +X; `load_swing`, complex swing of the load by height [force/length]. `wear` is the
+        complex work of the wave by height, `growth` by rows of elements (wavelength, y); `smooth` the mean work (y).
+
+    Raises
+    ------
+    SceneError
+        For wavelengths the elements do not resolve, receptances that are not finite or do not cover the frequencies,
+        without slip, and for solutions that `Solution.frequency_response` refuses.
+
+    Notes
+    -----
+    A. Nielsen, Solid Mechanics and its Applications (1994-98), on rolling over corrugated rails, to first order. The
+    load swings by ``-c_r r/(c_N + wheel + track)`` with the contact's own derivatives of the approach.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Cylinders(R=50.0, reference_depth=50.0), normal_force=0.01,
+    ...     friction=0.3, motion=vc.Steady(Fx=-0.0015), grid=vc.Grid(nx=60))
+    >>> found = vc.corrugation_growth(vc.solve(scene), [2.0, 4.0])
+    >>> bool((found.growth < 0).all())  # without dynamics waves wear away
+    True
+    """
+    import xarray as xr
+
+    problem = linearise(sol)
+    lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))
+    for each in lengths[lengths < problem.shortest * (1 - 1e-12)]:
+        raise SceneError("wavelengths", float(each), f"at least {problem.shortest:.6g}, two elements")
+    slips = (sol.state == SLIP).ravel()[problem.bearing]
+    if "roughness" not in problem.inputs or not slips.any():
+        raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
+    k = 2 * np.pi / lengths
+    receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
+    scales, grid = problem.disc.scales, sol.grid
+    iy, ix = np.divmod(problem.bearing[slips], grid.nx)
+    rows = (np.arange(grid.rows)[:, None] == iy) * scales.pressure * scales.displacement * grid.sides[0] / problem.step
+    traction = sol.traction[:, iy, ix] / scales.pressure
+    shift = sol.slip[:, iy, ix] * problem.step / scales.displacement
+    smooth = -rows @ np.sum(traction * shift, axis=0)
+    names, sums = problem.resultants()
+    load = len(problem.inputs) - 2
+    wear, loads = [], []
+    for each, compliance, (changes, slip) in zip(k, receptance, problem.responses(k), strict=True):
+        resultants = dict(zip(names, sums @ changes, strict=True))
+        equations = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
+        if wheel is not None or track is not None:
+            equations[load] = resultants["approach"] + compliance * resultants["Fz"]
+        amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
+        amplitudes[-1] = 1.0
+        if free:
+            matrix = np.array(list(equations.values()))
+            amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
+        changed = (changes[: 2 * slips.size] @ amplitudes).reshape(2, -1)[:, slips]
+        work = changed * shift + traction * (slip @ amplitudes).reshape(2, -1)[:, slips]
+        wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
+        loads.append(resultants["Fz"] @ amplitudes)
+    whole = np.sum(wear, axis=1) / smooth.sum()
+    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": np.array(loads)}
+    dataset = xr.Dataset(
+        {name: ("wavelength", values) for name, values in fields.items()}, {"wavelength": lengths, "y": grid.y}
+    )
+    return dataset.assign(wear=(("wavelength", "y"), np.array(wear)), smooth=("y", smooth))
+
+
+def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: float | None) -> np.ndarray:
+    """Receptance at each wave number, zero where none is given."""
+    if given is None:
+        return np.zeros(wave_numbers.size, complex)
+    frequencies = wave_numbers * checks.positive("speed", speed)
+    if callable(given):
+        values = np.array([complex(given(float(each))) for each in frequencies])
+    else:
+        table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
+        if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
+            raise SceneError(name, given, "frequencies that increase, and as many receptances")
+        for each in frequencies[(frequencies < table[0]) | (frequencies > table[-1])]:
+            raise SceneError(name, float(each), f"a table that covers it, and it ends at {table[0]:.6g} and {table[-1]:.6g}")
+        values = np.interp(frequencies, table, numbers)
+    for frequency, value in zip(frequencies, values, strict=True):
+        if not np.isfinite(value):
+            raise SceneError(name, value, f"a finite receptance at the circular frequency {frequency:.6g}")
+    return np.asarray(values)
