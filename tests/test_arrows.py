@@ -44,6 +44,7 @@ CONVENIENCE = {
         "results.report",
         "results.sensitivity",
     },
+    "results.frequency": {"plotting.frequency"},
     "results.history": {"io.history", "plotting.history"},
     "wheel_rail.profile": {"wheel_rail.plots"},
     "wheel_rail.result": {"wheel_rail.plots"},

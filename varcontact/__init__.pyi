@@ -20,6 +20,7 @@ from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
+from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
@@ -118,6 +119,7 @@ __all__ = [
     "plan",
     "plot_comparison",
     "plot_curve",
+    "plot_growth",
     "plot_stress",
     "read_contact_input",
     "read_contact_output",

@@ -48,9 +48,10 @@ def corrugation_growth(
     Returns
     -------
     xarray.Dataset
-        By wavelength: `growth` [1/length], relative growth of the wave by the mean depth worn off; `shift`, by which its
-        phase moves [1/length], towards +X; `load_swing`, complex swing of the load by height [force/length]. `wear` is the
-        complex work of the wave by height, `growth` by rows of elements (wavelength, y); `smooth` the mean work (y).
+        By wavelength: `growth`, of the wave by the mean depth worn off, relative to its height [1/length]; `shift`,
+        phase by which it moves towards +X by that depth [1/length]; `load_swing`, complex, by height [force/length].
+        `wear` (wavelength, y) is the complex work of the wave by its height and by area of the rail, `smooth` (y) that
+        without the wave, by rows of elements.
 
     Raises
     ------
@@ -60,8 +61,9 @@ def corrugation_growth(
 
     Notes
     -----
-    A. Nielsen, Solid Mechanics and its Applications (1994-98), on rolling over corrugated rails, to first order. The
-    load swings by ``-c_r r/(c_N + wheel + track)`` with the contact's own derivatives of the approach.
+    J. B. Nielsen, Evolution of rail corrugation predicted with a non-linear wear model, Journal of Sound and Vibration
+    227 (1999) 915-933, to first order. The load swings by ``-c_r r/(c_N + wheel + track)``, with the derivatives of the
+    contact's approach by roughness and load.
 
     Examples
     --------
@@ -77,6 +79,8 @@ def corrugation_growth(
 
     problem = linearise(sol)
     lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))
+    if lengths.ndim != 1 or lengths.size == 0:
+        raise SceneError("wavelengths", wavelengths, "one length or a one-dimensional array")
     for each in lengths[lengths < problem.shortest * (1 - 1e-12)]:
         raise SceneError("wavelengths", float(each), f"at least {problem.shortest:.6g}, two elements")
     slips = (sol.state == SLIP).ravel()[problem.bearing]
@@ -93,9 +97,11 @@ def corrugation_growth(
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
     wear, loads = [], []
-    for each, compliance, (changes, slip) in zip(k, receptance, problem.responses(k), strict=True):
+    for each, compliance, (changes, rigid, z) in zip(k, receptance, problem.responses(k), strict=True):
         resultants = dict(zip(names, sums @ changes, strict=True))
-        equations = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
+        equations = {
+            i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None
+        }
         if wheel is not None or track is not None:
             equations[load] = resultants["approach"] + compliance * resultants["Fz"]
         amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
@@ -103,8 +109,10 @@ def corrugation_growth(
         if free:
             matrix = np.array(list(equations.values()))
             amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
-        changed = (changes[: 2 * slips.size] @ amplitudes).reshape(2, -1)[:, slips]
-        work = changed * shift + traction * (slip @ amplitudes).reshape(2, -1)[:, slips]
+        swing = changes @ amplitudes[:, None]
+        changed = swing[: 2 * slips.size].reshape(2, -1)[:, slips]
+        slip = (rigid @ amplitudes[:, None] + problem.shift(z, swing)).reshape(2, -1)[:, slips]
+        work = changed * shift + traction * slip
         wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
         loads.append(resultants["Fz"] @ amplitudes)
     whole = np.sum(wear, axis=1) / smooth.sum()
@@ -112,6 +120,8 @@ def corrugation_growth(
     dataset = xr.Dataset(
         {name: ("wavelength", values) for name, values in fields.items()}, {"wavelength": lengths, "y": grid.y}
     )
+    if sol.scene.units is not None:
+        dataset.attrs["length"] = sol.scene.units.length
     return dataset.assign(wear=(("wavelength", "y"), np.array(wear)), smooth=("y", smooth))
 
 
@@ -127,7 +137,9 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: f
         if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
             raise SceneError(name, given, "frequencies that increase, and as many receptances")
         for each in frequencies[(frequencies < table[0]) | (frequencies > table[-1])]:
-            raise SceneError(name, float(each), f"a table that covers it, and it ends at {table[0]:.6g} and {table[-1]:.6g}")
+            raise SceneError(
+                name, float(each), f"a table that covers it, and it ends at {table[0]:.6g} and {table[-1]:.6g}"
+            )
         values = np.interp(frequencies, table, numbers)
     for frequency, value in zip(frequencies, values, strict=True):
         if not np.isfinite(value):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from varcontact.errors import SceneError
 from varcontact.results.sensitivity import Directions, check_linear, directions, unit_shifts, with_friction
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
 from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from scipy.signal import StateSpace
 
+
+POLE_STEPS = 30
+"""Steps in which a rational fit moves its poles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +49,25 @@ class FrequencyResponse:
     inputs : tuple of str
         "vx", "vy", in three dimensions "spin"; unless friction is infinite "normal_force" (or "approach", where the
         scene prescribes that), and "roughness": a height ``r exp(i k (x + q))`` [length] that closes the gap.
+    scene : Scene
+        That of the solution.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.02), grid=vc.Grid(nx=12, ny=12))
+    >>> response = vc.solve(scene).frequency_response([0.0, 1.0])
+    >>> print(response.of("Fx", "vx").round(2))
+    [-3.76+0.j   -1.19+1.93j]
     """
 
     wave_number: np.ndarray
     values: np.ndarray
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
+    scene: Scene
 
     def of(self, output: str, by: str) -> np.ndarray:
         """Derivative of the `output` with respect to the input `by`, one for each wave number."""
@@ -65,6 +82,74 @@ class FrequencyResponse:
         fields = {name: (("wave_number", "input"), self.values[:, i]) for i, name in enumerate(self.outputs)}
         return xr.Dataset(fields, coords=coordinates)
 
+    def plot(self, output: str = "Fx", by: str = "vx", *, figsize: tuple[float, float] | None = None) -> Figure:
+        """Bode's diagram, size and phase over the wave number, and Nyquist's, of one derivative.
+
+        Parameters
+        ----------
+        output, by : str
+            Which one, as for `of`.
+        figsize : pair of float, optional
+            Of the figure [inch].
+        """
+        from varcontact.plotting.frequency import plot_response
+
+        return plot_response(self, output, by, figsize)
+
+    def state_space(
+        self,
+        order: int = 6,
+        *,
+        outputs: Sequence[str] = ("Fx",),
+        inputs: Sequence[str] = ("vx",),
+        speed: float = 1.0,
+    ) -> StateSpace:
+        """Linear system of low order with about this response, for models of vehicles, by a rational fit.
+
+        Parameters
+        ----------
+        order : int
+            Number of poles, which all derivatives share; the system has this many states for each input.
+        outputs, inputs : sequence of str
+            Of the system. Roughness acts before it enters the contact: no such system follows it.
+        speed : float
+            Rolling velocity [length/time]; with 1 time is the distance rolled.
+
+        Returns
+        -------
+        scipy.signal.StateSpace
+            Real and stable.
+
+        Raises
+        ------
+        SceneError
+            For names that there are not, and with fewer wave numbers than the order.
+
+        Notes
+        -----
+        B. Gustavsen and A. Semlyen, Rational approximation of frequency domain responses by vector fitting, IEEE
+        Transactions on Power Delivery 14 (1999) 1052-1061.
+        """
+        from scipy.signal import StateSpace
+
+        order, V = checks.whole("order", order, 1, self.wave_number.size), checks.positive("speed", speed)
+        if "roughness" in inputs:
+            raise SceneError(
+                "inputs", "roughness", "creepages and the load: roughness acts before it enters the contact"
+            )
+        chosen = np.array([self.of(output, name) for output in outputs for name in inputs]).T
+        poles, residues, direct = _rational(1j * self.wave_number, chosen, order)
+        A, b, c = np.zeros((order, order)), np.zeros(order), np.zeros((order, chosen.shape[1]))
+        for i, (pole, residue) in enumerate(zip(poles, residues, strict=True)):
+            A[i, i], b[i], c[i] = pole.real, float(pole.imag == 0), residue.real
+            if pole.imag > 0:  # its conjugate is the next
+                A[i, i + 1], A[i + 1, i], b[i] = pole.imag, -pole.imag, 2.0
+            elif pole.imag < 0:
+                c[i] = -residue.imag
+        one, shape = np.eye(len(inputs)), (len(outputs), len(inputs))
+        C = np.moveaxis(c.reshape(order, *shape), 1, 0).reshape(shape[0], -1)
+        return StateSpace(V * np.kron(A, one), V * np.kron(b[:, None], one), C, direct.reshape(shape))
+
 
 @one_blas_thread()
 def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
@@ -72,16 +157,16 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
     problem = linearise(sol)
     k = problem.check(wave_number)
     outputs, sums = problem.resultants()
-    values = np.array([sums @ changes for changes, _ in problem.responses(k)])
-    return FrequencyResponse(k, values, outputs, problem.inputs)
+    values = np.array([sums @ changes for changes, _, _ in problem.responses(k)])
+    return FrequencyResponse(k, values, outputs, problem.inputs, sol.scene)
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
     """The problem about a steady solution: n elements that bear tractions, m with pressure; dimensionless.
 
-    A step ago everything was ``exp(-i Omega)`` of now: shifts are ``(here + z before)`` times the changes (of tractions,
-    pressures and approach: 2 n + m + 1), z = 1 - exp(-i Omega). The changes are ``by_unknowns`` times those of
+    A step ago everything was ``exp(-i Omega)`` of now: shifts are ``(here + z before)`` times the changes (tractions,
+    pressures, approach: 2 n + m + 1), z = 1 - exp(-i Omega). The changes are ``by_unknowns`` times those of
     `Directions`, and ``by_normal`` times what distances and the load change by themselves.
     """
 
@@ -131,8 +216,8 @@ class Linearised:
             raise SceneError("wave_number", float(each), allowed)
         return k
 
-    def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """For each wave number the changes (2 n + m + 1, inputs) and those of slip (2 n, inputs)."""
+    def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, complex]]:
+        """For each wave number the changes (2 n + m + 1, inputs), the rigid shifts (2 n, inputs), and z."""
         rows, size = csr_array(self.may.rows), len(self.may.rows)
         at_rest = rows @ (self.here @ self.by_unknowns)
         np.einsum("ii->i", at_rest)[size - self.may.slip.size :] += self.may.turning
@@ -142,17 +227,16 @@ class Linearised:
             z = -np.expm1(-1j * k * self.step)
             rigid, normal = self._loads(k, z)
             given = self.by_normal @ normal
-            shift = rigid + self._shift(z, given)
             entering = np.zeros_like(given)
             entering[: len(self.entering)] = self.entering @ normal
-            right = np.where(self.leading[:, None], rows @ (shift - self._shift(z, entering)), rows @ shift)
-            unknowns = basis @ _hessenberg_solve(reduced, z, basis.T @ lu_solve(factor, -right))
-            changes = given + self.by_unknowns @ unknowns
-            yield changes, rigid + self._shift(z, changes)
+            right = rows @ (rigid + self.shift(z, given))
+            right[self.leading] -= (rows @ self.shift(z, entering))[self.leading]
+            unknowns = _times(basis, _hessenberg_solve(reduced, z, _times(basis.T, lu_solve(factor, -right))))
+            yield given + _times(self.by_unknowns, unknowns), rigid, z
 
-    def _shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
-        both = np.ascontiguousarray(changes).view(float)
-        return (self.here @ both).view(complex) + z * (self.before @ both).view(complex)
+    def shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
+        """Shifts in a step (2 n, inputs) by changes."""
+        return _times(self.here, changes) + z * _times(self.before, changes)
 
     def _loads(self, k: float, z: complex) -> tuple[np.ndarray, np.ndarray]:
         """Rigid shifts (2 n, inputs), and changes of distances and of the load (m + 1, inputs), by unit inputs."""
@@ -207,11 +291,24 @@ def linearise(sol: Solution) -> Linearised:
     inputs = ("vx", "vy", "spin")[: len(shifts)]
     if not disc.loading.no_slip:
         inputs += ("normal_force" if disc.loading.normal_force is not None else "approach", "roughness")
-    return Linearised(disc, bearing, pressed, may, inputs, shifts[:, :, bearing].reshape(len(shifts), -1).T,
-                      here, before, by_unknowns, by_normal, *_entering(sol, bearing, bears, inverse))
+    return Linearised(
+        disc,
+        bearing,
+        pressed,
+        may,
+        inputs,
+        shifts[:, :, bearing].reshape(len(shifts), -1).T,
+        here,
+        before,
+        by_unknowns,
+        by_normal,
+        *_entering(sol, bearing, bears, inverse),
+    )
 
 
-def _entering(sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _entering(
+    sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """By changes of distance and load: tractions that keep their share of the pressure; equations at the leading edge.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
@@ -231,14 +328,48 @@ def _entering(sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np
     return entering, leading
 
 
+def _times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Product of a real matrix with complex columns."""
+    return np.asarray((matrix @ np.ascontiguousarray(values).view(float)).view(complex))
+
+
 def _hessenberg_solve(reduced: np.ndarray, z: complex, right: np.ndarray) -> np.ndarray:
     """Solve ``(1 + z H) y = right`` for an upper Hessenberg matrix H, by elimination with row interchanges."""
-    matrix = z * reduced
-    np.einsum("ii->i", matrix)[:] += 1
-    for i in range(len(matrix) - 1):
-        if abs(matrix[i + 1, i]) > abs(matrix[i, i]):
-            matrix[[i, i + 1], i:], right[[i, i + 1]] = matrix[[i + 1, i], i:], right[[i + 1, i]]
-        share = matrix[i + 1, i] / matrix[i, i]
-        matrix[i + 1, i:] -= share * matrix[i, i:]
-        right[i + 1] -= share * right[i]
-    return np.asarray(solve_triangular(matrix.T, right, trans="T", lower=True))
+    size = len(reduced)
+    system = np.empty((size, size + right.shape[1]), complex)
+    np.multiply(reduced, z, out=system[:, :size])
+    np.einsum("ii->i", system[:, :size])[:] += 1
+    system[:, size:] = right
+    for i in range(size - 1):
+        if abs(system[i + 1, i]) > abs(system[i, i]):
+            system[[i, i + 1], i:] = system[[i + 1, i], i:]
+        system[i + 1, i:] -= system[i + 1, i] / system[i, i] * system[i, i:]
+    return np.asarray(solve_triangular(system[:, :size].T, system[:, size:], trans="T", lower=True, check_finite=False))
+
+
+def _rational(s: np.ndarray, values: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poles, residues (order, m) and direct parts (m,) of a fit of values (n, m) at s, with its conjugate: real."""
+    s, values = np.concatenate([s, s.conj()]), np.concatenate([values, values.conj()])
+    sizes = np.abs(values).max(axis=0)
+    values = values / np.where(sizes > 0, sizes, 1.0)
+    highest = np.abs(s).max()
+    pairs = np.linspace(highest / order, highest, order // 2) * (1j - 0.01)
+    poles = np.concatenate([np.repeat(pairs, 2), np.full(order % 2, -highest / 2)])
+    poles[1 : 2 * pairs.size : 2] = pairs.conj()
+    for _ in range(POLE_STEPS):
+        terms = 1 / (s[:, None] - poles)
+        free, _ = np.linalg.qr(np.column_stack([terms, np.ones(s.size)]))
+        both = np.concatenate([np.column_stack([value[:, None] * terms, value]) for value in values.T])
+        both = both.reshape(values.shape[1], s.size, -1)
+        both -= free @ (free.conj().T @ both)
+        both = both.reshape(-1, order + 1)
+        weights, *_ = np.linalg.lstsq(both[:, :-1], -both[:, -1])
+        found = np.linalg.eigvals(np.diag(poles) - weights)
+        found = -np.abs(found.real) + 1j * np.where(np.abs(found.imag) > 1e-9 * np.abs(found), found.imag, 0.0)
+        upper = found[found.imag > 0]
+        paired = np.repeat(upper, 2)
+        paired[1::2] = upper.conj()
+        poles = np.concatenate([paired, found[found.imag == 0]])
+    terms = np.column_stack([1 / (s[:, None] - poles), np.ones(s.size)])
+    fit, *_ = np.linalg.lstsq(terms, values)
+    return poles, fit[:-1] * sizes, fit[-1].real * sizes

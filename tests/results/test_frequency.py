@@ -1,0 +1,206 @@
+"""Frequency responses against closed forms, histories that swing, and limits; growth of corrugation."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import harmonic_coefficients, harmonic_line
+
+UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
+STEADY = vc.Steady(vx=0.03, vy=0.02, spin=0.05)
+
+
+def line(cells=60, friction=0.3, depth=20.0, **motion):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Cylinders(R=50.0, reference_depth=depth), normal_force=0.01,
+        friction=friction, motion=vc.Steady(**motion), grid=vc.Grid(nx=cells),
+    )  # fmt: skip
+    return vc.solve(scene, tol=1e-11)
+
+
+def ball(cells=12, bodies=None, edge="centres", **changes):
+    scene = vc.Scene(
+        bodies=bodies or vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+        **{"friction": 0.3, "motion": STEADY} | changes, grid=vc.Grid(nx=cells, ny=cells, edge=edge),
+    )  # fmt: skip
+    return vc.solve(scene, tol=1e-11)
+
+
+def test_line_contact_without_slip():
+    kappa = np.array([0.0, 0.5, 2.0, 4.0])
+    coarse, fine = (line(cells, np.inf, vx=1e-4) for cells in (100, 200))
+    a = coarse.scene.hertz.a
+    found = [sol.frequency_response(kappa / a).of("Fx", "vx") for sol in (coarse, fine)]
+    exact = [-a * harmonic_line(each, 0.3, 20.0 / a) for each in kappa]
+    np.testing.assert_allclose(found[1], exact, rtol=1e-3)
+    np.testing.assert_allclose(2 * found[1] - found[0], exact, rtol=3e-5)
+
+
+def test_sphere_without_slip():
+    """Elements extrapolated: all five coefficients, and C32 = -C23."""
+    motion = vc.Steady(vx=1e-4, spin_offset=0.0)
+    pair = [ball(cells, edge="softened", friction=np.inf, motion=motion) for cells in (16, 32)]
+    coarse, fine = (sol.frequency_response([0.5, 2.0]).values[:, :3] for sol in pair)
+    for found, kappa in zip(2 * fine - coarse, (0.5, 2.0), strict=True):
+        expected = -harmonic_coefficients(1.0, 0.28, kappa)
+        np.testing.assert_allclose(found, expected, atol=0.015 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("bodies", [None, UNLIKE])
+@pytest.mark.parametrize("friction", [0.3, np.inf])
+def test_slow_swings_are_the_sensitivity(bodies, friction):
+    sol = ball(bodies=bodies, friction=friction)
+    response = sol.frequency_response([0.0, 1e-7])
+    slope = sol.sensitivity()
+    for each in response.values[:, :2, :3]:
+        np.testing.assert_allclose(each, slope, atol=1e-5 * np.abs(slope).max())
+    assert ("normal_force" in response.inputs) == (friction != np.inf)
+
+
+def test_fast_swings_are_mindlin():
+    """Where the contact hardly rolls within a swing, the force follows the displacement v/(i k)."""
+    motion = vc.Steady(vx=1e-4, dq=1e-4)
+    sol = ball(24, friction=np.inf, motion=motion)
+    still = dataclasses.replace(sol.scene, motion=vc.Shift(ux=1e-4))
+    stiffness = vc.solve(still, tol=1e-11).sensitivity()[0, 0]
+    k = np.array([10.0, 20.0, 30.0])
+    found = 1j * k * sol.frequency_response(k).of("Fx", "vx") / stiffness
+    assert np.all(np.diff(abs(found - 1)) < 0)
+    assert abs(found[-1] - 1) < 2e-3
+
+
+def swinging(sol, name, amplitude):
+    """Wave number of a history whose creepage swings about a solution, and complex amplitude of its forces by it."""
+    per = 16
+    dq = sol.grid.sides[0]
+    k = 2 * np.pi / (per * dq)
+    q = dq * np.arange(1, 6 * per + 1)
+    swing = amplitude * np.real((1 - np.exp(-1j * k * dq)) / (1j * k * dq) * np.exp(1j * k * q))
+    creepages = {"vx": sol.vx, "vy": sol.vy, "spin": sol.spin}
+    motion = vc.Transient(steps=q.size, dq=dq, **creepages | {name: creepages[name] + swing}, start=sol)
+    history = vc.solve(dataclasses.replace(sol.scene, motion=motion, grid=sol.grid), tol=1e-11)
+    last = slice(-2 * per, None)
+    change = history.force[last] - sol.force
+    return k, 2 * np.mean(change * np.exp(-1j * k * q[last])[:, None], axis=0) / amplitude
+
+
+@pytest.mark.parametrize(("bodies", "friction"), [(None, 0.3), (None, np.inf), (UNLIKE, 0.3)])
+@pytest.mark.parametrize("name", ["vx", "vy"])
+def test_histories_that_swing(bodies, friction, name):
+    sol = ball(bodies=bodies, friction=friction)
+    k, found = swinging(sol, name, 1e-6)
+    response = sol.frequency_response(k)
+    expected = np.array([response.of(force, name)[0] for force in ("Fx", "Fy")])
+    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("part", "expected"), [(0.5, -0.7071), (0.9, -1.5811)])
+def test_creepage_by_load_at_constant_force(part, expected):
+    """Carter: d ln vx/d ln N = 1/2 - T/(2 sqrt(1 - T) (1 - sqrt(1 - T))); the leading edge moves with the load."""
+    errors = []
+    for cells in (120, 240):
+        sol = line(cells, Fx=-0.003 * part)
+        response = sol.frequency_response(0.0)
+        slope = -(response.of("Fx", "normal_force") / response.of("Fx", "vx"))[0].real * 0.01 / sol.vx
+        errors.append(abs(slope / expected - 1))
+    assert errors[1] < 0.007
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_full_slip_follows_the_load():
+    response = ball(motion=vc.Steady(vx=2.0)).frequency_response([0.0, 2.0])
+    np.testing.assert_allclose(response.of("Fx", "normal_force"), -0.3, rtol=2e-5)  # some slips to the side
+    np.testing.assert_allclose(response.of("Fz", "normal_force"), 1.0, rtol=1e-12)
+    assert np.abs(response.of("Fx", "vx")).max() < 1e-5  # -4 where it sticks
+
+
+def test_flat_heights_move_the_bodies_apart():
+    """A height that does not vary over the contact leaves the pressure; a short wave is filtered."""
+    response = ball().frequency_response([0.0, 4.0])
+    assert response.of("approach", "roughness")[0] == pytest.approx(-1.0, abs=1e-12)
+    assert abs(response.of("approach", "roughness")[1]) < 0.3
+    np.testing.assert_allclose(response.of("Fz", "roughness"), 0.0, atol=1e-12)
+
+
+def test_state_space():
+    response = ball().frequency_response(np.linspace(0, 6, 40))
+    errors = []
+    for order in (3, 8):
+        system = response.state_space(order, outputs=("Fx", "Fy"), inputs=("vx", "vy", "spin"), speed=3.0)
+        assert system.A.shape == (3 * order, 3 * order)
+        assert np.linalg.eigvals(system.A).real.max() < 0
+        s = 3j * response.wave_number[:, None, None] * np.eye(len(system.A))
+        found = system.C @ np.linalg.solve(s - system.A, np.broadcast_to(system.B, (40, *system.B.shape))) + system.D
+        expected = response.values[:, :2, :3]
+        errors.append((np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0)).max())
+    assert errors[0] < 0.15
+    assert errors[1] < 0.01
+
+
+GROWTH = {0.25: 9.277 - 1.051j, 0.5: 3.611 - 1.169j, 1: 1.127 - 0.742j, 2: 0.515 - 0.102j, 4: 0.150 - 0.019j}
+"""Wear by height, times a^2/(2 R), by wavelength/2a: half the friction limit, constant forces.
+
+From an independent dense program with its own edges: 240 and 480 elements, extrapolated to 1 %."""
+
+
+def test_growth_by_wavelength():
+    """Nonlinear histories of that program gave .519 - .092i and .151 - .009i for wavelengths of 2 and 4 times 2a."""
+    found = []
+    for cells in (120, 240):
+        sol = line(cells, Fx=-0.0015)
+        a = sol.scene.hertz.a
+        growth = vc.corrugation_growth(sol, 2 * a * np.array(list(GROWTH)))
+        found.append((-growth.growth + 1j * growth["shift"]).values * a**2 / (2 * 50.0))
+    expected = np.array(list(GROWTH.values()))
+    np.testing.assert_allclose(2 * found[1] - found[0], expected, rtol=0.03, atol=0.015)
+    assert np.abs(growth.load_swing).max() < 1e-12
+    assert float(growth.smooth.sum()) == pytest.approx(sol.power, rel=0.02)  # tractions at the end of the step
+
+
+def test_growth_with_receptances():
+    """Rigid tracks and soft ones, a table and its function; a swing of the load that crosses over to growth."""
+    sol = line(60, Fx=-0.0015)
+    lengths = 2 * sol.scene.hertz.a * np.array([1.0, 2.0, 6.0])
+    constant = vc.corrugation_growth(sol, lengths)
+    soft = vc.corrugation_growth(sol, lengths, track=lambda w: 1e9, speed=1.0)
+    np.testing.assert_allclose(soft.growth, constant.growth, rtol=1e-6)
+    stiff = vc.corrugation_growth(sol, lengths, track=lambda w: 0.0, speed=1.0)
+    response = sol.frequency_response(2 * np.pi / lengths)
+    # with nothing that gives way the bodies stay where they are: approach = 0, at the creepages that keep Fx
+    ratio = np.array([response.of("approach", each) for each in ("normal_force", "roughness")])
+    np.testing.assert_allclose(stiff.load_swing, -ratio[1] / ratio[0], rtol=1e-9)
+    frequencies = np.linspace(0.1, 100.0, 40)
+    mass = [-1 / (w**2 * 0.3) + 5j for w in frequencies]
+    table = vc.corrugation_growth(sol, lengths, wheel=(frequencies, mass), speed=2.0)
+    called = vc.corrugation_growth(
+        sol, lengths, wheel=lambda w: complex(np.interp(w, frequencies, np.array(mass))), speed=2.0
+    )
+    np.testing.assert_allclose(table.growth, called.growth, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda sol: sol.frequency_response(1e3), "wave_number"),
+        (lambda sol: sol.frequency_response(-1.0), "wave_number"),
+        (lambda sol: sol.frequency_response([1.0, np.nan]), "wave_number[1]"),
+        (lambda sol: sol.frequency_response([[1.0]]), "wave_number"),
+        (lambda sol: sol.frequency_response([1.0]).of("Mx", "vx"), "output"),
+        (lambda sol: sol.frequency_response([1.0]).state_space(2), "order"),
+        (lambda sol: vc.corrugation_growth(sol, 1e-4), "wavelengths"),
+        (lambda sol: vc.corrugation_growth(sol, []), "wavelengths"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, wheel=lambda w: np.nan, speed=1.0), "wheel"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, track=([0.0, 1.0], [1.0, 1.0]), speed=1.0), "track"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, track=lambda w: 1.0), "speed"),
+        (lambda sol: vc.corrugation_growth(ball(friction=np.inf), 1.0), "solution"),
+        (lambda sol: ball(motion=vc.Shift(ux=0.01)).frequency_response(1.0), "motion"),
+        (lambda sol: ball(motion=STEADY.second_order()).frequency_response(1.0), "motion.slip_difference"),
+        (lambda sol: line(depth=None, vx=1e-4).frequency_response(1.0), "surface.reference_depth"),
+    ],
+)
+def test_refused(call, field):
+    with pytest.raises(vc.SceneError) as failure:
+        call(ball())
+    assert failure.value.field == field

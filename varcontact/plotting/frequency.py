@@ -1,0 +1,101 @@
+"""Pictures in frequency: Bode's and Nyquist's diagrams of a response, and the growth of corrugation over wavelength."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.plotting.style import (
+    COLUMN,
+    PAGE,
+    check_axes,
+    colour,
+    empty_figure,
+    figure_of,
+    figure_size,
+    legend_below,
+    new_figure,
+    readable_decades,
+    readable_ticks,
+    styled,
+)
+from varcontact.plotting.unit_labels import measure_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from varcontact.results.frequency import FrequencyResponse
+
+NAMES = {"Fx": "F_x", "Fy": "F_y", "Mz": "M_z", "Fz": "F_z", "vx": "v_x", "vy": "v_y", "spin": r"\varphi"}
+POWERS = {"Fx": "force", "Fy": "force", "Fz": "force"}
+
+
+def plot_response(
+    response: FrequencyResponse, output: str, by: str, figsize: tuple[float, float] | None = None
+) -> Figure:
+    """Size and phase over the wave number, and Nyquist's diagram."""
+    values, k = response.of(output, by), response.wave_number
+    creepage = by in ("vx", "vy")
+    measured = measure_of(response.scene, POWERS.get(output, "1") if creepage else "1", np.abs(values))
+    waves = measure_of(response.scene, "spin", k)
+    name = rf"$\partial {NAMES.get(output, output)}/\partial {NAMES.get(by, by)}$"
+    name = name.replace("normal_force", "N").replace("roughness", "r").replace("approach", r"\delta")
+    with styled():
+        figure = empty_figure(figure_size(figsize, (PAGE, 0.5 * PAGE)))
+        panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])
+        size, phase, plane = panels["size"], panels["phase"], panels["plane"]
+        size.loglog(waves(k), measured(np.abs(values)), color=colour(0))
+        phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=colour(0))
+        plane.plot(measured(values.real), measured(values.imag), "o-", markersize=2, color=colour(0))
+        plane.axhline(0, color="k", linewidth=0.5)
+        plane.axvline(0, color="k", linewidth=0.5)
+        plane.set_aspect("equal", "datalim")
+        size.set(ylabel=measured.label("size"), title=name)
+        phase.set(xlabel=waves.label("wave number $k$"), ylabel="phase [degrees]")
+        plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
+        readable_decades(size)
+        readable_decades(phase)
+        readable_ticks(plane)
+    return figure
+
+
+def plot_growth(
+    growth: xr.Dataset,
+    *,
+    label: str | None = None,
+    ax: Axes | None = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
+    """Picture of the growth of corrugation over the wavelength: above zero waves grow.
+
+    Parameters
+    ----------
+    growth : xarray.Dataset
+        From `corrugation_growth`.
+    label : str, optional
+        For the legend; call again with `ax` for others.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if not given.
+    figsize : pair of float, optional
+        Of a new figure [inch].
+
+    Raises
+    ------
+    SceneError
+        For an `ax` or a size that is none.
+    """
+    check_axes(ax)
+    with styled():
+        if ax is None:
+            _, (ax,) = new_figure(1, 1, figure_size(figsize, (1.3 * COLUMN, COLUMN)))
+        unit = growth.attrs.get("length", "")
+        ax.semilogx(growth.wavelength, growth.growth, "o-", color=colour(len(ax.lines)), markersize=3, label=label)
+        ax.axhline(0, color="k", linewidth=0.5, zorder=0)
+        ax.set_xlabel(f"wavelength [{unit}]" if unit else "wavelength")
+        ax.set_ylabel(f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
+        readable_decades(ax)
+        legend_below(ax)
+    return figure_of(ax)
