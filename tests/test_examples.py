@@ -392,6 +392,17 @@ def test_wheel_flat(tmp_path, pictures):
     np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[1].get_ydata(), fast / 1e3)
 
 
+def test_corrugation(tmp_path, capsys):
+    """At a constant load waves wear off; wheel and track make some grow, longer ones on the softer track."""
+    found = script("corrugation").main(str(tmp_path / "picture.png"), cells=14, waves=13)
+    constant, stiff, soft = (growth.growth for growth in found.values())
+    assert constant.max() < 0
+    assert stiff.max() > 0
+    assert stiff.wavelength[stiff.argmax()] < soft.wavelength[soft.argmax()]
+    assert (tmp_path / "picture.png").stat().st_size > 10_000
+    assert "poles" in capsys.readouterr().out
+
+
 def test_falling_friction(tmp_path, capsys, pictures):
     """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
     creepages, curves, shown = script("falling_friction").main(str(tmp_path / "picture.png"), cells=40, points=5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,10 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import SceneError
-from varcontact.results.frequency import linearise
+from varcontact.results.frequency import Linearised, linearise
+from varcontact.results.sensitivity import unit_shifts
 from varcontact.results.solution import Solution
+from varcontact.scene.motion import Steady
 from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
@@ -86,18 +89,23 @@ def corrugation_growth(
     slips = (sol.state == SLIP).ravel()[problem.bearing]
     if "roughness" not in problem.inputs or not slips.any():
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
+    if problem.disc.K != 0 and problem.pressed.size != problem.bearing.size:
+        raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     k = 2 * np.pi / lengths
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
-    scales, grid = problem.disc.scales, sol.grid
-    iy, ix = np.divmod(problem.bearing[slips], grid.nx)
-    rows = (np.arange(grid.rows)[:, None] == iy) * scales.pressure * scales.displacement * grid.sides[0] / problem.step
+    grid, scales, step = sol.grid, problem.disc.scales, problem.step
+    iy, ix = np.divmod(problem.bearing, grid.nx)
+    rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
     traction = sol.traction[:, iy, ix] / scales.pressure
-    shift = sol.slip[:, iy, ix] * problem.step / scales.displacement
-    smooth = -rows @ np.sum(traction * shift, axis=0)
+    smooth = sol.power_density.sum(axis=1) * grid.sides[0]
+    rigid = _rigid_shifts(problem)
+    steady = np.concatenate([*traction, sol.pressure.ravel()[problem.pressed] / scales.pressure, [0.0]])[:, None]
+    given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
+    shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
     wear, loads = [], []
-    for each, compliance, (changes, rigid, z) in zip(k, receptance, problem.responses(k), strict=True):
+    for each, compliance, changes in zip(k, receptance, problem.responses(k), strict=True):
         resultants = dict(zip(names, sums @ changes, strict=True))
         equations = {
             i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None
@@ -110,9 +118,9 @@ def corrugation_growth(
             matrix = np.array(list(equations.values()))
             amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
         swing = changes @ amplitudes[:, None]
-        changed = swing[: 2 * slips.size].reshape(2, -1)[:, slips]
-        slip = (rigid @ amplitudes[:, None] + problem.shift(z, swing)).reshape(2, -1)[:, slips]
-        work = changed * shift + traction * slip
+        creepages = amplitudes[: rigid.shape[1], None] * np.sinc(each * step / np.pi)
+        slip = (rigid @ creepages + _mean_shift(problem, each, swing)).reshape(2, -1)
+        work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
         wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
         loads.append(resultants["Fz"] @ amplitudes)
     whole = np.sum(wear, axis=1) / smooth.sum()
@@ -123,6 +131,26 @@ def corrugation_growth(
     if sol.scene.units is not None:
         dataset.attrs["length"] = sol.scene.units.length
     return dataset.assign(wear=(("wavelength", "y"), np.array(wear)), smooth=("y", smooth))
+
+
+def _rigid_shifts(problem: Linearised) -> np.ndarray:
+    """Rigid shifts in a step by unit creepages where the elements are, (2 n, creepages)."""
+    motion = problem.disc.loading.motion
+    assert isinstance(motion, Steady)
+    shifts = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
+    return shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
+
+
+def _mean_shift(problem: Linearised, k: float, changes: np.ndarray) -> np.ndarray:
+    """Elastic shift (2 n, 1), mean of the step that ends and that which begins: with it work sums to that put in."""
+    n, phase = problem.bearing.size, np.exp(-1j * k * problem.step)
+    carried, pressures = problem.before[:, : 2 * n], changes[2 * n : -1]
+    ahead = carried.T @ changes[: 2 * n]
+    behind = problem.before @ changes
+    if problem.disc.K != 0:
+        by_pressure = problem.before[:, 2 * n : -1].reshape(2, n, -1)
+        ahead -= np.concatenate([each.T @ pressures for each in by_pressure])
+    return np.asarray((ahead / phase - phase * behind) / 2)
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: float | None) -> np.ndarray:

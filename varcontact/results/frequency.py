@@ -157,7 +157,7 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
     problem = linearise(sol)
     k = problem.check(wave_number)
     outputs, sums = problem.resultants()
-    values = np.array([sums @ changes for changes, _, _ in problem.responses(k)])
+    values = np.array([sums @ changes for changes in problem.responses(k)])
     return FrequencyResponse(k, values, outputs, problem.inputs, sol.scene)
 
 
@@ -216,8 +216,8 @@ class Linearised:
             raise SceneError("wave_number", float(each), allowed)
         return k
 
-    def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, complex]]:
-        """For each wave number the changes (2 n + m + 1, inputs), the rigid shifts (2 n, inputs), and z."""
+    def responses(self, wave_numbers: np.ndarray) -> Iterator[np.ndarray]:
+        """For each wave number the changes by unit inputs, (2 n + m + 1, inputs)."""
         rows, size = csr_array(self.may.rows), len(self.may.rows)
         at_rest = rows @ (self.here @ self.by_unknowns)
         np.einsum("ii->i", at_rest)[size - self.may.slip.size :] += self.may.turning
@@ -229,12 +229,12 @@ class Linearised:
             given = self.by_normal @ normal
             entering = np.zeros_like(given)
             entering[: len(self.entering)] = self.entering @ normal
-            right = rows @ (rigid + self.shift(z, given))
-            right[self.leading] -= (rows @ self.shift(z, entering))[self.leading]
+            right = rows @ (rigid + self._shift(z, given))
+            right[self.leading] -= (rows @ self._shift(z, entering))[self.leading]
             unknowns = _times(basis, _hessenberg_solve(reduced, z, _times(basis.T, lu_solve(factor, -right))))
-            yield given + _times(self.by_unknowns, unknowns), rigid, z
+            yield given + _times(self.by_unknowns, unknowns)
 
-    def shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
+    def _shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
         """Shifts in a step (2 n, inputs) by changes."""
         return _times(self.here, changes) + z * _times(self.before, changes)
 
@@ -288,6 +288,8 @@ def linearise(sol: Solution) -> Linearised:
     inverse = np.linalg.inv(normal + to_distance @ by_pressure)
     by_normal = np.concatenate([by_pressure @ inverse, inverse])
     by_unknowns = np.pad(may.columns, ((0, m + 1), (0, 0))) - by_normal @ (to_distance @ may.columns)
+    entering, leading, thin = _entering(sol, bearing, bears, inverse)
+    by_normal[: 2 * n][thin] = entering[thin]
     inputs = ("vx", "vy", "spin")[: len(shifts)]
     if not disc.loading.no_slip:
         inputs += ("normal_force" if disc.loading.normal_force is not None else "approach", "roughness")
@@ -302,14 +304,17 @@ def linearise(sol: Solution) -> Linearised:
         before,
         by_unknowns,
         by_normal,
-        *_entering(sol, bearing, bears, inverse),
+        entering,
+        leading,
     )
 
 
 def _entering(
     sol: Solution, bearing: np.ndarray, bears: np.ndarray, inverse: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """By changes of distance and load: tractions that keep their share of the pressure; equations at the leading edge.
+
+    Also tractions (2 n,) of elements there that slip since the contact covers so little of them.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
     there. Particles enter such tractions without slip, which a difference over an element does not see. The squares of
@@ -325,7 +330,8 @@ def _entering(
     first, stick = ix == edge, sol.state.ravel()[bearing] == STICK
     entering = np.concatenate([each[:, None] * inverse[bears] for each in ratio])
     leading = np.concatenate([first[stick], first[stick], np.zeros(np.sum(~stick), bool)])
-    return entering, leading
+    thin = first & ~stick & (sol.state[iy, near] == STICK)
+    return entering, leading, np.tile(thin, 2)
 
 
 def _times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
