@@ -78,9 +78,7 @@ def corrugation_growth(
     import xarray as xr
 
     if sol.grid.edge != "centres":
-        message = (
-            f'grid.edge = "{sol.grid.edge}": a moving edge is followed on "centres" only; give grid = Grid(nx, ny)'
-        )
+        message = f'grid.edge = "{sol.grid.edge}": a moving edge is followed on "centres" only; give a grid'
         raise SceneError("grid.edge", sol.grid.edge, '"centres"', message=message)
     problem = linearise(sol)
     lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))

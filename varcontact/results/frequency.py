@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -229,8 +229,11 @@ class Linearised:
         rows, size = csr_array(self.may.rows), len(self.may.rows)
         at_rest = rows @ (self.here @ self.by_unknowns)
         np.einsum("ii->i", at_rest)[size - self.may.slip.size :] += self.may.turning
-        before = [rows @ (each @ self.by_unknowns) for each in self.before]
-        solve = _of_several(at_rest, before) if before[1:] else _of_one(at_rest, before[0])
+        before = np.array([rows @ (each @ self.by_unknowns) for each in self.before])
+        one = len(before) == 1
+        if one:  # one reduction serves all wave numbers
+            factor = lu_factor(at_rest)
+            reduced, basis = hessenberg(lu_solve(factor, before[0]), calc_q=True)
         for k in wave_numbers:
             z = np.array([weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms])
             rigid, normal = self._loads(k, z)
@@ -239,13 +242,17 @@ class Linearised:
             entering[: len(self.entering)] = self.entering @ normal
             right = rows @ (rigid + self.shift(z, given))
             right[self.leading] -= (rows @ self.shift(z, entering))[self.leading]
-            yield given + _times(self.by_unknowns, solve(z, -right)), rigid, z
+            if one:
+                begun = _times(basis.T, lu_solve(factor, -right))
+                unknowns = _times(basis, _hessenberg_solve(reduced, complex(z[0]), begun))
+            else:
+                unknowns = np.linalg.solve(at_rest + np.tensordot(z, before, axes=1), -right)
+            yield given + _times(self.by_unknowns, unknowns), rigid, z
 
     def shift(self, z: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Shifts in a step (2 n, inputs) by changes."""
-        return _times(self.here, changes) + sum(
-            w * _times(each, changes) for w, each in zip(z, self.before, strict=True)
-        )
+        past = [weight * _times(each, changes) for weight, each in zip(z, self.before, strict=True)]
+        return _times(self.here, changes) + np.sum(past, axis=0)
 
     def _loads(self, k: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rigid shifts (2 n, inputs), and changes of distances and of the load (m + 1, inputs), by unit inputs."""
@@ -339,28 +346,6 @@ def _entering(
 def _times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Product of a real matrix with complex columns."""
     return np.asarray((matrix @ np.ascontiguousarray(values).view(float)).view(complex))
-
-
-def _of_several(at_rest: np.ndarray, before: list[np.ndarray]) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Solutions of ``(at_rest + sum z before) y = right``."""
-
-    def solved(z: np.ndarray, right: np.ndarray) -> np.ndarray:
-        system = at_rest + sum(weight * each for weight, each in zip(z, before, strict=True))
-        return np.linalg.solve(system, right)
-
-    return solved
-
-
-def _of_one(at_rest: np.ndarray, before: np.ndarray) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """The same of a single term, by one reduction for all frequencies."""
-    factor = lu_factor(at_rest)
-    reduced, basis = hessenberg(lu_solve(factor, before), calc_q=True)
-
-    def solved(z: np.ndarray, right: np.ndarray) -> np.ndarray:
-        found = _hessenberg_solve(reduced, complex(z[0]), _times(basis.T, lu_solve(factor, right)))
-        return _times(basis, found)
-
-    return solved
 
 
 def _hessenberg_solve(reduced: np.ndarray, z: complex, right: np.ndarray) -> np.ndarray:
