@@ -80,6 +80,9 @@ def corrugation_growth(
     """
     import xarray as xr
 
+    if sol.grid.edge != "centres":
+        message = f'grid.edge = "{sol.grid.edge}": a moving edge is followed on "centres" only; give a grid'
+        raise SceneError("grid.edge", sol.grid.edge, '"centres"', message=message)
     problem = linearise(sol)
     lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))
     if lengths.ndim != 1 or lengths.size == 0:
@@ -101,11 +104,11 @@ def corrugation_growth(
     rigid = _rigid_shifts(problem)
     steady = np.concatenate([*traction, sol.pressure.ravel()[problem.pressed] / scales.pressure, [0.0]])[:, None]
     given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
-    shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
+    shift = (rigid @ given + _mean_shift(problem, np.zeros(len(problem.before)), steady)).real.reshape(2, -1)
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
     wear, loads = [], []
-    for each, compliance, changes in zip(k, receptance, problem.responses(k), strict=True):
+    for each, compliance, (changes, z) in zip(k, receptance, problem.responses(k), strict=True):
         resultants = dict(zip(names, sums @ changes, strict=True))
         equations = {
             i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None
@@ -118,8 +121,8 @@ def corrugation_growth(
             matrix = np.array(list(equations.values()))
             amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
         swing = changes @ amplitudes[:, None]
-        creepages = amplitudes[: rigid.shape[1], None] * np.sinc(each * step / np.pi)
-        slip = (rigid @ creepages + _mean_shift(problem, each, swing)).reshape(2, -1)
+        creepages = amplitudes[: rigid.shape[1], None] * (z.sum() / (1j * each * step)).real
+        slip = (rigid @ creepages + _mean_shift(problem, z, swing)).reshape(2, -1)
         work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
         wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
         loads.append(resultants["Fz"] @ amplitudes)
@@ -141,16 +144,16 @@ def _rigid_shifts(problem: Linearised) -> np.ndarray:
     return shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
 
 
-def _mean_shift(problem: Linearised, k: float, changes: np.ndarray) -> np.ndarray:
+def _mean_shift(problem: Linearised, z: np.ndarray, changes: np.ndarray) -> np.ndarray:
     """Elastic shift (2 n, 1), mean of the step that ends and that which begins: with it work sums to that put in."""
-    n, phase = problem.bearing.size, np.exp(-1j * k * problem.step)
-    carried, pressures = problem.before[:, : 2 * n], changes[2 * n : -1]
-    ahead = carried.T @ changes[: 2 * n]
-    behind = problem.before @ changes
-    if problem.disc.K != 0:
-        by_pressure = problem.before[:, 2 * n : -1].reshape(2, n, -1)
-        ahead -= np.concatenate([each.T @ pressures for each in by_pressure])
-    return np.asarray((ahead / phase - phase * behind) / 2)
+    n = problem.bearing.size
+    ahead = np.zeros((2 * n, 1), complex)
+    for weight, each in zip([1.0, *z.conj()], [problem.here, *problem.before], strict=True):
+        ahead += weight * (each[:, : 2 * n].T @ changes[: 2 * n])
+        if problem.disc.K != 0:
+            by_pressure = each[:, 2 * n : -1].reshape(2, n, -1)
+            ahead -= weight * np.concatenate([part.T @ changes[2 * n : -1] for part in by_pressure])
+    return np.asarray((problem.shift(z, changes.astype(complex)) - ahead) / 2)
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: float | None) -> np.ndarray:

@@ -14,6 +14,7 @@ from varcontact import checks
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import with_subgrid
 from varcontact.discrete.stick_slip import STICK
+from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.errors import SceneError
 from varcontact.results.sensitivity import Directions, check_linear, directions, unit_shifts, with_friction
 from varcontact.results.solution import Solution
@@ -47,8 +48,9 @@ class FrequencyResponse:
     outputs : tuple of str
         "Fx", "Fy", in three dimensions "Mz"; with the pressure "Fz" and "approach".
     inputs : tuple of str
-        "vx", "vy", in three dimensions "spin"; unless friction is infinite "normal_force" (or "approach", where the
-        scene prescribes that), and "roughness": a height ``r exp(i k (x + q))`` [length] that closes the gap.
+        "vx", "vy", in three dimensions "spin"; on a grid whose elements count by their centres, and unless friction is
+        infinite, "normal_force" (or "approach", where the scene prescribes that), and "roughness": a height
+        ``r exp(i k (x + q))`` [length] that closes the gap.
     scene : Scene
         That of the solution.
 
@@ -157,7 +159,7 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
     problem = linearise(sol)
     k = problem.check(wave_number)
     outputs, sums = problem.resultants()
-    values = np.array([sums @ changes for changes in problem.responses(k)])
+    values = np.array([sums @ changes for changes, _ in problem.responses(k)])
     return FrequencyResponse(k, values, outputs, problem.inputs, sol.scene)
 
 
@@ -165,9 +167,10 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
 class Linearised:
     """The problem about a steady solution: n elements that bear tractions, m with pressure; dimensionless.
 
-    A step ago everything was ``exp(-i Omega)`` of now: shifts are ``(here + z before)`` times the changes (tractions,
-    pressures, approach: 2 n + m + 1), z = 1 - exp(-i Omega). The changes are ``by_unknowns`` times those of
-    `Directions`, and ``by_normal`` times what distances and the load change by themselves.
+    k steps ago everything was ``exp(-i k Omega)`` of now: shifts are ``here + sum z_k before_k`` times the changes
+    (tractions, pressures, approach: 2 n + m + 1), ``z_k = weight_k (exp(-i k Omega) - 1)`` by the difference over the
+    steps. The changes are ``by_unknowns`` times those of `Directions`, and ``by_normal`` times what distances and the
+    load change by themselves.
     """
 
     disc: Discretisation
@@ -177,7 +180,7 @@ class Linearised:
     inputs: tuple[str, ...]
     shifts: np.ndarray  # (2 n, creepages)
     here: np.ndarray  # (2 n, 2 n + m + 1)
-    before: np.ndarray
+    before: np.ndarray  # (terms, 2 n, 2 n + m + 1)
     by_unknowns: np.ndarray  # (2 n + m + 1, unknowns)
     by_normal: np.ndarray  # (2 n + m + 1, m + 1)
     entering: np.ndarray  # (2 n, m + 1): tractions that go with the pressure where particles enter
@@ -188,6 +191,11 @@ class Linearised:
         """Distance rolled in a step [length]."""
         assert self.disc.step is not None
         return self.disc.step * self.disc.scales.length
+
+    @property
+    def terms(self) -> list[tuple[int, float]]:
+        """Steps ago and weights of the difference that slip is, other than now."""
+        return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.loading.slip_difference] if ago]
 
     @property
     def shortest(self) -> float:
@@ -216,33 +224,41 @@ class Linearised:
             raise SceneError("wave_number", float(each), allowed)
         return k
 
-    def responses(self, wave_numbers: np.ndarray) -> Iterator[np.ndarray]:
-        """For each wave number the changes by unit inputs, (2 n + m + 1, inputs)."""
+    def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """For each wave number the changes by unit inputs (2 n + m + 1, inputs), and z (terms,)."""
         rows, size = csr_array(self.may.rows), len(self.may.rows)
         at_rest = rows @ (self.here @ self.by_unknowns)
         np.einsum("ii->i", at_rest)[size - self.may.slip.size :] += self.may.turning
-        factor = lu_factor(at_rest)
-        reduced, basis = hessenberg(lu_solve(factor, rows @ (self.before @ self.by_unknowns)), calc_q=True)
+        before = np.array([rows @ (each @ self.by_unknowns) for each in self.before])
+        one = len(before) == 1
+        if one:  # one reduction serves all wave numbers
+            factor = lu_factor(at_rest)
+            reduced, basis = hessenberg(lu_solve(factor, before[0]), calc_q=True)
         for k in wave_numbers:
-            z = -np.expm1(-1j * k * self.step)
+            z = np.array([weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms])
             rigid, normal = self._loads(k, z)
             given = self.by_normal @ normal
             entering = np.zeros_like(given)
             entering[: len(self.entering)] = self.entering @ normal
-            right = rows @ (rigid + self._shift(z, given))
-            right[self.leading] -= (rows @ self._shift(z, entering))[self.leading]
-            unknowns = _times(basis, _hessenberg_solve(reduced, z, _times(basis.T, lu_solve(factor, -right))))
-            yield given + _times(self.by_unknowns, unknowns)
+            right = rows @ (rigid + self.shift(z, given))
+            right[self.leading] -= (rows @ self.shift(z, entering))[self.leading]
+            if one:
+                begun = _times(basis.T, lu_solve(factor, -right))
+                unknowns = _times(basis, _hessenberg_solve(reduced, complex(z[0]), begun))
+            else:
+                unknowns = np.linalg.solve(at_rest + np.tensordot(z, before, axes=1), -right)
+            yield given + _times(self.by_unknowns, unknowns), z
 
-    def _shift(self, z: complex, changes: np.ndarray) -> np.ndarray:
+    def shift(self, z: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Shifts in a step (2 n, inputs) by changes."""
-        return _times(self.here, changes) + z * _times(self.before, changes)
+        past = [weight * _times(each, changes) for weight, each in zip(z, self.before, strict=True)]
+        return _times(self.here, changes) + np.sum(past, axis=0)
 
-    def _loads(self, k: float, z: complex) -> tuple[np.ndarray, np.ndarray]:
+    def _loads(self, k: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rigid shifts (2 n, inputs), and changes of distances and of the load (m + 1, inputs), by unit inputs."""
         scales, creepages = self.disc.scales, self.shifts.shape[1]
         rigid = np.zeros((len(self.shifts), len(self.inputs)), complex)
-        rigid[:, :creepages] = self.shifts * (z / (1j * k * self.step) if k else 1.0)  # its mean over the step
+        rigid[:, :creepages] = self.shifts * (z.sum() / (1j * k * self.step) if k else 1.0)  # its mean over the step
         normal = np.zeros((self.pressed.size + 1, len(self.inputs)), complex)
         if len(self.inputs) > creepages:
             force = self.disc.loading.normal_force is not None
@@ -258,8 +274,6 @@ def linearise(sol: Solution) -> Linearised:
     check_linear(sol)
     if not isinstance(scene.motion, Steady):
         raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
-    if scene.motion.slip_difference != "first-order":
-        raise SceneError("motion.slip_difference", scene.motion.slip_difference, '"first-order"')
     if scene.bodies.relaxes:
         raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
     if scene.shift_undetermined:
@@ -271,10 +285,11 @@ def linearise(sol: Solution) -> Linearised:
     may, shifts = directions(disc, sol, bearing), unit_shifts(disc)
     n, m, bears = bearing.size, pressed.size, np.searchsorted(pressed, bearing)
     assert disc.step is not None
-    here, before = np.zeros((2 * n, 2 * n + m + 1)), np.zeros((2 * n, 2 * n + m + 1))
+    ago = [each for each, _ in DIFFERENCES[disc.loading.slip_difference] if each]
+    here, before = np.zeros((2 * n, 2 * n + m + 1)), np.zeros((len(ago), 2 * n, 2 * n + m + 1))
     here[:, : 2 * n] = disc.tangential_on(bearing).matrix
-    carried = disc.operators.carrying(disc.step).dense(bearing, pressed).reshape(2 * n, -1, m)
-    before[:, : 2 * n] = carried[:, :2, bears].reshape(2 * n, -1)
+    carried = [disc.operators.carrying(each * disc.step).dense(bearing, pressed).reshape(2 * n, -1, m) for each in ago]
+    before[:, :, : 2 * n] = [each[:, :2, bears].reshape(2 * n, -1) for each in carried]
     normal = np.zeros((m + 1, m + 1))
     normal[:m, :m], normal[:m, m] = disc.operators.normal.dense(pressed), -1.0
     normal[m, slice(0, m) if disc.loading.normal_force is not None else m] = 1.0
@@ -283,7 +298,7 @@ def linearise(sol: Solution) -> Linearised:
     to_distance = np.zeros((m + 1, 2 * n))
     if disc.K != 0:
         here[:, 2 * n : -1] = disc.pressure_to_shift.dense(bearing, pressed)
-        before[:, 2 * n : -1] = carried[:, 2]
+        before[:, :, 2 * n : -1] = [each[:, 2] for each in carried]
         to_distance[:m] = disc.operators.traction_to_distance.dense(pressed, bearing)
     inverse = np.linalg.inv(normal + to_distance @ by_pressure)
     by_normal = np.concatenate([by_pressure @ inverse, inverse])
@@ -291,7 +306,7 @@ def linearise(sol: Solution) -> Linearised:
     entering, leading, thin = _entering(sol, bearing, bears, inverse)
     by_normal[: 2 * n][thin] = entering[thin]
     inputs = ("vx", "vy", "spin")[: len(shifts)]
-    if not disc.loading.no_slip:
+    if not disc.loading.no_slip and sol.grid.edge == "centres":  # parts of elements do not follow a moving edge
         inputs += ("normal_force" if disc.loading.normal_force is not None else "approach", "roughness")
     return Linearised(
         disc,

@@ -390,8 +390,7 @@ class Solution:
         Raises
         ------
         SceneError
-            For other wave numbers, without steady rolling of elastic bodies with a slip difference of first order, and
-            where `sensitivity` is refused.
+            For other wave numbers, without steady rolling of elastic bodies, and where `sensitivity` is refused.
         """
         from varcontact.results.frequency import frequency_response
 
