@@ -181,3 +181,21 @@ def test_functions_are_not_stored(tmp_path):
     with pytest.raises(vc.SceneError) as error:
         vc.solve(replace(roller(steps=2, control=gives({})), grid="auto"), accuracy=0.05)
     assert error.value.field == "motion.control"
+
+
+def test_passages_wear_a_corrugation_away_as_linear_theory_says():
+    """Each takes work times a factor off the rail; its amplitude then falls by growth times the mean depth."""
+    cells, length = 60, 4.0
+    rail, scene = waves(length, 0.2, cells), roller(cells, steps=1)
+    growth = vc.corrugation_growth(vc.solve(replace(scene, motion=vc.Steady(Fx=scene.motion.Fx))), length)
+    lead, period = 3 * scene.grid.nx, rail.x.size
+    first, expected = abs(np.fft.rfft(rail.height)[1]), 1.0
+    for _ in range(3):
+        motion = replace(scene.motion, carried=rail, steps=lead + period + scene.grid.nx)
+        work = vc.solve(replace(scene, motion=motion), certify="none").work_along()[0, lead : lead + period]
+        depth = 0.15 / abs(float(growth.growth[0])) * work / work.mean()
+        again = (work.X.values - rail.x[0]) % length
+        order = np.argsort(again)
+        rail = rail.worn(np.interp(rail.x, again[order], depth.values[order], period=length))
+        expected *= 1 - 0.15
+        assert abs(np.fft.rfft(rail.height)[1]) / first == pytest.approx(expected, rel=0.03)
