@@ -111,6 +111,18 @@ def test_a_flat_passes_once_a_turn():
     np.testing.assert_allclose(worn.height, 0.5 * flat.height)
 
 
+def test_grids_make_room_for_heights_and_keep_an_accuracy():
+    """A flat that moves the contact by its own half: forces within the stated errors of a finer answer."""
+    flat = vc.Carried.flat(length=1.6, radius=R, at=1.5, worn=True)
+    motion = vc.Transient(steps=12, dq=0.2, vx=1e-3, carried=flat)
+    load, ball = 1.0 / R, vc.Paraboloids(R, R)
+    scene = replace(roller(steps=1), surface=ball, normal_force=load, motion=motion, grid="auto")
+    coarse, fine = vc.solve(scene, accuracy=0.1), vc.solve(scene, accuracy=0.015)
+    assert coarse.grid.size < fine.grid.size
+    off = np.abs(coarse.force[:, 0] - fine.force[:, 0]).max() / (FRICTION * load)
+    assert off < coarse.error_estimate.largest < 0.1
+
+
 def test_a_control_gives_what_a_list_gives(tmp_path):
     forces = [LOAD, 1.2 * LOAD, 0.8 * LOAD, 0.0, LOAD]
     creepages = [1e-3, 2e-3, 1e-3, 0.0, 1e-3]

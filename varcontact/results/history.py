@@ -133,7 +133,7 @@ class History(Sequence[Solution]):
         Raises
         ------
         SceneError
-            If the period is no whole number of elements.
+            If the period is no whole number of elements, or no step was solved.
 
         Examples
         --------
@@ -152,6 +152,8 @@ class History(Sequence[Solution]):
         around = None if period is None else checks.positive("period", period) / dx
         if around is not None and (round(around) < 1 or abs(around - round(around)) > 1e-6 * around):
             raise SceneError("period", period, f"a whole number of elements of {dx:.6g}")
+        if len(self) == 0:
+            raise SceneError("history", "no steps", "with one step at least")
         dq = self.dq
         middle = self.position - self._motion.every("direction")[: len(self)] * dq / 2
         passed = (middle - middle.min()) / dx
