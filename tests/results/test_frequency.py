@@ -222,6 +222,10 @@ def test_growth_with_receptances():
         sol, lengths, wheel=lambda w: complex(np.interp(w, frequencies, np.array(mass))), speed=2.0
     )
     np.testing.assert_allclose(table.growth, called.growth, rtol=1e-12)
+    mapped = vc.corrugation_growth(sol, lengths, wheel=(frequencies, mass), speed=[1.0, 2.0])
+    np.testing.assert_allclose(mapped.growth.sel(speed=2.0), table.growth, rtol=1e-12)
+    image = vc.plot_growth(mapped).axes[0].collections[0]
+    np.testing.assert_allclose(np.ravel(image.get_array()), np.ravel(mapped.growth.T))
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from varcontact.plotting.style import (
     PAGE,
     check_axes,
     colour,
+    colour_bar,
     empty_figure,
     figure_of,
     figure_size,
@@ -69,7 +70,7 @@ def plot_growth(
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
-    """Picture of the growth of corrugation over the wavelength: above zero waves grow.
+    """Picture of the growth of corrugation over the wavelength: above zero waves grow; with speeds a map of it.
 
     Parameters
     ----------
@@ -92,6 +93,14 @@ def plot_growth(
         if ax is None:
             _, (ax,) = new_figure(1, 1, figure_size(figsize, (1.3 * COLUMN, COLUMN)))
         unit = growth.attrs.get("length", "")
+        if growth.growth.ndim > 1:
+            most = max(float(growth.growth.max()), 0.1 * float(abs(growth.growth).max()))  # what grows is seen
+            image = ax.pcolormesh(
+                growth.wavelength, growth.speed, growth.growth.T, cmap="RdBu_r", vmin=-most, vmax=most
+            )
+            colour_bar(ax, image, f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
+            ax.set(xscale="log", xlabel=f"wavelength [{unit}]" if unit else "wavelength", ylabel="speed")
+            return figure_of(ax)
         ax.semilogx(growth.wavelength, growth.growth, "o-", color=colour(len(ax.lines)), markersize=3, label=label)
         ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         ax.set_xlabel(f"wavelength [{unit}]" if unit else "wavelength")

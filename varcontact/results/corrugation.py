@@ -30,7 +30,7 @@ def corrugation_growth(
     *,
     wheel: Receptance = None,
     track: Receptance = None,
-    speed: float | None = None,
+    speed: Any = None,
 ) -> xr.Dataset:
     """Growth of a corrugation ``r exp(i k X)`` of the rail by wavelength, by the linear theory of small waves.
 
@@ -45,14 +45,15 @@ def corrugation_growth(
     wheel, track : callable or (frequencies, receptances), optional
         Complex vertical receptance [length/force] of each by the circular frequency [1/time]; of a table it is
         interpolated. Not given: rigid. Without both the load is constant.
-    speed : float, optional
-        Rolling velocity [length/time], with receptances.
+    speed : float or array_like, shape (s,), optional
+        Rolling velocity [length/time], with receptances; of several the answer is a map.
 
     Returns
     -------
     xarray.Dataset
-        By wavelength: `growth`, of the wave by the mean depth worn off, relative to its height [1/length]; `shift`,
-        phase by which it moves towards +X by that depth [1/length]; `load_swing`, complex, by height [force/length].
+        By wavelength, and by speed where there are several: `growth`, of the wave by the mean depth worn off, relative
+        to its height [1/length]; `shift`, phase by which it moves towards +X by that depth [1/length]; `load_swing`,
+        complex, by height [force/length].
         `wear` (wavelength, y) is the complex work of the wave by its height and by area of the rail, `smooth` (y) that
         without the wave, by rows of elements.
 
@@ -96,6 +97,7 @@ def corrugation_growth(
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     k = 2 * np.pi / lengths
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
+    moves = wheel is not None or track is not None
     grid, scales, step = sol.grid, problem.disc.scales, problem.step
     iy, ix = np.divmod(problem.bearing, grid.nx)
     rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
@@ -108,32 +110,33 @@ def corrugation_growth(
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
     wear, loads = [], []
-    for each, compliance, (changes, z) in zip(k, receptance, problem.responses(k), strict=True):
+    for each, compliances, (changes, z) in zip(k, receptance, problem.responses(k), strict=True):
         resultants = dict(zip(names, sums @ changes, strict=True))
-        equations = {
-            i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None
-        }
-        if wheel is not None or track is not None:
-            equations[load] = resultants["approach"] + compliance * resultants["Fz"]
-        amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
-        amplitudes[-1] = 1.0
-        if free:
-            matrix = np.array(list(equations.values()))
-            amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
-        swing = changes @ amplitudes[:, None]
-        creepages = amplitudes[: rigid.shape[1], None] * (z.sum() / (1j * each * step)).real
-        slip = (rigid @ creepages + _mean_shift(problem, z, swing)).reshape(2, -1)
-        work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
-        wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
-        loads.append(resultants["Fz"] @ amplitudes)
-    whole = np.sum(wear, axis=1) / smooth.sum()
-    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": np.array(loads)}
-    dataset = xr.Dataset(
-        {name: ("wavelength", values) for name, values in fields.items()}, {"wavelength": lengths, "y": grid.y}
-    )
+        constant = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
+        for compliance in compliances:
+            closed = {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
+            equations = constant | closed
+            amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
+            amplitudes[-1] = 1.0
+            if free:
+                matrix = np.array(list(equations.values()))
+                amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
+            swing = changes @ amplitudes[:, None]
+            creepages = amplitudes[: rigid.shape[1], None] * (z.sum() / (1j * each * step)).real
+            slip = (rigid @ creepages + _mean_shift(problem, z, swing)).reshape(2, -1)
+            work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
+            wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
+            loads.append(resultants["Fz"] @ amplitudes)
+    several = moves and np.ndim(speed) > 0
+    dims, shape = (("wavelength", "speed"), receptance.shape) if several else (("wavelength",), k.shape)
+    by_rows = np.array(wear).reshape(*shape, grid.rows)
+    whole = by_rows.sum(axis=-1) / smooth.sum()
+    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": np.array(loads).reshape(shape)}
+    coordinates = {"wavelength": lengths, "y": grid.y} | ({"speed": np.asarray(speed, dtype=float)} if several else {})
+    dataset = xr.Dataset({name: (dims, values) for name, values in fields.items()}, coordinates)
     if sol.scene.units is not None:
         dataset.attrs["length"] = sol.scene.units.length
-    return dataset.assign(wear=(("wavelength", "y"), np.array(wear)), smooth=("y", smooth))
+    return dataset.assign(wear=((*dims, "y"), by_rows), smooth=("y", smooth))
 
 
 def _rigid_shifts(problem: Linearised) -> np.ndarray:
@@ -156,13 +159,13 @@ def _mean_shift(problem: Linearised, z: np.ndarray, changes: np.ndarray) -> np.n
     return np.asarray((problem.shift(z, changes.astype(complex)) - ahead) / 2)
 
 
-def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: float | None) -> np.ndarray:
-    """Receptance at each wave number, zero where none is given."""
+def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: Any) -> np.ndarray:
+    """Receptance (wave numbers, speeds), zero where none is given."""
     if given is None:
-        return np.zeros(wave_numbers.size, complex)
-    frequencies = wave_numbers * checks.positive("speed", speed)
+        return np.zeros((wave_numbers.size, np.size(speed)), complex)
+    frequencies = wave_numbers[:, None] * np.atleast_1d(checks.positives("speed", speed))
     if callable(given):
-        values = np.array([complex(given(float(each))) for each in frequencies])
+        values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(frequencies.shape)
     else:
         table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
         if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
@@ -172,7 +175,7 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: f
                 name, float(each), f"a table that covers it, and it ends at {table[0]:.6g} and {table[-1]:.6g}"
             )
         values = np.interp(frequencies, table, numbers)
-    for frequency, value in zip(frequencies, values, strict=True):
+    for frequency, value in zip(frequencies.flat, values.flat, strict=True):
         if not np.isfinite(value):
             raise SceneError(name, value, f"a finite receptance at the circular frequency {frequency:.6g}")
     return np.asarray(values)
