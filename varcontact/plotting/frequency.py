@@ -94,12 +94,14 @@ def plot_growth(
             _, (ax,) = new_figure(1, 1, figure_size(figsize, (1.3 * COLUMN, COLUMN)))
         unit = growth.attrs.get("length", "")
         if growth.growth.ndim > 1:
-            most = max(float(growth.growth.max()), 0.1 * float(abs(growth.growth).max()))  # what grows is seen
+            highest = float(growth.growth.max())  # what grows is seen
+            most = highest if highest > 0 else float(abs(growth.growth).max())
             image = ax.pcolormesh(
                 growth.wavelength, growth.speed, growth.growth.T, cmap="RdBu_r", vmin=-most, vmax=most
             )
             colour_bar(ax, image, f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
             ax.set(xscale="log", xlabel=f"wavelength [{unit}]" if unit else "wavelength", ylabel="speed")
+            readable_decades(ax)
             return figure_of(ax)
         ax.semilogx(growth.wavelength, growth.growth, "o-", color=colour(len(ax.lines)), markersize=3, label=label)
         ax.axhline(0, color="k", linewidth=0.5, zorder=0)
