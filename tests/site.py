@@ -135,9 +135,9 @@ def missing(path: Path, resource: str) -> Iterator[str]:
 
 
 OPEN_ALL = """<body><script>
-async function opened(address) {
+async function opened(address, width) {
   const frame = document.createElement("iframe");
-  frame.width = 1200; frame.height = 900;
+  frame.width = width; frame.height = 900;
   const loaded = new Promise(done => frame.onload = done);
   frame.src = address;
   document.body.appendChild(frame);
@@ -154,13 +154,17 @@ async function opened(address) {
   }
   for (const each of frame.contentWindow.performance.getEntriesByType("resource"))
     if (new URL(each.name).host !== location.host) found.push(each.name + " was asked for");
-  if (page.documentElement.scrollWidth > 1201) found.push("is wider than its window");
+  if (page.documentElement.scrollWidth > width + 1) found.push("is wider than its window of " + width + " pixels");
+  for (const code of page.querySelectorAll("article pre"))
+    if (code.scrollWidth > code.clientWidth + 1)
+      found.push("code is wider than its frame at " + width + " pixels: " + code.textContent.slice(0, 60));
   const name = page.title; frame.remove();
   return name ? found : ["has no title"];
 }
 (async () => {
   const answer = {};
-  for (const address of PAGES) answer[address] = await opened(address);
+  for (const address of PAGES)
+    answer[address] = [...await opened(address, 1400), ...await opened(address, 390)];
   await fetch("/answer", {method: "POST", body: JSON.stringify(answer)});
 })();
 </script></body>"""

@@ -16,12 +16,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+import matplotlib.image
+import numpy as np
 from sphinx.application import Sphinx
 
 import pages
 
 DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
+BAND = 0.008
+"""Width of the blank bands that separate panels from each other and from their labels, per side of the picture."""
 PRINTED = 10
 """Lines of output that a page shows at most."""
 GROUPS = {"Figures of the paper": r"fig.*\.py", "More examples": r"(?!fig).*\.py", "Scene files": r".*\.toml"}
@@ -126,6 +130,19 @@ def card(example: Example, picture: str | None) -> str:
     return f":::{{grid-item-card}} {example.title}\n:link: {example.name}\n:link-type: doc\n{image}:::\n"
 
 
+def first_panel(picture: np.ndarray) -> np.ndarray:
+    """The first large panel of a picture, cut out at blank bands."""
+    band = BAND * min(picture.shape[:2])
+    for axis in (1, 0, 1, 0):
+        inked = np.flatnonzero((picture[..., :3] < 0.97).any(axis=(2, 1 - axis)))
+        ends = np.flatnonzero(np.diff(inked) > band)
+        begins, ends = inked[[0, *(ends + 1)]], inked[[*ends, -1]] + 1
+        sizes = ends - begins
+        first = int(np.argmax(sizes > 0.5 * sizes.max()))
+        picture = picture.take(range(begins[first], ends[first]), axis)
+    return picture
+
+
 def show(example: Example, made: Path, gallery: Path) -> str:
     """Run an example and write its page; its card."""
     if example.name in PICTURES_OF_FULL_RUNS:
@@ -137,7 +154,12 @@ def show(example: Example, made: Path, gallery: Path) -> str:
             for each in sorted((made / "examples" / example.name).glob("*.png"))
         ]
     write(gallery / f"{example.name}.md", example.page(output, pictures))
-    return card(example, pictures[0] if pictures else None)
+    if not pictures:
+        return card(example, None)
+    thumbnail = made / "thumbnails" / f"{example.name}.png"
+    thumbnail.parent.mkdir(parents=True, exist_ok=True)
+    matplotlib.image.imsave(thumbnail, first_panel(matplotlib.image.imread(gallery / pictures[0])))
+    return card(example, f"../made/thumbnails/{example.name}.png")
 
 
 def write(path: Path, text: str) -> None:
