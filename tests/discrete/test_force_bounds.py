@@ -62,7 +62,7 @@ def test_bound_holds_for_a_rough_pressure(motion, solver):
     assert np.all(off(rough, exact) <= bound)
     assert np.any(off(rough, exact) > 10 * (bound - part)), "for this pressure alone it is no bound"
     assert np.all(bound < 0.01 * 0.3), "and it says something"
-    assert "guaranteed on this grid, including the error of the pressure: Fx to" in rough.report()
+    assert "guaranteed bounds on this grid with the error of the pressure included: Fx to" in rough.report()
     assert rough.summary()["certificate"]["pressure_part"] == part.tolist()
 
 
@@ -117,7 +117,7 @@ def test_error_of_the_pressure_is_bounded(load, size):
 
 def test_words_for_hertz(rolling):
     sol = vc.solve(rolling())
-    assert "guaranteed on this grid, for Hertz's pressure: Fx to" in sol.report()
+    assert "guaranteed bounds on this grid with Hertz's pressure: Fx to" in sol.report()
     assert not sol.certificate.pressure_part.any()
 
 
@@ -127,14 +127,14 @@ def test_words_where_the_pressure_is_taken_as_it_is(changes):
     sol = vc.solve(waves(**changes))
     assert np.all(np.isfinite(sol.certificate.force_bound))
     assert sol.summary()["certificate"]["pressure_part"] == [None, None, None]
-    assert "guaranteed on this grid, for this pressure: Fx to" in sol.report()
+    assert "guaranteed bounds on this grid with this pressure: Fx to" in sol.report()
 
 
 def test_words_in_a_history(rolling):
     steps = vc.Transient(steps=2, vx=0.02)
-    assert "guaranteed on this grid in this step, for Hertz's pressure: " in vc.solve(rolling(motion=steps)).report()
+    assert "guaranteed bounds on this grid in this step with Hertz's pressure: " in vc.solve(rolling(motion=steps)).report()
     report = vc.solve(waves(10, motion=steps)).report()
-    assert "guaranteed on this grid in this step, including the error of the pressure: " in report
+    assert "guaranteed bounds on this grid in this step with the error of the pressure included: " in report
 
 
 # ----------------------------------------------------------------------------- forces that are missed
@@ -215,10 +215,10 @@ def test_what_is_left_out_is_not_computed_and_said(rolling, monkeypatch):
         assert sol.certificate.residual == full.certificate.residual < 1e-8
         assert np.all(np.isposinf(sol.certificate.force_bound))
     assert gap.certificate.relative_gap == full.certificate.relative_gap
-    assert 'no guaranteed bound: bound left out by certify = "gap"; "full" computes everything' in gap.report()
+    assert 'no guaranteed bound: bound not computed: certify = "gap"; "full" computes everything' in gap.report()
     assert np.isnan(none.certificate.gap) and none.summary()["certificate"]["gap"] is None
     assert none.summary()["certificate"]["level"] == "none"
-    assert 'gap and bound left out by certify = "none"' in none.report()
+    assert 'gap and bound not computed: certify = "none"' in none.report()
     assert "relative gap" not in none.report()
 
 

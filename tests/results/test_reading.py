@@ -67,14 +67,14 @@ def test_power_is_that_of_the_forces(sol):
     assert sol.friction_work == pytest.approx(sol.power, rel=1e-12)
     (row,) = (line for line in sol.report().splitlines() if line.startswith("  work "))
     assert row.split("work")[1].strip() == (
-        f"{sol.power:.5g} N put in, {sol.friction_work:.5g} N lost by friction by distance rolled"
+        f"{sol.power:.5g} N supplied, {sol.friction_work:.5g} N dissipated by friction per unit of distance rolled"
     )
     negative = -sol.power_density[sol.power_density < 0].sum() / sol.power_density.sum()
     assert sol.negative_work == pytest.approx(-negative) and sol.summary()["negative_work"] == sol.negative_work
     assert negative > 1e-5 and f"\n{20 * ' '}{100 * negative:.2g} % of it is negative" in sol.report()
     positive = vc.solve(rail(motion=vc.Steady(vx=8e-3)))
     assert positive.negative_work == 0.0 and "negative" not in positive.report()
-    assert "put in" not in vc.solve(rail(friction=0.0)).report()
+    assert "supplied" not in vc.solve(rail(friction=0.0)).report()
 
 
 @pytest.mark.parametrize("scale", [1e-3, 7.0])

@@ -208,9 +208,9 @@ def test_stages_add_up(sol):
 def test_report_and_summary(sol):
     text = sol.report()
     assert "forces and moment are those of a field on 2 x 2 parts of each element, after 4 passes" in text
-    assert "against the continuum, about: Fx to" in text
+    assert "estimated errors against the continuum: Fx to" in text
     assert "no bound: the difference from half as many elements across the contact" in text
-    assert "guaranteed on this grid, for Hertz's pressure, for the sums over the elements: Fx to" in text
+    assert "guaranteed bounds on this grid with Hertz's pressure, for the sums over the elements: Fx to" in text
     summary = json.loads(json.dumps(sol.summary(), allow_nan=False))
     assert summary["refinement"]["kind"] == "continuum"
     assert summary["refinement"]["parts"] == [2, 2]
@@ -556,7 +556,7 @@ def test_files_of_what_is_no_longer_corrected(name, parts, passes, tmp_path):
         assert sol.refinement.summary()["parts"] == parts
         assert sol.refinement.passes == passes
         np.testing.assert_allclose(sol.force, sol.refinement.forces[-1, :2], rtol=1e-12, atol=1e-15)
-        assert "against the continuum, about: F" in each.report()
+        assert "estimated errors against the continuum: F" in each.report()
         assert sol.plot().axes[0].get_title().endswith("(corrected, on 2 parts)")
 
 

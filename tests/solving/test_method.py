@@ -156,7 +156,7 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     assert sol.solved_by["tangential"] == "tang-safeguarded"
     why = "the gap is not convex on these elements, so tang-safeguarded was used"
     assert sol.plan.reasons["tangential"] == f"requested; {why}"
-    assert f"clarabel: requested; {why}; the answer is by tang-safeguarded" in sol.report()
+    assert f"clarabel: requested; {why}; solved by tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]
     assert (
         f"tangential: no-slip once (1 iterations), tang-safeguarded once ({count.iterations} iterations)"

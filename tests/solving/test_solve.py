@@ -515,7 +515,7 @@ def test_guarantee_returns_with_a_longer_step(rolling):
     """The same elements in steps of a whole one: a finite bound again."""
     sol = vc.solve(long_elements(rolling, 5, 1.0, 8, vx=0.04, vy=-0.02, spin=0.05))
     assert np.all(sol.certificate.force_bound < 1e-6)
-    assert "guaranteed on this grid" in sol.report()
+    assert "guaranteed bounds on this grid" in sol.report()
 
 
 @pytest.mark.parametrize("normal", ["clarabel", "scs", "osqp"])

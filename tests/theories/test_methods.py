@@ -285,7 +285,7 @@ def test_what_a_theory_without_a_moment_has(rolling, tmp_path):
         summary = each.summary()
         assert [summary[name] for name in ("moment", "power", "friction_work")] == [None] * 3
         assert "twisting moment   none by polach\n" in each.report()
-        assert "guaranteed on this grid" in each.report() and "Mz" not in each.report()
+        assert "guaranteed bounds on this grid" in each.report() and "Mz" not in each.report()
     row = vc.compare(rolling(), ["newton", "polach"]).iloc[1]
     assert np.isnan(row["Mz"]) and np.isfinite(row["force_distance"])
     swept = vc.sweep(rolling(), {"motion.vx": [0.04]}, tangential="polach", certify="full")

@@ -86,14 +86,14 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     elif not sol.scene.frictionless:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
-        how = "" if motion.rolls == 0 else " by distance rolled"
+        how = "" if motion.rolls == 0 else " per unit of distance rolled"
         given = "undefined (no reference depth)" if np.isnan(put) else f"{put:.5g}{unit(by)}"
-        rows.append(("work", f"{given} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
+        rows.append(("work", f"{given} supplied, {lost:.5g}{unit(by)} dissipated by friction{how}"))
         if sol.scene.bodies.relaxes and isinstance(motion, Steady):
-            rows.append(("", f"{put - lost:.5g}{unit(by)} lost inside the viscoelastic bodies"))
+            rows.append(("", f"{put - lost:.5g}{unit(by)} dissipated inside the viscoelastic bodies"))
         if sol.negative_work < 0:
-            part = f"{-100 * sol.negative_work:.2g} % of it"
-            rows.append(("", f"{part} is negative, on single elements: an error of the grid"))
+            part = f"{-100 * sol.negative_work:.2g} %"
+            rows.append(("", f"{part} of it is negative on single elements: grid error"))
     return rows
 
 
@@ -126,8 +126,8 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
         gap = "" if certificate.level == "none" else f" and relative gap {certificate.relative_gap:.1e}"
         sampled = f"residual {certificate.normal_residual:.1e}{gap}"
         return [
-            ("certificate", "Hertz's closed form: exact in the continuum, nothing was iterated"),
-            ("", f"(sampled on this grid it misses the equations of the elements: {sampled})"),
+            ("certificate", "Hertz's closed form, exact in the continuum; no iterations"),
+            ("", f"(residual of the discretised equations on this grid: {sampled})"),
         ]
     gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
     which = "" if sol.refinement is None else ", of the corrected problem on the elements"
@@ -140,18 +140,18 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
         sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
         where = " in this step" if isinstance(sol.motion, TimeStep) else ""
         if sol.plan.closed_form:
-            where += ", for Hertz's pressure"
+            where += " with Hertz's pressure"
         elif np.all(np.isfinite(certificate.pressure_part)):
-            where += ", including the error of the pressure"
+            where += " with the error of the pressure included"
         else:
-            where += ", for this pressure"
+            where += " with this pressure"
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
-        rows.append(("", f"guaranteed on this grid{where}{tractions}: {sizes}"))
+        rows.append(("", f"guaranteed bounds on this grid{where}{tractions}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
     if sol.plan.left_out:
-        effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
-        rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))
+        effect = f"tangential forces at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
+        rows.append(("", f"coupling of almost like bodies neglected: it changes {effect}"))
     if sol.plan.closed_form:
         rows.append(("", "(Hertz's pressure is exact in the continuum; on this grid its residual is "
                          f"{certificate.normal_residual:.1e})"))  # fmt: skip
@@ -162,17 +162,17 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
-        why = "the certificate is about this grid, not about the continuum; without a grid there is an error bar"
+        why = "the certificate holds for this grid; omit the grid for an error bar against the continuum"
         if sol.plan.theory is not None:
             why = f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
         elif sol.scene.no_slip:
-            why = "errors are measured by the friction limit, which is infinite"
+            why = "errors are relative to the friction limit, which is infinite"
         return [("", f"no error bar: {why}")]
     errors = _errors_by_unit(sol, estimate.errors)
     grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
     return [
         ("", ""),
-        ("accuracy", f"against the continuum, about: {errors}"),
+        ("accuracy", f"estimated errors against the continuum: {errors}"),
         *(("", line) for line in textwrap.wrap(estimate.how, 98)),
         ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
     ]
@@ -196,12 +196,12 @@ def no_guarantee(sol: Solution) -> str:
     """Why no bound on the forces is known, or nothing where one is."""
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
-        return f'{left_out} left out by certify = "{sol.certificate.level}"; "full" computes everything'
+        return f'{left_out} not computed: certify = "{sol.certificate.level}"; "full" computes everything'
     bound = sol.certificate.force_bound[: 3 if sol.plan.has_moment else 2]
     if np.all(np.isfinite(bound)):
         return ""
     if np.any(np.isnan(bound)):
-        return "the numbers exceed the range of floating point"
+        return "the values exceed the range of floating-point numbers"
     if sol.scene.coupled and not sol.plan.left_out:
         kind = "conformal" if sol.scene.conformal else "unlike"
         return f"the bodies are {kind}, and the traction bound depends on the solution"
@@ -221,7 +221,7 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
         rows.append(("method", f"{sol.plan.method}: {sol.plan.reasons.get('method', '')}"))
     for name in ("normal", "tangential", "coupling"):
         chosen, by = getattr(sol.plan, name), sol.solved_by.get(name, "")
-        end = f"; the answer is by {by}" if by not in ("", chosen) else ""
+        end = f"; solved by {by}" if by not in ("", chosen) else ""
         if name == "coupling" and sol.passes and sol.friction is None:
             end = f", {len(sol.passes)} passes"
         rows.append((name, f"{chosen}: {sol.plan.reasons.get(name, '')}{end}"))
@@ -243,9 +243,9 @@ def _law(sol: Solution) -> str:
     count = len(sol.passes)
     passes = f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
     found = _coefficients(sol)
-    values = "" if found is None else ": coefficient {:.4g} to {:.4g} where it slips".format(*found)
+    values = "" if found is None else ": coefficient {:.4g} to {:.4g} in the slip area".format(*found)
     assert isinstance(sol.scene.friction, Law)
-    return f"{kind_of(sol.scene.friction)}, the solution found from {BRANCHES[sol.branch]}{values}{passes}"
+    return f"{kind_of(sol.scene.friction)}, solution found from {BRANCHES[sol.branch]}{values}{passes}"
 
 
 def _unit(sol: Solution) -> Callable[[str], str]:
@@ -296,7 +296,7 @@ def report_history(history: History) -> str:
             kind = name.partition("[")[0]
             largest[kind] = max(largest.get(kind, 0.0), error)
         errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
-        lines += ["", f"Against the continuum, with steps of this length, about: {errors}, in all steps."]
+        lines += ["", f"Estimated errors against the continuum, with steps of this length: {errors}, over all steps."]
     return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
 

@@ -62,7 +62,7 @@ PRESETS: dict[str, Preset] = {
 }
 """By method. With "auto" any solver may be named."""
 WHY = {
-    "auto": "the fastest measured method, or the solvers that are named",
+    "auto": "the fastest method measured, or the solvers named",
     "convex": "requested: QP and SOCP by conic solvers, never polished by active sets",
     "active-set": "requested: NORM and the safeguarded TANG, without programs",
     "kalker": "requested: NORM and TANG as printed, without programs",
@@ -224,7 +224,7 @@ def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str
         return wanted, "requested; closed form" if wanted == "hertz" else "requested"
     hertzian = not _sampled(scene) and isinstance(scene.bodies, Bodies)
     if hertzian and not _coupled(scene):
-        return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
+        return "hertz", "closed form: the surface is Hertzian, and tractions do not change the pressure"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
     if not isinstance(scene.bodies, Bodies):
         reason = "the bodies are no half-spaces"
@@ -241,15 +241,15 @@ def _how(solver: str) -> str:
     if states_programs(solver):
         return "a QP"
     if solver in MATRIX_FREE:
-        return "Newton's method without a matrix, the fastest for so many elements"
-    return "active sets, as printed" if solver == "tang-exact" else "active sets, exact and the fastest"
+        return "matrix-free Newton, the fastest at this size"
+    return "active sets, as printed" if solver == "tang-exact" else "active sets, the fastest at this size"
 
 
 def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:
-        return "none", "without friction there is no traction"
+        return "none", "no friction, no traction"
     if wanted in THEORIES:
         return wanted, "requested: an approximate theory; the certificate measures its error"
     solver = preset.tangential if wanted == "auto" else wanted
@@ -260,24 +260,23 @@ def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
     if states_programs(solver):
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return solver, of_motion.get(type(scene.motion), "the SOCP of a shift")
-    fails = "; where that fails, the program is solved" if preset.fallback != "none" else ""
-    whole = "; a symmetric contact as a whole" if solver in MATRIX_FREE else ""
-    return solver, f"{_how(solver)}{whole}{fails}"
+    fails = "; falls back to the convex program" if preset.fallback != "none" else ""
+    return solver, f"{_how(solver)}{fails}"
 
 
 def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
     if scene.frictionless:
         return "none", "no tangential traction"
     if not scene.coupled:
-        return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
+        return "none", "like bodies (K = 0): normal problem first, then the tangential problem"
     coupling, unlike = wanted["coupling"], f"{_kind_of_bodies(scene)} bodies ({scene.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
         return coupling, "requested: pressure and tractions together, with only the traction bound fixed in a pass"
     if coupling == "newton" or (coupling == "auto" and not _not_coupled_newton(scene, wanted, plan)):
-        return "newton", f"{unlike}: pressure and tractions together, and in turn where that fails"
-    return "panagiotopoulos", f"{unlike}: normal and tangential problem in turn"
+        return "newton", f"{unlike}: pressure and tractions together; falls back to alternating passes"
+    return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
 def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str:

@@ -42,7 +42,7 @@ def test_a_grid_is_that_grid_with_contacts_discretisation():
     sol = vc.solve(replace(ROLLING, grid=vc.Grid(24, 24)))
     assert sol.error_estimate is None and sol.grid.shape == (26, 26)
     assert sol.motion.slip_difference == "first-order" and sol.scene.edge == "centres"
-    assert "no error bar: the certificate is about this grid" in sol.report()
+    assert "no error bar: the certificate holds for this grid" in sol.report()
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_a_grid_is_that_grid_with_contacts_discretisation():
     [
         ({"friction": np.inf}, {}, "errors are measured by the friction limit"),
         ({}, {"tangential": "fastsim"}, "fastsim is an approximate theory"),
-        ({}, {"formulation": "marching", "tol": 1e-3}, "the certificate is about this grid"),
+        ({}, {"formulation": "marching", "tol": 1e-3}, "the certificate holds for this grid"),
         ({"motion": vc.Steady(vx=1e-3, dq=5e-4)}, {}, ""),
         ({"motion": vc.Steady(vx=1e-3, slip_difference="second-order")}, {}, ""),
         ({"motion": vc.Steady(vx=1e-3, spin_offset=0.0)}, {}, ""),
