@@ -168,7 +168,7 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert "accuracy" in sol.report() and " ".join(estimate.how.split()[:4]) in sol.report()
     assert sol.summary()["error_estimate"]["errors"] == estimate.errors
     Fx, Fy, Mz = (f"{name} to {estimate.errors[name]:.1e}" for name in ("Fx", "Fy", "Mz"))
-    assert f"about: {Fx}, {Fy} of f Fz; {Mz} of f Fz sqrt(ab)\n" in sol.report()
+    assert f"the continuum: {Fx}, {Fy} of f Fz; {Mz} of f Fz sqrt(ab)\n" in sol.report()
     pulled = vc.solve(replace(ROLLING, motion=vc.Steady(Fx=-0.1)), accuracy=0.02)
     assert f"vx to {pulled.error_estimate.errors['vx']:.1e} of saturation" in pulled.report()
     sol.save(tmp_path / "rolling.nc")

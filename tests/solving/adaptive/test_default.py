@@ -48,7 +48,7 @@ def test_a_grid_is_that_grid_with_contacts_discretisation():
 @pytest.mark.parametrize(
     ("changes", "options", "why"),
     [
-        ({"friction": np.inf}, {}, "errors are measured by the friction limit"),
+        ({"friction": np.inf}, {}, "errors are relative to the friction limit"),
         ({}, {"tangential": "fastsim"}, "fastsim is an approximate theory"),
         ({}, {"formulation": "marching", "tol": 1e-3}, "the certificate holds for this grid"),
         ({"motion": vc.Steady(vx=1e-3, dq=5e-4)}, {}, ""),

@@ -66,7 +66,7 @@ def test_the_estimate_is_told_and_kept(tmp_path):
         f"{name}[{k}]" for name in ("vx", "Fy", "Mz") for k in (1, 2)
     }
     assert history[1].creepage[0] == estimate.values["vx[1]"] != estimate.on_grid["vx[1]"]
-    assert "Against the continuum, with steps of this length" in history.report()
+    assert "Estimated errors against the continuum, with steps of this length" in history.report()
     assert history.summary()["error_estimate"]["errors"] == estimate.errors
     history.save(tmp_path / "history.nc")
     again = vc.load(tmp_path / "history.nc")
