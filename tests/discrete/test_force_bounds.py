@@ -132,7 +132,10 @@ def test_words_where_the_pressure_is_taken_as_it_is(changes):
 
 def test_words_in_a_history(rolling):
     steps = vc.Transient(steps=2, vx=0.02)
-    assert "guaranteed bounds on this grid in this step with Hertz's pressure: " in vc.solve(rolling(motion=steps)).report()
+    assert (
+        "guaranteed bounds on this grid in this step with Hertz's pressure: "
+        in vc.solve(rolling(motion=steps)).report()
+    )
     report = vc.solve(waves(10, motion=steps)).report()
     assert "guaranteed bounds on this grid in this step with the error of the pressure included: " in report
 
