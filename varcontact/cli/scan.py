@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 CREEPAGES = ("vx", "vy", "spin")
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
+HEADINGS = (b"vx,vy,spin,Fx,Fy,Mz,", b"ux,uy,rotation,Fx,Fy,Mz,")
 ROUNDING = 1e-13
 """Relative size of the rounding error of sums of tractions that cancel."""
 
@@ -59,11 +60,11 @@ def scan(
     from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import scanned
     from varcontact.study.sweep import Standing
-    from varcontact.system.files import check_replaceable
+    from varcontact.system.files import begins_with, check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
-        check_replaceable("--out", out, "table", _is_ours, force)
+        check_replaceable("--out", out, "table", lambda path: begins_with(path, *HEADINGS), force)
     described, options = read_scene(scene)
     for name in ("start", "refine"):
         if name in options:
@@ -194,12 +195,6 @@ def _cell(name: str, value: float | None, bar: float | None, solution: Solution)
     arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
     rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
     return with_bar(0.0 if rounded else value, bar or 0.0)
-
-
-def _is_ours(path: Path) -> bool:
-    """Whether a file begins with the heading of a scan."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().startswith(("vx,vy,spin,Fx,Fy,Mz,", "ux,uy,rotation,Fx,Fy,Mz,"))
 
 
 def curve(

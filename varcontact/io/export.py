@@ -8,13 +8,13 @@ import io
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.scene.units import Units
+from varcontact.system.files import begins_with
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -175,13 +175,7 @@ def _array(name: str, values: np.ndarray) -> str:
 
 def _vtk_file(kind: str, body: list[str]) -> bytes:
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
-    return "\n".join(['<?xml version="1.0"?>', f"<!-- {FORMAT} -->", head, *body, "</VTKFile>", ""]).encode()
-
-
-def _begins_with(words: str, path: Path) -> bool:
-    """Whether the first bytes of a file have these words."""
-    with path.open("rb") as file:
-        return words.encode() in file.read(100)
+    return (VTK_HEAD + "\n".join([head, *body, "</VTKFile>", ""])).encode()
 
 
 @dataclass(frozen=True)
@@ -192,11 +186,11 @@ class Export:
     ours: Callable[[Path], bool]  # whether a file of this ending is one that varcontact wrote
 
 
-_is_vtk = partial(_begins_with, f"<!-- {FORMAT} -->")
+VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
 EXPORTS = {
-    ".csv": Export(_to_csv, partial(_begins_with, ",".join(QUANTITIES)[:100])),
-    ".vtu": Export(_to_vtu, _is_vtk),
-    ".vti": Export(_to_vti, _is_vtk),
+    ".csv": Export(_to_csv, lambda path: begins_with(path, ",".join(QUANTITIES).encode())),
+    ".vtu": Export(_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
+    ".vti": Export(_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
     ".mat": Export(_to_mat, _is_mat),
 }
 """By the ending of the file."""

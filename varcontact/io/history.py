@@ -32,8 +32,7 @@ from varcontact.io.records import (
     storing,
 )
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, MEMORY, ON_ELEMENTS, assembled, solution_from_bytes
-from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
+from varcontact.io.solution import AS_STORED, MEMORY, READ, assembled, solution_from_bytes
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -42,6 +41,7 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.system.files import (
     PATIENCE,
+    begins_with,
     check_ending,
     check_replaceable,
     check_writable,
@@ -73,21 +73,16 @@ class Stored(Sequence[Solution]):
         check_writable("store", path)
         stored = cls(path, scene, plan, settings)
         with only_writer("store", path):
-            stored._check_same_history()
+            if path.exists() and path.stat().st_size > 0:
+                if not begins_with(path, MAGIC):
+                    raise OutputError("store", path, "exists already and holds no history")
+                other = _stored(path)
+                with _file(path) as file:
+                    if len(other) and "power_density" not in file.variables:
+                        raise OutputError("store", path, "was written by an earlier version, and can be read only")
+                if _identity(stored) != _identity(other):
+                    raise OutputError("store", path, "holds the history of another scene, or by other methods")
             yield stored
-
-    def _check_same_history(self) -> None:
-        path = self.path
-        if not path.exists() or path.stat().st_size == 0:
-            return
-        if not is_history(path):
-            raise OutputError("store", path, "exists already and holds no history")
-        other = _stored(path)
-        with _file(path) as file:
-            if len(other) and "power_density" not in file.variables:
-                raise OutputError("store", path, "was written by an earlier version, and can be read only")
-        if _identity(self) != _identity(other):
-            raise OutputError("store", path, "holds the history of another scene, or by other methods")
 
     @property
     def grid(self) -> Grid:
@@ -128,16 +123,9 @@ class Stored(Sequence[Solution]):
         """Step k as it is in the file."""
         with _file(self.path) as file, reading(self.path, f"is damaged in step {k}"):
             grid = Grid(**_entry(file, "grid"))
-            names = (*ON_ELEMENTS, "approach", "creepage")
-            fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
-            parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
+            found = {name: _native(file.variables[name][k]) for name in READ if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
-            approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
-            sol = assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
-            sol = with_pressure(sol, _native(file.variables[PRESSURE][k]) if PRESSURE in file.variables else None)
-            if "refinement" in record:
-                sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
-            return sol
+            return assembled(self.scene.step(k, grid), grid, self.plan, found, record)
 
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
@@ -187,16 +175,10 @@ def check_history_file(field: str, path: Path, overwrite: bool) -> None:
     check_replaceable(field, path, "history", _is_whole, overwrite)
 
 
-def is_history(path: Path) -> bool:
-    """Whether the file at `path`, which exists, is classic netCDF, as histories are."""
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
-
-
 def _is_whole(path: Path) -> bool:
     """Whether a file holds a history that can be read."""
     try:
-        return is_history(path) and len(_stored(path)) > 0
+        return begins_with(path, MAGIC) and len(_stored(path)) > 0
     except OutputError:
         return False
 

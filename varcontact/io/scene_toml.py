@@ -25,6 +25,7 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDi
 from varcontact.scene.units import Units
 from varcontact.system.files import (
     SCENE_BYTES,
+    begins_with,
     check_ending,
     check_replaceable,
     check_writable,
@@ -337,13 +338,8 @@ def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
     path = checks.file_name("path", path)
     check_ending("path", path, ".toml")
     check_writable("path", path)
-    check_replaceable("path", path, "scene", _is_written, overwrite)
+    check_replaceable("path", path, "scene", lambda each: begins_with(each, WRITTEN.encode()), overwrite)
     write_whole("path", path, scene_text(scene).encode())
-
-
-def _is_written(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(WRITTEN)) == WRITTEN.encode()
 
 
 def _value(value: Any) -> str:

@@ -31,6 +31,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import (
+    begins_with,
     check_one_of_endings,
     check_replaceable,
     check_writable,
@@ -76,6 +77,7 @@ IN_PLACE = {"slip": "length", "power_density": "line force"}
 
 ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", *AT_TIMES)
 """Fields that are read back; files of earlier versions have no power density."""
+READ = (*ON_ELEMENTS, *ON_PARTS, PRESSURE, "approach", "creepage")
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -182,13 +184,14 @@ def is_solution(path: Path) -> bool:
 
 def read(path: str | Path) -> Solution | History:
     """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
-    from varcontact.io.history import is_history, load_history
+    from varcontact.io.history import load_history
+    from varcontact.io.records import MAGIC
 
     path = checks.file_name("path", path)
     try:
         if not regular(path):
             raise OutputError("path", path, "is not a regular file")
-        stored_steps = is_history(path)
+        stored_steps = begins_with(path, MAGIC)
     except OutputError:
         raise
     except OSError as error:
@@ -199,9 +202,7 @@ def read(path: str | Path) -> Solution | History:
         return load_history(path)
     with reading(path, "cannot be read"):
         content = path.read_bytes()
-    data = _data(path, content)
-    with reading(path):
-        return replace(solution_from(data), note=AS_STORED)
+    return replace(solution_from_bytes(path, content), note=AS_STORED)
 
 
 def _data(path: str | Path, content: bytes) -> xr.Dataset:
@@ -246,43 +247,27 @@ def solution_to_bytes(sol: Solution) -> bytes:
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
     """A solution from its file in memory, which was found in the file at `path`."""
-    return solution_from(_data(path, content))
+    data = _data(path, content)
+    with reading(path):
+        record = json.loads(str(data["record"].values))
+        scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
+        return assembled(scene, grid, plan, {name: data[name].values for name in READ if name in data}, record)
 
 
-def solution_from(data: xr.Dataset) -> Solution:
-    """A solution from its dataset."""
-    record = json.loads(str(data["record"].values))
-    fields = {name: data[name].values for name in ON_ELEMENTS if name in data}
-    scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
-    sol = with_pressure(sol, data[PRESSURE].values if PRESSURE in data else None)
-    if "refinement" in record:
-        parts = {name: data[name].values for name in ON_PARTS if name in data}
-        sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
-    return sol
-
-
-def assembled(
-    scene: Scene,
-    grid: Grid,
-    plan: Plan,
-    fields: dict[str, Any],
-    approach: float,
-    creepage: np.ndarray,
-    record: dict[str, Any],
-) -> Solution:
-    """A solution from what a file holds."""
+def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
+    """A solution from the variables of `READ` that a file has, and its record."""
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
-    vx, vy, spin = (float(value) for value in creepage)
-    fields = {"power_density": np.full(grid.shape, np.nan)} | fields
+    vx, vy, spin = (float(value) for value in found["creepage"])
+    fields = {name: found[name] for name in ON_ELEMENTS if name in found}
+    fields.setdefault("power_density", np.full(grid.shape, np.nan))
     estimate = record.get("error_estimate")
     sol = Solution(
         scene=scene,
         grid=grid,
         plan=plan,
         **fields,
-        approach=approach,
+        approach=float(found["approach"]),
         creepage=(vx, vy, spin),
         certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
         converged=record["converged"],
@@ -300,6 +285,9 @@ def assembled(
         error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
     )
     check_schema(sol)
+    sol = with_pressure(sol, found.get(PRESSURE))
+    if "refinement" in record:
+        sol = replace(sol, refinement=refinement_from(found, record["refinement"], sol))
     return sol
 
 

@@ -26,10 +26,11 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
     text = text_of(kind, path, SCENE_BYTES, "a TOML file")
     try:
         return tomllib.loads(text), path.parent
-    except RecursionError:
-        raise _not_toml(kind, path, "it is nested too deep") from None
-    except ValueError as error:  # also a number of thousands of digits
-        raise _not_toml(kind, path, _decimal_comma(text, first_line(error))) from None
+    except (RecursionError, ValueError) as error:  # also a number of thousands of digits
+        deep = isinstance(error, RecursionError)
+        reason = "it is nested too deep" if deep else _decimal_comma(text, first_line(error))
+        message = f"{kind} {str(path)!r} is not a TOML file ({reason})"
+        raise SceneError(kind, str(path), "a TOML file", message=message) from None
 
 
 def _decimal_comma(text: str, reason: str) -> str:
@@ -40,11 +41,6 @@ def _decimal_comma(text: str, reason: str) -> str:
     if found is None:
         return reason
     return f"line {number}: {found[1]},{found[2]} has a decimal comma; write {found[1]}.{found[2]}"
-
-
-def _not_toml(kind: str, path: Path, reason: str) -> SceneError:
-    message = f"{kind} {str(path)!r} is not a TOML file ({reason})"
-    return SceneError(kind, str(path), "a TOML file", message=message)
 
 
 def table_of(name: str, value: Any) -> Mapping[str, Any]:

@@ -154,7 +154,13 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
     ax.set_title(field.title + words)
     _frame(ax, sol, lengths, box)
     if field.outside:
-        _draw_edge(ax, sol, lengths)
+        inside = np.pad(sol.state > 0, 1)
+        x, y = sol.grid.lines
+        upright = [((x[i], y[j]), (x[i], y[j + 1])) for j, i in np.argwhere(np.diff(inside[1:-1], axis=1))]
+        level = [((x[i], y[j]), (x[i + 1], y[j])) for j, i in np.argwhere(np.diff(inside[:, 1:-1], axis=0))]
+        if upright:
+            ax.add_collection(LineCollection(list(lengths(upright + level)), colors="w", linewidths=1.0))
+            ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
         legend_below(ax)
 
 
@@ -226,17 +232,6 @@ def _draw_arrows(
     x, y = lengths(grid.x[ix]), lengths(grid.y[iy])
     ax.quiver(x, y, u, v, color=TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
     return True
-
-
-def _draw_edge(ax: Axes, sol: Solution, lengths: Measure) -> None:
-    """The edge of the contact, along the sides of its elements."""
-    inside = np.pad(sol.state > 0, 1)
-    x, y = sol.grid.lines
-    upright = [((x[i], y[j]), (x[i], y[j + 1])) for j, i in np.argwhere(np.diff(inside[1:-1], axis=1))]
-    level = [((x[i], y[j]), (x[i + 1], y[j])) for j, i in np.argwhere(np.diff(inside[:, 1:-1], axis=0))]
-    if upright:
-        ax.add_collection(LineCollection(list(lengths(upright + level)), colors="w", linewidths=1.0))
-        ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
 
 
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:

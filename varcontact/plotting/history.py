@@ -34,7 +34,6 @@ from varcontact.plotting.style import (
     legend_beside,
     new_figure,
     readable_ticks,
-    settle,
     styled,
 )
 from varcontact.plotting.unit_labels import measure, measure_of
@@ -62,7 +61,18 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
         figure, axes = new_figure(panels, 1, size, sharex=True)
         _draw_forces(axes[0], history, along)
         if found:
-            _draw_creepages(axes[1], found, along)
+            panel = axes[1]
+            looks = {"$v_x$": "o-", "$v_y$": "s--"}
+            measured = measure("1", None, list(found.values()))
+            for name, values in found.items():
+                marker_size = 2.5 if values.size < 40 else 0
+                panel.plot(
+                    along.values, measured(values), looks[name], label=name, markersize=marker_size, clip_on=False
+                )
+            panel.axhline(0, color="k", linewidth=0.5)
+            readable_ticks(panel)
+            panel.set(xlabel=along.label, ylabel=measured.label("creepage found"))
+            legend_beside(panel)
         _draw_areas(axes[-1], history, along)
         for ax in axes[:-1]:
             ax.set_xlabel("")
@@ -116,18 +126,6 @@ def _creepages(history: History) -> dict[str, np.ndarray]:
         if np.isfinite(values).any():
             found[name] = values
     return found
-
-
-def _draw_creepages(ax: Axes, found: dict[str, np.ndarray], along: _Abscissa) -> None:
-    looks = {"$v_x$": "o-", "$v_y$": "s--"}
-    measured = measure("1", None, list(found.values()))
-    for name, values in found.items():
-        size = 2.5 if values.size < 40 else 0
-        ax.plot(along.values, measured(values), looks[name], label=name, markersize=size, clip_on=False)
-    ax.axhline(0, color="k", linewidth=0.5)
-    readable_ticks(ax)
-    ax.set(xlabel=along.label, ylabel=measured.label("creepage found"))
-    legend_beside(ax)
 
 
 def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
@@ -199,7 +197,7 @@ def _frames(history: History) -> Iterator[np.ndarray]:
             above.set_title(f"Tangential traction on body 1, step {k}{corrected(finest_fields(sol))}")
             mark.set_xdata([along.values[k]] * 2)
             if k == 0:
-                settle(figure)
+                figure.draw_without_rendering()
                 figure.set_layout_engine("none")
             canvas.draw()
             yield np.array(canvas.buffer_rgba())

@@ -24,7 +24,6 @@ from varcontact.plotting.style import (
     legend_below,
     new_figure,
     readable_ticks,
-    settle,
     styled,
 )
 from varcontact.plotting.unit_labels import measure_of
@@ -78,7 +77,7 @@ def plot(
         if line:
             _one_legend(axes)
         else:
-            settle(figure)
+            figure.draw_without_rendering()
         return figure
 
 

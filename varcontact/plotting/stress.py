@@ -19,7 +19,6 @@ from varcontact.plotting.style import (
     legend_below,
     new_figure,
     readable_ticks,
-    settle,
     styled,
 )
 from varcontact.plotting.unit_labels import Measure, measure_of
@@ -121,7 +120,7 @@ def plot_stress(
         readable_ticks(ax)
         ax.set_aspect("equal")
         legend_below(ax, columns=1)
-        settle(figure_of(ax))
+        figure_of(ax).draw_without_rendering()
     return figure_of(ax)
 
 

@@ -14,17 +14,16 @@ from varcontact.errors import SceneError
 from varcontact.plotting.fields import is_shift
 from varcontact.plotting.style import (
     COLUMN,
+    MARKERS,
     PAGE,
     check_axes,
     colour,
     figure_of,
     figure_size,
     legend_below,
-    marker,
     new_figure,
     readable_decades,
     readable_ticks,
-    settle,
     styled,
 )
 from varcontact.plotting.unit_labels import Measure, measure, measure_of
@@ -106,14 +105,22 @@ def plot_curve(
         if ax is None:
             _, (ax,) = new_figure(1, 1, size)
         for i, (name, (x, forces)) in enumerate(curves.items()):
-            _draw_curve(ax, x, forces, name, i if several else None, shown)
+            number = i if several else None
+            lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
+            if len(shown) == 2:
+                lines.append(("$|F|$", np.hypot(*forces.T)))
+            for j, (part, values) in enumerate(lines):
+                k = j if number is None else number
+                words = f"{name}: {part}" if name and len(lines) > 1 else name or part
+                look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": STYLES[j], "color": colour(k)}
+                ax.plot(x, values, markevery=max(1, len(x) // 12), label=words, **look)
         if normalised:
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
         ax.axhline(0.0, color="k", linewidth=0.5)
         ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
         readable_ticks(ax)
         legend_below(ax, columns=2)
-        settle(figure_of(ax))
+        figure_of(ax).draw_without_rendering()
     return figure_of(ax)
 
 
@@ -173,20 +180,6 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
     return curves, along.label(CREEPAGES[against][0]), Measure(1.0, ""), "friction limit"
 
 
-def _draw_curve(
-    ax: Axes, x: np.ndarray, forces: np.ndarray, label: str, number: int | None, components: tuple[int, ...]
-) -> None:
-    """A line for each direction in which there are forces, and for both together; `number` is that of the curve."""
-    lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in components]
-    if len(components) == 2:
-        lines.append(("$|F|$", np.hypot(*forces.T)))
-    for j, (part, values) in enumerate(lines):
-        k = j if number is None else number
-        words = f"{label}: {part}" if label and len(lines) > 1 else label or part
-        look: dict[str, Any] = {"marker": marker(k), "linestyle": STYLES[j], "color": colour(k)}
-        ax.plot(x, values, markevery=max(1, len(x) // 12), label=words, **look)
-
-
 def plot_comparison(table: pd.DataFrame) -> Figure:
     """Picture of a comparison: error of the tractions against time, a point for each scene and method.
 
@@ -211,7 +204,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
             error = np.maximum(rows["traction_distance"], LEAST_DISTANCE)
             look: dict[str, Any] = {
                 "color": colour(i),
-                "marker": marker(i),
+                "marker": MARKERS[i % len(MARKERS)],
                 "linestyle": "",
                 "alpha": 0.85,
             }
@@ -250,7 +243,15 @@ def plot_convergence(study: Convergence) -> Figure:
                 _draw_limit(ax, study, row, methods.index(row["method"]))
             cells = sorted(set(study.runs["cells"]))
             ax.set(xscale="log", yscale="log", title=name, xlabel="elements across the contact")
-            ax.set_xticks(cells, labels=_separate_labels(cells, columns))
+            room = 0.11 if columns > 1 else 0.06
+            spread = np.log(cells[-1] / cells[0]) if len(cells) > 1 else 1.0
+            labels, last = [], -np.inf
+            for n in cells:
+                place = np.log(n / cells[0]) / spread
+                shown = place - last >= room * max(1.0, len(str(n)) / 2)
+                labels.append(str(n) if shown else "")
+                last = place if shown else last
+            ax.set_xticks(cells, labels=labels)
             readable_decades(ax)
             ax.xaxis.minorticks_off()
             ax.grid(visible=True)
@@ -267,21 +268,8 @@ def plot_convergence(study: Convergence) -> Figure:
                 Patch(color="0.4", alpha=0.15, linewidth=0, label="error of the extrapolated value"),
             ]
             figure.legend(handles=key, ncols=4, loc="outside upper left")
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
-
-
-def _separate_labels(cells: list[int], columns: int) -> list[str]:
-    """Numbers of elements as labels on a logarithmic axis, without those that would touch the one before."""
-    room = 0.11 if columns > 1 else 0.06
-    spread = np.log(cells[-1] / cells[0]) if len(cells) > 1 else 1.0
-    labels, last = [], -np.inf
-    for n in cells:
-        place = np.log(n / cells[0]) / spread
-        shown = place - last >= room * max(1.0, len(str(n)) / 2)
-        labels.append(str(n) if shown else "")
-        last = place if shown else last
-    return labels
 
 
 def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) -> None:
@@ -294,7 +282,7 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
     ax.plot(runs["cells"], (runs[name] - value).abs(), ".", **look, alpha=0.4, markersize=3)
     label = f"{method}, order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
     label = label if row["reason"] == "" else f"{method}, {row['reason']}"
-    ax.plot(cells, errors, marker(number), **look, label=label)
+    ax.plot(cells, errors, MARKERS[number % len(MARKERS)], **look, label=label)
     middle = np.exp(np.mean(np.log(np.maximum(errors, 1e-300)) + row["order"] * np.log(cells)))
     if row["reason"] == "":
         ax.plot(cells, middle / cells ** row["order"], "--", **look, linewidth=0.9)
@@ -333,7 +321,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
             key = [Line2D([], [], label=family, **_look(families, family)) for family in families]
             key.append(Line2D([], [], color="0.3", lw=0.8, label="front"))
             figure.legend(handles=key, ncols=3, loc="outside lower left")
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
 
 
@@ -342,4 +330,4 @@ def _look(families: list[str], family: str) -> dict[str, Any]:
     if family == "accuracy":
         return {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0, "linestyle": ""}
     number = families.index(family)
-    return {"color": colour(number), "marker": marker(number), "markersize": 3.5, "linestyle": ""}
+    return {"color": colour(number), "marker": MARKERS[number % len(MARKERS)], "markersize": 3.5, "linestyle": ""}

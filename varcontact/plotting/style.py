@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, Locator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
@@ -69,10 +69,6 @@ def colour(number: int) -> str:
     return colours[number % len(colours)]
 
 
-def marker(number: int) -> str:
-    return MARKERS[number % len(MARKERS)]
-
-
 def empty_figure(figsize: tuple[float, float]) -> Picture:
     """A figure without axes; call it within `styled`."""
     figure = Picture(figsize=figsize, layout="constrained")
@@ -84,11 +80,6 @@ def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[F
     """A figure and its axes, row by row, with options of `Figure.subplots`; call it within `styled`."""
     figure = empty_figure(figsize)
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
-
-
-def settle(figure: Figure) -> None:
-    """Lay a figure out: one pass is not enough for panels of a given shape, and a file is written after one."""
-    figure.draw_without_rendering()
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -199,15 +190,12 @@ def readable_decades(ax: Axes) -> None:
             if np.floor(high) > np.ceil(low):
                 axis.set_major_locator(LogLocator(numticks=most))
             else:
-                axis.set_major_locator(_within_a_decade(low, high))
+                seen = [s * 10.0**k for k in range(int(np.floor(low)), int(np.ceil(high)) + 1) for s in (1, 2, 5)]
+                seen = [tick for tick in seen if low <= np.log10(tick) <= high]
+                axis.set_major_locator(
+                    FixedLocator(seen) if len(seen) > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10])
+                )
                 axis.set_major_formatter(readable_numbers())
-
-
-def _within_a_decade(low: float, high: float) -> Locator:
-    """Ticks at 1, 2 and 5 times powers of ten; where fewer than two are in sight, those of a linear axis."""
-    seen = [s * 10.0**k for k in range(int(np.floor(low)), int(np.ceil(high)) + 1) for s in (1, 2, 5)]
-    seen = [tick for tick in seen if low <= np.log10(tick) <= high]
-    return FixedLocator(seen) if len(seen) > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10])
 
 
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:

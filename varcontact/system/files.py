@@ -78,6 +78,12 @@ def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], 
     raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
 
 
+def begins_with(path: Path, *heads: bytes) -> bool:
+    """Whether a file has one of these beginnings."""
+    with path.open("rb") as file:
+        return file.read(max(map(len, heads))).startswith(heads)
+
+
 def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[str]) -> None:
     """Refuse a name whose ending is that of none of several formats."""
     known = list(endings)
@@ -118,7 +124,12 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, target)
-        _sync_folder(target.parent)
+        with suppress(OSError):
+            descriptor = os.open(target.parent, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
     except OutputError:
         raise
     except OSError as error:
@@ -161,16 +172,6 @@ def clear(target: Path) -> None:
         left = [entry.path for entry in entries if name.fullmatch(entry.name)]
     for part in left:
         Path(part).unlink(missing_ok=True)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Force a new name to the disk, where folders can be opened for that."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
 
 
 def _unwritable(field: str, path: Path, error: Exception) -> OutputError:

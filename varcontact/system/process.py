@@ -17,11 +17,12 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future, wait
 from contextlib import ContextDecorator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from varcontact.errors import TooLarge
 
@@ -119,23 +120,17 @@ class _Limit(ContextDecorator):
     """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
 
     def __init__(self) -> None:
-        self._lock, self._inside = threading.Lock(), 0
+        self.lock, self._inside = threading.Lock(), 0
         self._lowered: Any = None
 
-    def hold(self) -> None:
-        self._lock.acquire()
-
-    def release(self) -> None:
-        self._lock.release()
-
     def __enter__(self) -> None:
-        with self._lock:
+        with self.lock:
             if self._inside == 0 and not any(name in os.environ for name in VARIABLES):
                 self._lowered = _libraries().limit(limits=1, user_api="blas")
             self._inside += 1
 
     def __exit__(self, *_: object) -> None:
-        with self._lock:
+        with self.lock:
             self._inside -= 1
             if self._inside == 0 and self._lowered is not None:
                 self._lowered.restore_original_limits()
@@ -144,7 +139,9 @@ class _Limit(ContextDecorator):
 
 _LIMIT = _Limit()
 if hasattr(os, "register_at_fork"):  # a child forked while another thread holds the lock would wait for it for ever
-    os.register_at_fork(before=_LIMIT.hold, after_in_parent=_LIMIT.release, after_in_child=_LIMIT.release)
+    os.register_at_fork(
+        before=_LIMIT.lock.acquire, after_in_parent=_LIMIT.lock.release, after_in_child=_LIMIT.lock.release
+    )
 
 
 def one_blas_thread() -> ContextDecorator:
@@ -170,40 +167,24 @@ def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
     """What `work` returns or raises; Ctrl-C does not wait for it."""
     if rows < MANY or threading.current_thread() is not threading.main_thread():
         return work()
-    call = _Call(work)
-    thread = threading.Thread(target=contextvars.copy_context().run, args=(call.run,), daemon=True)
-    thread.start()
+    found: Future[Result] = Future()
+
+    def run() -> None:
+        try:
+            found.set_result(work())
+        except BaseException as error:  # it is raised where the call was made
+            found.set_exception(error)
+
+    threading.Thread(target=contextvars.copy_context().run, args=(run,), daemon=True).start()
     pause = 1e-3
-    while not call.done.wait(pause):
+    while not wait([found], pause).done:
         handler = signal.getsignal(signal.SIGINT)
         if handler is not None:
             signal.signal(signal.SIGINT, handler)  # Python's in place of that of a solver
         pause = min(2 * pause, LONGEST)
-    return call.result()
+    return found.result()
 
 
 def imported(name: str) -> Any:
     """The package of a `name`; Ctrl-C does not leave it half imported."""
     return interruptible(lambda: import_module(name))
-
-
-class _Call(Generic[Result]):
-    """A call in another thread."""
-
-    def __init__(self, work: Callable[[], Result]) -> None:
-        self._work, self._results = work, list[Result]()
-        self._error: BaseException | None = None
-        self.done = threading.Event()
-
-    def run(self) -> None:
-        try:
-            self._results.append(self._work())
-        except BaseException as error:  # it is raised where the call was made
-            self._error = error
-        finally:
-            self.done.set()
-
-    def result(self) -> Result:
-        if self._error is not None:
-            raise self._error
-        return self._results[0]

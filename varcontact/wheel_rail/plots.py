@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.plotting.fields import box_of
-from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, settle, styled
+from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
 
@@ -65,7 +65,7 @@ def plot_profile(profile: Profile) -> Figure:
         below.plot(profile.running.points(at)[:, 0], turned)
         reach = max(float(np.percentile(np.abs(turned), 98)), 1e-6)
         below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +", ylim=(-1.2 * reach, 1.2 * reach))
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
 
 
@@ -83,7 +83,7 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
                 force = measure("force", MM_N, each.normal_force).text(each.normal_force, digits=4)
                 title = TITLES[panel].format(number=i, force=force, solved=each)
                 ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=title)
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
 
 
@@ -139,7 +139,7 @@ def plot_positions(table: pd.DataFrame) -> Figure:
         for ax in axes[-3:]:
             ax.set_xlabel(words)
         legend_below(axes[-2], columns=4)
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
 
 
@@ -167,5 +167,5 @@ def plot_wear(worn: Wear) -> Figure:
                 ax.plot(1e6 * each.depth, grid.y)
                 ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
                 ax.set(xlim=(min(0.0, 1e6 * float(each.depth.min())), None), ylim=(bottom, top))
-        settle(figure)
+        figure.draw_without_rendering()
     return figure
