@@ -1,4 +1,4 @@
-"""Reports as tables for notebooks."""
+"""Reports as tables and texts for notebooks."""
 
 from __future__ import annotations
 
@@ -21,3 +21,14 @@ def html_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
         for name, text in rows
     ]
     return "\n".join(["<table>", f"<caption><b>{escape(title)}</b></caption>", *cells, "</table>"])
+
+
+def html_text(text: str) -> str:
+    """A report with its lines and columns as they are.
+
+    Examples
+    --------
+    >>> html_text("1 < 2")
+    '<pre>1 &lt; 2</pre>'
+    """
+    return f"<pre>{escape(text)}</pre>"

@@ -147,13 +147,18 @@ def test_slip_is_hatched_and_stick_is_not(sol, panels):
     assert patches["slip"].get_hatch() and not patches["stick"].get_hatch()
     factor = measure("length", sol.scene.units, sol.grid.box).factor
     places = np.stack(np.meshgrid(sol.grid.x, sol.grid.y), axis=-1).reshape(-1, 2) * factor
+    state = sol.state.copy()
+    if isinstance(sol.motion, vc.Steady):  # at the leading edge slip is shown only before slip
+        for row in state:
+            first = np.flatnonzero(row)[-1:]
+            row[first[row[first - 1] == 1]] = 1
     for number, name in ((1, "stick"), (2, "slip")):
         path = patches[name].get_path()
         areas = [path.vertices[k : k + 4] for k in range(0, len(path.vertices), 5)]
         inside = np.zeros(len(places), bool)
         for corners in areas:
             inside |= np.all((places > corners.min(axis=0)) & (places < corners.max(axis=0)), axis=1)
-        np.testing.assert_array_equal(inside, sol.state.ravel() == number)
+        np.testing.assert_array_equal(inside, state.ravel() == number)
 
 
 @pytest.mark.parametrize("name", ["rolling", "inches", "flat ellipse", "pressure alone", "line, lateral"])

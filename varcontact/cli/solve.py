@@ -44,7 +44,9 @@ def solve(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Solution (.nc; .csv, .vtu, .vti, .mat). Histories on a grid are resumed (.nc)."),
+        typer.Option(
+            help="Solution (.nc; .csv, .vtu, .vti, .mat), or the report (.html). Histories on a grid are resumed (.nc)."
+        ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
     force: opt.Force = False,

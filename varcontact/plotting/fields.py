@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from varcontact.discrete.stick_slip import SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.plotting.style import (
     ROLLING,
     SLIP_LOOK,
@@ -25,6 +25,7 @@ from varcontact.plotting.style import (
 )
 from varcontact.plotting.unit_labels import Measure, measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
+from varcontact.scene.motion import Steady
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,8 +114,9 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
     lengths, field = lengths_of(sol), finest_fields(sol)
+    state = _without_leading_edge(field.state) if isinstance(sol.motion, Steady) else field.state
     for number, name, look in ((STICK, "stick", STICK_LOOK), (SLIP, "slip", SLIP_LOOK)):
-        outline = _elements_path(field.state == number, field.grid, lengths.factor)
+        outline = _elements_path(state == number, field.grid, lengths.factor)
         ax.add_patch(PathPatch(outline, gid=name, **look))
     handles: list[Any] = [*area_patches()]
     size = np.hypot(*field.traction).max(initial=0.0)
@@ -129,6 +131,13 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     ax.set_title(f"Tangential traction on body 1{corrected(field)}")
     _frame(ax, sol, lengths, shown)
     legend_below(ax, handles, columns=2)
+
+
+def _without_leading_edge(state: np.ndarray) -> np.ndarray:
+    """States with stick at the leading edge where the element behind sticks: slip there is grid error."""
+    around = np.pad(state, ((0, 0), (1, 1)))
+    leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
+    return np.where(leading & (state == SLIP), STICK, state)
 
 
 def draw_field(ax: Axes, sol: Solution, name: str) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
+
+from varcontact.html import html_table
 
 BY_NAME = ("values", "errors", "on_grid", "bars")
 """Entries that are by the name of a value."""
@@ -67,6 +70,13 @@ class ErrorEstimate:
     time_budget: float | None = None
     on_grid: dict[str, float] = field(default_factory=dict)
     bars: dict[str, float] = field(default_factory=dict)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}")
+            for name, value in self.values.items()
+        ]
+        return html_table("Estimated error against the continuum", [*rows, ("how", self.how)])
 
     @property
     def largest(self) -> float:
@@ -136,3 +146,14 @@ class ErrorEstimate:
             return cls(values, errors, str(record["how"]), solves, accuracy, budget, on_grid, bars)
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"an estimate of the error that is none ({error})") from None
+
+
+def with_bar(value: float, bar: float) -> str:
+    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits."""
+    if not 0 < bar < math.inf:
+        return f"{value:.6g}"
+    digits = 1 - math.floor(math.log10(bar))
+    if -4 <= digits <= 6:
+        return f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
+    size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
+    return f"{value:.{size}g} +- {bar:.2g}"

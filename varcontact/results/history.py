@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.html import html_text
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -198,6 +199,9 @@ class History(Sequence[Solution]):
 
     def __str__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        return html_text(self.report())
 
     def __repr__(self) -> str:
         return f"History({len(self)} of {self._motion.steps} steps)"

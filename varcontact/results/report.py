@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Callable
 from dataclasses import asdict
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.discrete.stick_slip import SLIP
+from varcontact.results.error_estimate import with_bar
 from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
@@ -255,17 +255,6 @@ def _unit(sol: Solution) -> Callable[[str], str]:
 
 def _sized(displacement: float, unit: str, bar: float = 0.0) -> str:
     return "undefined (no reference depth)" if np.isnan(displacement) else f"{with_bar(displacement, bar)}{unit}"
-
-
-def with_bar(value: float, bar: float) -> str:
-    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits."""
-    if not 0 < bar < math.inf:
-        return f"{value:.6g}"
-    digits = 1 - math.floor(math.log10(bar))
-    if -4 <= digits <= 6:
-        return f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
-    size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
-    return f"{value:.{size}g} +- {bar:.2g}"
 
 
 def _without_noise(value: float, scale: float) -> float:

@@ -21,6 +21,7 @@ from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.interface import Calls
+from varcontact.system.files import check_ending
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -331,7 +332,8 @@ class Solution:
         """Write a file in the format of its ending, whole or not at all.
 
         ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
-        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's.
+        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's. ``.html``
+        is the report as a web page, see `to_html`.
 
         Parameters
         ----------
@@ -348,6 +350,24 @@ class Solution:
         from varcontact.io.solution import save
 
         save(self, path, overwrite=overwrite)
+
+    def to_html(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write the report as one web page: values with error bars, picture, certificate, scene, and the command.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in ``.html``. The page needs no other file, no network and no Python.
+        overwrite : bool
+            As for `save`.
+
+        Raises
+        ------
+        OutputError
+            As for `save`.
+        """
+        check_ending("path", Path(path), ".html")
+        self.save(path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
         """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
+from varcontact.html import html_text
 from varcontact.study.csv_table import cell, columns_of_text, plain_rows
 from varcontact.study.extrapolate import HIDDEN, SAME, extrapolate
 
@@ -128,6 +129,9 @@ class Convergence:
 
     def __str__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        return html_text(self.report())
 
     def __repr__(self) -> str:
         cells, methods = (list(dict.fromkeys(self.runs[name])) for name in ("cells", "method"))

@@ -31,6 +31,7 @@ FORMATS = {
     ".nc": "sweeps, table books, solutions and histories are written as netCDF",
     ".csv": "tables are written as CSV",
     ".toml": "scenes are written as TOML",
+    ".html": "reports are written as web pages",
 }
 PATIENCE = 10.0
 """Seconds for which a file that is written at once waits for another that is just being written in its place."""

@@ -9,8 +9,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.html import html_text
+from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
-from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.wheel_rail.track import check_kind
@@ -199,6 +200,9 @@ class WheelRailSolution(WheelForces):
             if each.solution.error_estimate is None:
                 lines.append("  no estimate of the error against the continuum: give an accuracy instead of a grid")
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return html_text(self.report())
 
     @property
     def force_on_wheelset(self) -> np.ndarray:

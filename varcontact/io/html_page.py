@@ -1,0 +1,61 @@
+"""A solution as one web page that needs nothing beside it: values, picture, certificate, scene and command."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING
+
+from varcontact.errors import SceneError
+from varcontact.html import html_table
+from varcontact.io.scene_toml import scene_text
+
+if TYPE_CHECKING:
+    from varcontact.results.solution import Solution
+
+MARK = "<!-- varcontact report 1 -->"
+STYLE = """body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
+th { vertical-align: top; padding-right: 1em; font-weight: 600; } caption { display: none; }
+pre { background: #f3f3f3; padding: 1em; white-space: pre-wrap; } img { max-width: 100%; }"""
+
+
+def html_page(sol: Solution) -> bytes:
+    """The page, see `Solution.to_html`."""
+    from varcontact.plotting.solution import plot
+    from varcontact.results.report import headline, report_rows
+
+    picture = io.BytesIO()
+    plot(sol).savefig(picture, format="png", dpi=150, bbox_inches="tight")
+    drawn = base64.b64encode(picture.getvalue()).decode()
+    title = escape(headline(sol))
+    try:
+        estimate = sol.error_estimate
+        chosen = estimate is not None and estimate.accuracy is not None
+        scene = scene_text(replace(sol.scene, grid="auto") if chosen else sol.scene)
+        repeat = f"<p>To repeat it, save this scene as scene.toml:</p><pre>{escape(scene)}</pre>"
+        repeat += f"<pre>{escape(_command(sol))}</pre>"
+    except SceneError as error:
+        repeat = f"<p>The scene cannot be shown as a file: {escape(str(error))}</p>"
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            f'{MARK}\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+            f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
+            f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{drawn}">',
+            html_table(headline(sol), report_rows(sol)),
+            f"<h2>Scene</h2>{repeat}",
+            "</body></html>\n",
+        ]
+    ).encode()
+
+
+def _command(sol: Solution) -> str:
+    """The command that solves the scene in the same way."""
+    estimate, plan = sol.error_estimate, sol.plan
+    if estimate is not None and estimate.accuracy is not None:
+        how = f" --accuracy {estimate.accuracy:g}"
+    else:
+        how = f" --normal {plan.normal}" + (f" --tangential {plan.tangential}" if plan.has_friction else "")
+    return f"varcontact solve scene.toml{how} --plot picture.png"
