@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.io.html_page import MARK, html_page
+from varcontact.io.html_page import HEAD, html_page
 from varcontact.scene.units import Units
 from varcontact.system.files import begins_with
 
@@ -193,6 +193,6 @@ EXPORTS = {
     ".vtu": Export(_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
     ".vti": Export(_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
     ".mat": Export(_to_mat, _is_mat),
-    ".html": Export(html_page, partial(_begins_with, MARK)),
+    ".html": Export(html_page, lambda path: begins_with(path, HEAD)),
 }
 """By the ending of the file."""

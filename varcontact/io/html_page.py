@@ -15,7 +15,7 @@ from varcontact.io.scene_toml import scene_text
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution
 
-MARK = "<!-- varcontact report 1 -->"
+HEAD = b"<!DOCTYPE html>\n<!-- varcontact report 1 -->\n"
 STYLE = """body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
 th { vertical-align: top; padding-right: 1em; font-weight: 600; } caption { display: none; }
 pre { background: #f3f3f3; padding: 1em; white-space: pre-wrap; } img { max-width: 100%; }"""
@@ -38,10 +38,9 @@ def html_page(sol: Solution) -> bytes:
         repeat += f"<pre>{escape(_command(sol))}</pre>"
     except SceneError as error:
         repeat = f"<p>The scene cannot be shown as a file: {escape(str(error))}</p>"
-    return "\n".join(
+    return HEAD + "\n".join(
         [
-            "<!DOCTYPE html>",
-            f'{MARK}\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+            f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
             f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
             f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{drawn}">',
             html_table(headline(sol), report_rows(sol)),
