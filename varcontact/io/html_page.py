@@ -38,16 +38,15 @@ def html_page(sol: Solution) -> bytes:
         repeat += f"<pre>{escape(_command(sol))}</pre>"
     except SceneError as error:
         repeat = f"<p>The scene cannot be shown as a file: {escape(str(error))}</p>"
-    return HEAD + "\n".join(
-        [
-            f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
-            f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
-            f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{drawn}">',
-            html_table(headline(sol), report_rows(sol)),
-            f"<h2>Scene</h2>{repeat}",
-            "</body></html>\n",
-        ]
-    ).encode()
+    body = [
+        f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
+        f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{drawn}">',
+        html_table(headline(sol), report_rows(sol)),
+        f"<h2>Scene</h2>{repeat}",
+        "</body></html>\n",
+    ]
+    return HEAD + "\n".join(body).encode()
 
 
 def _command(sol: Solution) -> str:
