@@ -188,7 +188,7 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
 
 def _cell(name: str, value: float | None, bar: float | None, solution: Solution) -> str:
     """A figure for people, with its error bar: forces and moments of nothing but rounding are shown as zero."""
-    from varcontact.results.report import with_bar
+    from varcontact.results.error_estimate import with_bar
 
     if value is None:
         return ""

@@ -90,7 +90,7 @@ def _written(swept: xr.Dataset, as_json: bool) -> str:
 
 
 def _cell(value: object, bar: float | None) -> str:
-    from varcontact.results.report import with_bar
+    from varcontact.results.error_estimate import with_bar
 
     if isinstance(value, float):
         return "" if value != value else with_bar(value, bar or 0.0)

@@ -107,6 +107,6 @@ def _report(table: pd.DataFrame) -> str:
 
 
 def _cell(value: object, error: float | None) -> str:
-    from varcontact.results.report import with_bar
+    from varcontact.results.error_estimate import with_bar
 
     return with_bar(value, error or 0.0) if isinstance(value, float) else str(value)
