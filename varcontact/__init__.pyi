@@ -46,7 +46,7 @@ from .solving.verify import load
 from .study.compare import Comparison, compare
 from .study.converge import converge
 from .study.convergence import Convergence
-from .study.references import Reference, references
+from .study.references import ContinuumValues, Reference, continuum_values, references
 from .study.scan import creep_curve, scan
 from .study.sweep import Standing, read_sweep, sweep
 from .study.tradeoff import Tradeoff, tradeoff
@@ -64,6 +64,7 @@ __all__ = [
     "Comparison",
     "ContactOutput",
     "ContactResult",
+    "ContinuumValues",
     "Convergence",
     "CreepForces",
     "CreepageCoefficients",
@@ -109,6 +110,7 @@ __all__ = [
     "WorkersLost",
     "certify",
     "compare",
+    "continuum_values",
     "converge",
     "corrugation_growth",
     "creep_curve",

@@ -20,7 +20,7 @@ def measured(quick: bool) -> Tradeoff:
     """All ways on all reference scenes; quickly, some on those of line contact."""
     if not quick:
         return vc.tradeoff(store=STORE, progress=print)
-    bank = {name: each for name, each in vc.references().items() if each.kind == "line contact"}
+    bank = {name: each for name, each in vc.continuum_values().items() if each.kind == "line contact"}
     return vc.tradeoff(bank, [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)])
 
 
@@ -72,7 +72,7 @@ def fixed(runs: pd.DataFrame, target: float) -> pd.Series:
 
 def errors(quick: bool) -> Table:
     """Errors of `accuracy=` on the reference scenes: the median and the largest of each class, in per cent."""
-    bank = vc.references()
+    bank = vc.continuum_values()
     if quick:
         bank = {name: each for name, each in bank.items() if each.kind == "line contact"}
     runs = vc.tradeoff(bank, [Way(accuracy=each) for each in TARGETS]).runs
@@ -109,7 +109,7 @@ def refine(quick: bool) -> Table:
         **{f"`refine`, {n}": Way(cells=n, options=(("refine", "continuum"),)) for n in (32, 48, 64, 96)},
     }
     kinds = {"steady, circular": "circles", "steady, slender": "slender contacts", "forces given": "forces given"}
-    bank = {name: each for name, each in vc.references().items() if each.kind in kinds}
+    bank = {name: each for name, each in vc.continuum_values().items() if each.kind in kinds}
     if quick:
         bank, ways = dict(list(bank.items())[:2]), {"`refine`, 32": ways["`refine`, 32"]}
     runs, rows = vc.tradeoff(bank, ways.values()).runs, []

@@ -197,7 +197,7 @@ def noise(quick: bool) -> Table:
 def theory_errors() -> dict[str, np.ndarray]:
     """By theory, rows of the largest error of Fx and Fy by f Fz, and that of Mz by f Fz (ab)^(1/2)."""
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in VECTORISED}
-    for reference in vc.references().values():
+    for reference in vc.continuum_values().values():
         scene = reference.scene
         motion, surface = scene.motion, scene.surface
         if not (isinstance(motion, Steady) and isinstance(surface, Ellipse) and scene.bodies.K == 0):

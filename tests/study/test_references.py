@@ -16,7 +16,7 @@ from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
 from varcontact.study.references import read, signature
 
-BANK = vc.references()
+BANK = vc.continuum_values()
 
 
 def cattaneo_without_poisson(name, part):

@@ -13,7 +13,7 @@ from tests.command import run
 from varcontact.solving.discretisation_variants import Way
 from varcontact.study.tradeoff import TARGETS, Tradeoff, default_ways
 
-BANK = vc.references()
+BANK = vc.continuum_values()
 CARTER = {"line, creepage 0.3": BANK["line, creepage 0.3"]}
 WAYS = [Way(cells=n) for n in (4, 8)] + [Way(cells=8, coarser=4, edge="touched")]
 
@@ -123,7 +123,7 @@ def test_the_store_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize(("scenes", "methods", "message"), [
-    ({"one": CARTER["line, creepage 0.3"].scene}, None, r"scenes\['one'\].*must be a Reference"),
+    ({"one": CARTER["line, creepage 0.3"].scene}, None, r"scenes\['one'\].*must be one of those"),
     (CARTER, ["fastsimm"], "methods"),
     (CARTER, "fastsim", "a list of names or ways"),
     (CARTER, [], "no methods to measure"),

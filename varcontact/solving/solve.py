@@ -38,7 +38,7 @@ def solve(
     scene: Scene[Transient],
     normal: NormalName | str = "auto",
     tangential: TangentialName | str = "auto",
-    coupling: CouplingName | str = "auto",
+    coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> History: ...
 
@@ -48,7 +48,7 @@ def solve(
     scene: Scene[Steady] | Scene[Shift] | Scene[None],
     normal: NormalName | str = "auto",
     tangential: TangentialName | str = "auto",
-    coupling: CouplingName | str = "auto",
+    coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> Solution: ...
 
@@ -58,7 +58,7 @@ def solve(
     scene: Scene,
     normal: NormalName | str = "auto",
     tangential: TangentialName | str = "auto",
-    coupling: CouplingName | str = "auto",
+    coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> Solution | History: ...
 

@@ -28,7 +28,7 @@ SAMPLED = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class ContinuumValues:
     """A scene, and the continuum values of its answers.
 
     Attributes
@@ -80,7 +80,7 @@ class Reference:
         return error(found, {name: self.values[name] for name in self.units}, self.units)
 
 
-def references(path: str | Path | None = None) -> dict[str, Reference]:
+def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValues]:
     """Scenes by name with their continuum values, from the package's own file.
 
     Parameters
@@ -90,7 +90,7 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
 
     Returns
     -------
-    dict of str to Reference
+    dict of str to ContinuumValues
 
     Raises
     ------
@@ -100,7 +100,7 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
     Examples
     --------
     >>> import varcontact as vc
-    >>> bank = vc.references()
+    >>> bank = vc.continuum_values()
     >>> carter = bank["line, creepage 0.3"]
     >>> print(len(bank) >= 60, f"{carter.values['Fx'] / 0.3:.4f}", carter.bar < 1e-5)
     True -0.5100 True
@@ -115,8 +115,12 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
     return dict(read(text, str(name)))
 
 
+Reference, references = ContinuumValues, continuum_values
+"""The names of earlier versions."""
+
+
 @cache
-def read(text: str, name: str) -> dict[str, Reference]:
+def read(text: str, name: str) -> dict[str, ContinuumValues]:
     """References from the text of the file `name`."""
     try:
         content = json.loads(text)
@@ -135,7 +139,7 @@ def read(text: str, name: str) -> dict[str, Reference]:
     for each, entry in entries.items():
         named = {part: {k: float(value) for k, value in entry[part].items()} for part in ("values", "bars", "units")}
         scene = scenes[each]
-        found[each] = Reference(scene.scene, **named, kind=scene.kind, how=entry["how"], steps=scene.steps)
+        found[each] = ContinuumValues(scene.scene, **named, kind=scene.kind, how=entry["how"], steps=scene.steps)
     return found
 
 

@@ -28,7 +28,7 @@ from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
 from varcontact.study.parallel import alone, opened, results, traced
-from varcontact.study.references import Reference, references, signature
+from varcontact.study.references import ContinuumValues, continuum_values, signature
 from varcontact.theories.on_grid import THEORIES
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def default_ways() -> list[Way]:
 
 
 def tradeoff(
-    scenes: Mapping[str, Reference] | None = None,
+    scenes: Mapping[str, ContinuumValues] | None = None,
     methods: Iterable[str | Way] | None = None,
     *,
     cells: Iterable[int] = CELLS,
@@ -81,8 +81,8 @@ def tradeoff(
 
     Parameters
     ----------
-    scenes : dict of str to Reference, optional
-        Some of `references()`; all of them, if not given.
+    scenes : dict of str to ContinuumValues, optional
+        Some of `continuum_values()`; all of them, if not given.
     methods : iterable of str or Way, optional
         Ways, or names of tangential methods and theories, which are tried with each number of elements, or "accuracy",
         for accuracies of 10 to 0.1 %; if not given, plain and extrapolated grids, the second-order difference, defect
@@ -119,17 +119,17 @@ def tradeoff(
     Examples
     --------
     >>> import varcontact as vc
-    >>> bank = {name: each for name, each in vc.references().items() if name == "line, creepage 0.3"}
+    >>> bank = {name: each for name, each in vc.continuum_values().items() if name == "line, creepage 0.3"}
     >>> found = vc.tradeoff(bank, ["auto"], cells=[8, 16])
     >>> bool((found.runs["error"] < [0.06, 0.03]).all())
     True
     """
     if not isinstance(scenes, Mapping | None):
-        raise SceneError("scenes", scenes, "a dict of names and references, as references() has them")
-    bank = references() if scenes is None else dict(scenes)
+        raise SceneError("scenes", scenes, "a dict of names and references, as continuum_values() has them")
+    bank = continuum_values() if scenes is None else dict(scenes)
     for name, each in bank.items():
-        if not isinstance(each, Reference):
-            raise SceneError(f"scenes[{name!r}]", each, "a Reference, as references() has them")
+        if not isinstance(each, ContinuumValues):
+            raise SceneError(f"scenes[{name!r}]", each, "one of those that continuum_values() has")
     ways = default_ways() if methods is None else _ways(methods, cells)
     progress = checks.progress(progress)
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
@@ -153,7 +153,7 @@ def tradeoff(
         return Tradeoff.of(table.rows, bank, ways)
 
 
-def _measured(name: str, reference: Reference, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
+def _measured(name: str, reference: ContinuumValues, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
     """The rows of a scene, which is that `number` of its class, by the ways that it has not been answered in."""
     common = {"scene": name, "kind": reference.kind, "identity": key}
     return [
@@ -187,7 +187,7 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
     return list(by_name.values())
 
 
-def _costs(reference: Reference, way: Way, number: int) -> dict[str, Any]:
+def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
     """The error and the costs of a way on a scene, which is that `number` of its class."""
     scene, steps = reference.scene, reference.steps or None
     reason = way.why_not(scene)

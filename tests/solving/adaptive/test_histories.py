@@ -11,7 +11,7 @@ from varcontact.reference import cattaneo_mindlin
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import units, values
 
-REFERENCES = {name: each for name, each in vc.references().items() if each.kind == "transient"}
+REFERENCES = {name: each for name, each in vc.continuum_values().items() if each.kind == "transient"}
 ROLLING = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.28),
     surface=vc.Ellipse(a=1.0, b=0.7),

@@ -6,7 +6,9 @@ import varcontact as vc
 from varcontact.results.quantities_of_interest import values
 
 CHOSEN = {
-    name: each for k, (name, each) in enumerate(vc.references().items()) if k % 5 == 0 and each.kind != "transient"
+    name: each
+    for k, (name, each) in enumerate(vc.continuum_values().items())
+    if k % 5 == 0 and each.kind != "transient"
 }
 
 
