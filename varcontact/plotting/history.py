@@ -103,12 +103,12 @@ def _draw_forces(ax: Axes, history: History, along: _Abscissa) -> None:
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
     measured = measure_of(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
-    looks: dict[str, Any] = {"markersize": 2.5} if len(history) < 40 else {"marker": ""}
+    markers = ("o", "s") if len(history) < 40 else ("", "")
     size = np.abs(history.force).max(initial=0.0)
-    for i, (name, line) in enumerate((("$F_x$", "o-"), ("$F_y$", "s--"))):
+    for i, (name, line) in enumerate((("$F_x$", "-"), ("$F_y$", "--"))):
         values = history.force[:, i]
         if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
-            ax.plot(along.values, measured(values), line, label=name, clip_on=False, **looks)
+            ax.plot(along.values, measured(values), line, marker=markers[i], markersize=2.5, label=name, clip_on=False)
     if finite:
         ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
         ax.plot(along.values, -measured(limit), color="0.45", linestyle=":")
