@@ -378,8 +378,12 @@ def test_pictures_of_studies(tmp_path):
     figure = vc.plot_comparison(vc.compare({"wheel": scene}, ["tang", "fastsim"]))
     check_readable(figure)
     assert figure.legends[0].get_title().get_text() == "method"
-    study = vc.converge(scene, [6, 8, 10], ["tang"], offsets=2).plot()
+    found = vc.converge(scene, [6, 8, 10], ["tang"], offsets=2)
+    study = found.plot()
     check_readable(study)
+    assert [ax.get_title() for ax in found.plot(["Fx"]).axes] == ["Fx"]
+    with pytest.raises(vc.SceneError, match="quantities.*Fx"):
+        found.plot(["Fq"])
     assert [text.get_text() for text in study.legends[0].get_texts()][:2] == ["single solve", "mean of a grid"]
 
 

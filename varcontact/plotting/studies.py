@@ -225,7 +225,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def plot_convergence(study: Convergence) -> Figure:
+def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None) -> Figure:
     """A panel for each quantity with a limit, a colour for each method.
 
     Small points are single solves, large ones means over the offsets, each by its distance from the extrapolated
@@ -233,6 +233,10 @@ def plot_convergence(study: Convergence) -> Figure:
     """
     limits = [row for row in study.limits.to_dict("records") if np.isfinite(row["order"])]
     names = list(dict.fromkeys(row["quantity"] for row in limits))
+    if quantities is not None:
+        for each in quantities:
+            checks.choice("quantities", each, names)
+        names = [name for name in names if name in quantities]
     methods = list(dict.fromkeys(study.runs["method"]))
     columns = min(max(len(names), 1), 3)
     rows = -(-max(len(names), 1) // columns)
@@ -280,8 +284,9 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
     cells, errors = grids["cells"].to_numpy(), (grids[name] - value).abs().to_numpy()
     look: dict[str, Any] = {"color": colour(number)}
     ax.plot(runs["cells"], (runs[name] - value).abs(), ".", **look, alpha=0.4, markersize=3)
-    label = f"{method}, order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
-    label = label if row["reason"] == "" else f"{method}, {row['reason']}"
+    label = row["reason"] or f"order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
+    if study.runs["method"].nunique() > 1:
+        label = f"{method}, {label}"
     ax.plot(cells, errors, MARKERS[number % len(MARKERS)], **look, label=label)
     middle = np.exp(np.mean(np.log(np.maximum(errors, 1e-300)) + row["order"] * np.log(cells)))
     if row["reason"] == "":

@@ -110,11 +110,22 @@ class Convergence:
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row
 
-    def plot(self) -> Figure:
-        """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid."""
+    def plot(self, quantities: Sequence[str] | None = None) -> Figure:
+        """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid.
+
+        Parameters
+        ----------
+        quantities : sequence of str, optional
+            Some of them, such as ``["Fx", "Mz"]``; all, if not given.
+
+        Raises
+        ------
+        SceneError
+            For a quantity that the study has not.
+        """
         from varcontact.plotting.studies import plot_convergence
 
-        return plot_convergence(self)
+        return plot_convergence(self, quantities)
 
     def to_json(self) -> str:
         """The tables of grids and of limits as one JSON object; null where nothing is known."""
