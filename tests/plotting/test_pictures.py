@@ -382,7 +382,7 @@ def test_pictures_of_studies(tmp_path):
     study = found.plot()
     check_readable(study)
     assert [ax.get_title() for ax in found.plot(["Fx"]).axes] == ["Fx"]
-    with pytest.raises(vc.SceneError, match="quantities.*Fx"):
+    with pytest.raises(vc.SceneError, match="quantities"):
         found.plot(["Fq"])
     assert [text.get_text() for text in study.legends[0].get_texts()][:2] == ["single solve", "mean of a grid"]
 
