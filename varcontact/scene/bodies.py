@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from varcontact import checks
 from varcontact.checks import named
@@ -42,6 +42,11 @@ class Bodies:
 
     G: float | tuple[float, float]
     nu: float | tuple[float, float]
+    # what a pair of other bodies may have: longest relaxation time, bases that do not move, one without friction
+    longest_relaxation: ClassVar[float] = 0.0
+    relaxes: ClassVar[bool] = False
+    grounded: ClassVar[bool] = False
+    slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         G = _pair("bodies.G", self.G, _modulus)
@@ -117,16 +122,6 @@ class Bodies:
         return self.K != 0
 
     @property
-    def longest_relaxation(self) -> float:
-        """Longest relaxation time [time]: none."""
-        return 0.0
-
-    @property
-    def relaxes(self) -> bool:
-        """Whether one of the bodies is viscoelastic: no."""
-        return False
-
-    @property
     def relaxed(self) -> Bodies:
         """The bodies after a long time: these."""
         return self
@@ -135,16 +130,6 @@ class Bodies:
     def difference(self) -> str:
         """How the bodies differ, in words."""
         return f"K = {self.K:.3g}"
-
-    @property
-    def grounded(self) -> bool:
-        """Whether both bodies rest on bases that do not move: half-spaces do not."""
-        return False
-
-    @property
-    def slides(self) -> bool:
-        """Whether one of them rests on a base without friction."""
-        return False
 
     @property
     def alike(self) -> Bodies:

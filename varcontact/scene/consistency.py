@@ -322,11 +322,6 @@ def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "")
         raise SceneError(field, value, " or ".join(c.__name__ for c in classes) + more)
 
 
-def as_array(field: str, value: Any, line: bool) -> np.ndarray:
-    """Numbers for each element, (ny, nx); in line contact also (nx,)."""
-    return checks.array(field, np.atleast_2d(value) if line and checks.dimensions(value) == 1 else value, 2)
-
-
 PASCALS = {("m", "N"): 1.0, ("mm", "N"): 1e6, ("mm", "kN"): 1e9, ("m", "kN"): 1e3}
 """Pascals in the units of pressure of some scenes."""
 SOFTEST, STIFFEST = 1e5, 1e12
@@ -340,70 +335,46 @@ LARGE_CONTACT = 0.5
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """What looks like a slip of the pen, see `Scene.doubts`."""
-    found = (_modulus(scene), _size(scene), _creepage(scene), _net_shear(scene))
-    return tuple(word for word in found if word)
-
-
-def _radii(scene: Scene) -> tuple[float, ...]:
-    surface = scene.surface
+    found: list[str] = []
+    surface, motion, units, G = scene.surface, scene.motion, scene.units, scene.bodies.combined_G
+    radii: tuple[float, ...] = (surface.R,) if isinstance(surface, Cylinders) else ()
     if isinstance(surface, Paraboloids):
-        return surface.Rx, surface.Ry
-    return (surface.R,) if isinstance(surface, Cylinders) else ()
-
-
-def _modulus(scene: Scene) -> str:
-    """Moduli in pascals beside lengths in millimetres, or the other way round."""
-    G, units = scene.bodies.combined_G, scene.units
+        radii = surface.Rx, surface.Ry
+    # moduli in pascals beside lengths in millimetres, or the other way round
+    smallest = min(radii, default=0.0)
     if isinstance(units, Units) and (units.length, units.force) in PASCALS:
         pascals = G * PASCALS[units.length, units.force]
         if not SOFTEST <= pascals <= STIFFEST:
             than = "softer" if pascals < SOFTEST else "stiffer"
-            return f"G = {G:.4g} {units.of('pressure')} is {pascals:.2g} Pa, {than} than solids are"
-        return ""
-    smallest = min(_radii(scene), default=0.0)
-    if units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
-        return f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres"
-    return ""
-
-
-def _size(scene: Scene) -> str:
-    """A contact as large as the bodies."""
-    radii = _radii(scene)
-    if not radii or (scene.normal_force is None and scene.approach is None):
-        return ""
-    hertz = scene.hertz
-    if hertz is None:
-        return ""
-    parts = [(size / radius, size, radius) for size, radius in zip((hertz.a, hertz.b), radii, strict=False)]
-    part, size, radius = max(parts)
-    if not LARGE_CONTACT <= part < math.inf:
-        return ""
-    load = f"normal_force = {scene.normal_force:.4g}" if scene.approach is None else f"approach = {scene.approach:.4g}"
-    words = f"{load}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
-    return f"{words}; half-spaces stand for bodies much larger than it"
-
-
-def _net_shear(scene: Scene) -> str:
-    """Tangential forces on a strip that slides on its base."""
-    motion = scene.motion
-    if not (scene.line and scene.bodies.slides and isinstance(motion, Steady | Shift)) or scene.frictionless:
-        return ""
-    if motion.Fx == 0 and not (motion.Fy or motion.rigid[1]):
-        return ""
-    return "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
-
-
-def _creepage(scene: Scene) -> str:
-    """Creepages beyond those for which velocities are nearly those of rolling."""
-    motion = scene.motion
-    if not isinstance(motion, Steady | TimeStep | Transient):
-        return ""
-    for name in ("vx", "vy"):
+            found.append(f"G = {G:.4g} {units.of('pressure')} is {pascals:.2g} Pa, {than} than solids are")
+    elif units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
+        found.append(f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres")
+    # a contact as large as the bodies
+    loaded = scene.normal_force is not None or scene.approach is not None
+    if radii and loaded and scene.hertz is not None:
+        axes = scene.hertz.a, scene.hertz.b
+        part, size, radius = max((size / radius, size, radius) for size, radius in zip(axes, radii, strict=False))
+        if LARGE_CONTACT <= part < math.inf:
+            name = "normal_force" if scene.approach is None else "approach"
+            words = (
+                f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius"
+            )
+            found.append(f"{words} {radius:.4g}; half-spaces stand for bodies much larger than it")
+    # creepages beyond those for which velocities are nearly those of rolling
+    for name in ("vx", "vy") if isinstance(motion, Steady | TimeStep | Transient) else ():
         values = motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)]
         largest = max(values, key=abs)
         if abs(largest) > LARGE_CREEPAGE:
-            return f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents"
-    return ""
+            found.append(f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents")
+            break
+    # tangential forces on a strip that slides on its base
+    slides = scene.line and scene.bodies.slides and not scene.frictionless
+    if slides and isinstance(motion, Steady | Shift) and (motion.Fx != 0 or motion.Fy or motion.rigid[1]):
+        words = (
+            "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
+        )
+        found.append(words)
+    return tuple(found)
 
 
 NEGLIGIBLE = 3e-4

@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
-    from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
+    from scipy.interpolate import RectBivariateSpline
 
 STEEP = 0.05
 """Difference of the two interpolations in the middle of a cell, by the range of the samples around, at a cliff."""
@@ -49,13 +49,7 @@ class Interpolation:
     def _calm(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         from scipy.interpolate import Akima1DInterpolator
 
-        return np.asarray(Akima1DInterpolator(self.x, self._along_y(y), axis=1)(x))
-
-    @cached_property
-    def _along_y(self) -> Akima1DInterpolator:
-        from scipy.interpolate import Akima1DInterpolator
-
-        return Akima1DInterpolator(self.y, self.h)
+        return np.asarray(Akima1DInterpolator(self.x, Akima1DInterpolator(self.y, self.h)(y), axis=1)(x))
 
     @cached_property
     def _cliffs(self) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Protocol, Self
+from typing import Any, ClassVar, Literal, Protocol, Self
 
 import numpy as np
 
@@ -70,6 +70,7 @@ class Steady:
     slip_difference: Literal["first-order", "second-order"] = "first-order"
     rigid_slip: np.ndarray | None = field(default=None, compare=False, repr=False)
     speed: float | None = None
+    rolls: ClassVar[int] = 1  # towards positive x
 
     def __post_init__(self) -> None:
         _check_rigid(self, "vx", "vy", "spin")
@@ -88,11 +89,6 @@ class Steady:
     def rigid(self) -> tuple[float, float, float]:
         """(vx, vy, spin)."""
         return self.vx, self.vy, self.spin
-
-    @property
-    def rolls(self) -> int:
-        """1: towards positive x."""
-        return 1
 
     def second_order(self) -> Self:
         """The same rolling, its slip a difference of the second order, with the spin offset that goes with it."""
@@ -132,6 +128,7 @@ class Shift:
     rotation: float = 0.0
     Fx: float | None = None
     Fy: float | None = None
+    rolls: ClassVar[int] = 0  # nothing rolls
 
     def __post_init__(self) -> None:
         _check_rigid(self, "ux", "uy", "rotation")
@@ -140,11 +137,6 @@ class Shift:
     def rigid(self) -> tuple[float, float, float]:
         """(ux, uy, rotation)."""
         return self.ux, self.uy, self.rotation
-
-    @property
-    def rolls(self) -> int:
-        """0: nothing rolls."""
-        return 0
 
     def step(self, dq: float = 0.0) -> TimeStep:
         """The step in place that it is, whatever `dq`."""
@@ -355,7 +347,18 @@ spin_offset=0.16666666666666666, dt=None)
             self._check_apart(force, along_x)
             self._check_apart(force, along_y)
         if self.surface is not None:
-            self._check_surfaces()
+            if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
+                allowed = f"one surface for each of the {self.steps} steps"
+                raise SceneError("motion.surface", self.surface, allowed, message=f"motion.surface: give {allowed}")
+            for k, each in enumerate(self.surface):
+                if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
+                    raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
+                if is_line(each) != is_line(self.surface[0]):
+                    message = f"motion.surface[{k}]: either all steps are line contact, or none is"
+                    raise SceneError(
+                        f"motion.surface[{k}]", each, "line contact in all steps or in none", message=message
+                    )
+            object.__setattr__(self, "surface", tuple(self.surface))
         if not isinstance(self.carried, Carried | Sequence | None) or not all(
             isinstance(h, Carried) for h in self.heights
         ):
@@ -399,18 +402,6 @@ spin_offset=0.16666666666666666, dt=None)
             F, given = self.of(force, k), self.of(rigid, k)
             if F is not None and given != 0:
                 raise both_given(f"motion.{force}[{k}]", F, f"motion.{rigid}[{k}]", given)
-
-    def _check_surfaces(self) -> None:
-        if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
-            allowed = f"one surface for each of the {self.steps} steps"
-            raise SceneError("motion.surface", self.surface, allowed, message=f"motion.surface: give {allowed}")
-        for k, each in enumerate(self.surface):
-            if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
-                raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
-            if is_line(each) != is_line(self.surface[0]):
-                message = f"motion.surface[{k}]: either all steps are line contact, or none is"
-                raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none", message=message)
-        object.__setattr__(self, "surface", tuple(self.surface))
 
     def of(self, name: str, k: int) -> Any:
         """Value of the entry `name` in step `k`, from 0, in the entry's unit."""

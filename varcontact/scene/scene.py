@@ -139,7 +139,21 @@ class Scene(Generic[MotionT_co]):
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", as_bodies(self.bodies))
         consistency.check_parts(self)
-        self._clean()
+        set_ = object.__setattr__
+        if self.normal_force is not None:
+            unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
+            check = checks.moderate if unloaded else checks.positive
+            set_(self, "normal_force", check("normal_force", self.normal_force))
+        if self.approach is not None:
+            set_(self, "approach", checks.moderate("approach", self.approach))
+        if checks.is_array(self.friction):
+            given: Any = self.friction  # in line contact also one row
+            row = self.line and checks.dimensions(given) == 1
+            set_(self, "friction", checks.array("friction", np.atleast_2d(given) if row else given, 2))
+        elif self.friction is not None:
+            set_(self, "friction", coefficient("friction", self.friction))
+        if self.line and isinstance(self.grid, Grid) and not self.grid.line:
+            set_(self, "grid", consistency.without_rows(self.grid))
         consistency.check_load(self)
         consistency.check_speed(self)
         consistency.check_line(self)
@@ -149,22 +163,6 @@ class Scene(Generic[MotionT_co]):
         consistency.check_carried(self)
         consistency.check_conformal(self)
         consistency.check_depth(self)
-
-    def _clean(self) -> None:
-        """Numbers become floats, arrays read-only copies, and the grid of a line contact has no rows."""
-        set_ = object.__setattr__
-        if self.normal_force is not None:
-            unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
-            check = checks.moderate if unloaded else checks.positive
-            set_(self, "normal_force", check("normal_force", self.normal_force))
-        if self.approach is not None:
-            set_(self, "approach", checks.moderate("approach", self.approach))
-        if checks.is_array(self.friction):
-            set_(self, "friction", consistency.as_array("friction", self.friction, self.line))
-        elif self.friction is not None:
-            set_(self, "friction", coefficient("friction", self.friction))
-        if self.line and isinstance(self.grid, Grid) and not self.grid.line:
-            set_(self, "grid", consistency.without_rows(self.grid))
 
     @property
     def line(self) -> bool:
