@@ -69,11 +69,8 @@ def _accuracy_of_files(settings: list[dict[str, Any]]) -> dict[str, Any]:
     names = ("accuracy", "time_budget")
     wanted = {tuple(each.get(name) for name in names) for each in settings}
     if len(wanted) > 1:
-        message = (
-            "the scene files ask for different accuracies or times, and methods are compared by one: "
-            "give it with --accuracy or --time-budget"
-        )
-        raise SceneError("accuracy", sorted(wanted, key=str), "one for all files", message=message)
+        allowed = "the same for all scene files; give it with --accuracy or --time-budget"
+        raise SceneError("accuracy", sorted(wanted, key=str), allowed)
     return dict(zip(names, wanted.pop() if wanted else (None, None), strict=True))
 
 
@@ -81,7 +78,7 @@ def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
     """Scene files by their names, or by their paths where these are not enough to tell them apart."""
     if len({path.resolve() for path in files}) < len(files):
         paths = " ".join(map(str, files))
-        raise SceneError("scenes", paths, "each file once", message=f"scenes: a file is given twice in {paths}")
+        raise SceneError("scenes", paths, "each file once")
     stems = [path.stem for path in files]
     names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
     if len({*names, *taken}) < len(names) + len(taken):

@@ -111,7 +111,7 @@ def _table_of_triples(path: Path) -> np.ndarray:
     try:
         lines = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if "".join(row).strip()]
     except (OSError, UnicodeError, csv.Error) as error:
-        raise SceneError("--creepages", path, message=f"--creepages: {str(path)!r} cannot be read ({error})") from None
+        raise SceneError("--creepages", str(path), f"a readable table ({error})") from None
     triples: list[list[float]] = []
     for number, row in enumerate(lines):
         try:
@@ -126,7 +126,7 @@ def _table_of_triples(path: Path) -> np.ndarray:
             raise SceneError("--creepages", path, message=message)
         triples.append(numbers)
     if not triples:
-        raise SceneError("--creepages", path, message=f"--creepages: {str(path)!r} holds no rows of vx, vy, spin")
+        raise SceneError("--creepages", path, "a table with rows of vx, vy, spin")
     return np.array(triples)
 
 

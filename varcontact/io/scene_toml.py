@@ -155,8 +155,8 @@ def scene_to(scene: Scene) -> dict[str, Any]:
     The start of a history, which is a whole solution, is left out.
     """
     if isinstance(scene.motion, Transient) and scene.motion.control is not None:
-        message = "motion.control is a function, which no file can hold: the scene of a solved history has its numbers"
-        raise SceneError("motion.control", "a function", "left out", message=message)
+        allowed = "left out: no file can hold it, and the scene of a solved history has its numbers"
+        raise SceneError("motion.control", "a function", allowed)
     table: dict[str, Any] = {}
     for field in dataclasses.fields(scene):
         value = getattr(scene, field.name)
@@ -292,12 +292,7 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimens
     except SceneError:
         raise
     except (OSError, ValueError, EOFError, MemoryError) as error:
-        raise SceneError(
-            f"{field}.file",
-            str(path),
-            "a readable file of numbers",
-            message=f"{field}.file: no numbers can be read from {str(path)!r} ({first_line(error)})",
-        ) from None
+        raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({first_line(error)})") from None
 
 
 WRITTEN = "# Written by varcontact\n"
@@ -307,13 +302,8 @@ WRITTEN = "# Written by varcontact\n"
 def scene_text(scene: Scene) -> str:
     """A scene as the text of a TOML file, see `Scene.to_toml`."""
     if isinstance(scene.motion, Transient) and scene.motion.start is not None:
-        raise SceneError(
-            "motion.start",
-            "a solution",
-            "left out",
-            message="motion.start is a solution, which a scene file cannot hold: save it, leave it out of the scene, "
-            'and add start = "FILE.nc" to the table [motion]',
-        )
+        allowed = 'left out: save it, and add start = "FILE.nc" to the table [motion] of the scene file'
+        raise SceneError("motion.start", "a solution", allowed)
     table = scene_to(scene)  # its own entries, then a section for each table in it
     own = [f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
     sections = [
@@ -323,13 +313,8 @@ def scene_text(scene: Scene) -> str:
     ]
     text = WRITTEN + "\n\n".join(part for part in ("\n".join(own), *sections) if part) + "\n"
     if len(text.encode()) > SCENE_BYTES:
-        raise SceneError(
-            "scene",
-            f"{len(text) / 2**20:.1f} MiB of text",
-            f"at most {SCENE_BYTES / 2**20:.0f} MiB",
-            message=f"scene: as text it has {len(text) / 2**20:.1f} MiB, and a scene file may have "
-            f"{SCENE_BYTES / 2**20:.0f} MiB; write large fields to files of their own, and name them by {{file = ...}}",
-        )
+        allowed = f"at most {SCENE_BYTES / 2**20:.0f} MiB: write large fields to files, named by {{file = ...}}"
+        raise SceneError("scene", f"{len(text) / 2**20:.1f} MiB of text", allowed)
     return text
 
 

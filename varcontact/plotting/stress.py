@@ -86,8 +86,7 @@ def plot_stress(
         a place that does not belong to the plane, or another plane than "xz" in line contact.
     """
     if not one_solution(sol).pressure.any():
-        message = "solution: there is no contact, so nothing is stressed"
-        raise SceneError("solution", sol, "with contact", message=message)
+        raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     check_axes(ax)
     size = figure_size(figsize, (COLUMN * 1.25, COLUMN))

@@ -308,12 +308,7 @@ def hertz_ellipse(
 def _check_slender(one: str, first: float, other: str, second: float, most: float) -> None:
     """Refuse contacts so slender that the square of their axial ratio is nothing."""
     if max(first, second) > most * min(first, second):
-        raise SceneError(
-            f"{one}, {other}",
-            (first, second),
-            f"at most {most:g} times one another",
-            message=f"{one} = {first:g} and {other} = {second:g}: one may be {most:g} times the other at most",
-        )
+        raise SceneError(f"{one}, {other}", (first, second), f"at most {most:g} times one another")
 
 
 def _normal_constant(bodies: CombinedConstants) -> float:

@@ -145,12 +145,7 @@ def friction_limit(contact: LineContact, friction: float) -> float:
     if not isinstance(contact, LineContact):
         raise SceneError("contact", contact, "a LineContact, from line_contact")
     if contact.bodies.K != 0:
-        raise SceneError(
-            "bodies.K",
-            contact.bodies.K,
-            "0",
-            message=f"bodies.K = {contact.bodies.K:.3g}: this closed form is for like bodies (K = 0)",
-        )
+        raise SceneError("bodies.K", contact.bodies.K, "0: this closed form is for like bodies")
     return positive("friction", friction) * contact.force
 
 

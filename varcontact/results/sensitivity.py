@@ -43,23 +43,12 @@ def check_linear(sol: Solution) -> None:
         raise SceneError("motion", None, "given: without it there is no creepage")
     if plan.theory is not None or plan.one_pass:
         approximate = plan.tangential if plan.theory is not None else plan.coupling
-        raise SceneError(
-            "solution",
-            approximate,
-            "by an exact method",
-            message=f"solution is by {approximate}, which is approximate; sensitivities need one by an exact method",
-        )
+        raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     if isinstance(scene.friction, Law) and scene.friction.continuous:
-        raise SceneError(
-            "friction",
-            scene.friction,
-            "a coefficient that does not fall with slip velocity",
-            message="friction: sensitivities are for a coefficient that does not fall with slip velocity; "
-            "use a number or StaticKinetic",
-        )
+        allowed = "a number or StaticKinetic: it must not fall with slip velocity"
+        raise SceneError("friction", scene.friction, allowed)
     if scene.conformal:
-        message = "surface.inclination: sensitivities are for bodies that meet on a plane"
-        raise SceneError("surface.inclination", "given", "left out", message=message)
+        raise SceneError("surface.inclination", "given", "left out: sensitivities are for bodies that meet on a plane")
 
 
 def with_friction(sol: Solution) -> np.ndarray:

@@ -250,8 +250,9 @@ def _stack(solution: Solution, side: int) -> Stack | None:
     if isinstance(body, Bodies):
         return None
     if not isinstance(body, Layered):
-        message = "body: stresses below the surface are known of half-spaces, Bodies(G, nu), and of Layered bodies"
-        raise SceneError("body", side, "an elastic one", message=message)
+        raise SceneError(
+            "body", side, "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
+        )
     base = body.base if isinstance(body.base, str) else body.base[:2]
     return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
 

@@ -41,8 +41,7 @@ def check_parts(scene: Scene) -> None:
     _instance("bodies", scene.bodies, (Bodies, BodyPair), " or a pair of bodies")
     _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
     if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
-        message = "surface: an Ellipse is Hertz's contact of half-spaces; with other bodies take Paraboloids"
-        raise SceneError("surface", scene.surface, "Paraboloids", message=message)
+        raise SceneError("surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces")
     if scene.motion is not None:
         _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient))
     if scene.units is not None:
@@ -66,13 +65,7 @@ def check_load(scene: Scene) -> None:
                 message = f"step {k} has no load: give motion.normal_force[{k}] or motion.approach[{k}]"
             raise SceneError(name, problem.load, "one of the two", message=message)
     if isinstance(scene.surface, Ellipse) and given == 0:
-        raise SceneError(
-            "surface",
-            scene.surface,
-            "Paraboloids",
-            message="surface: an Ellipse is the contact under the scene's own load, and there is "
-            "none; give normal_force, or take Paraboloids",
-        )
+        raise SceneError("surface", scene.surface, "Paraboloids, or an Ellipse with the scene's own normal_force")
     least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
     apart = scene.approach is not None and scene.approach <= least
     if apart and not isinstance(scene.motion, TimeStep | Transient):
@@ -86,21 +79,16 @@ def check_speed(scene: Scene) -> None:
     given = getattr(motion, name, None)
     if scene.bodies.relaxes and not isinstance(motion, Steady | TimeStep | Transient):
         allowed = "Steady(speed=...) or Transient(dt=...)"
-        message = f"motion: viscoelastic bodies move in time; give {allowed}, with friction = 0 if need be"
-        raise SceneError("motion", motion, allowed, message=message)
+        raise SceneError("motion", motion, f"{allowed}, with friction = 0 if need be: viscoelastic bodies move in time")
     several = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
     if several and not (scene.line and isinstance(motion, Steady)):
-        message = (
-            "bodies.layers: layers that are viscoelastic solids of their own are for steady rolling in line contact; "
-            "elsewhere give the body relaxations that all its parts have"
-        )
-        raise SceneError("bodies.layers", scene.bodies, "of one solid, or line contact", message=message)
+        allowed = "of one solid (relaxations of the whole body), or in steady rolling in line contact"
+        raise SceneError("bodies.layers", scene.bodies, allowed)
     if scene.bodies.relaxes and given is None:
-        message = f"motion.{name} is missing: viscoelastic bodies depend on {what}"
-        raise SceneError(f"motion.{name}", None, "given", message=message)
+        raise SceneError(f"motion.{name}", None, f"given: viscoelastic bodies depend on {what}")
     if given is not None and not scene.bodies.relaxes:
-        message = f"motion.{name} is given: nothing depends on {what} unless bodies are Viscoelastic; leave it out"
-        raise SceneError(f"motion.{name}", given, "left out", message=message)
+        allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic"
+        raise SceneError(f"motion.{name}", given, allowed)
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
@@ -121,13 +109,8 @@ def check_line(scene: Scene) -> None:
             raise SceneError(f"motion.{name}", given, "0 in line contact, where nothing depends on y")
     for surface in scene.surfaces:
         if is_line(surface) != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
-            raise SceneError(
-                "motion.surface",
-                surface,
-                "of the kind of the scene's surface",
-                message="motion.surface: all surfaces and the scene's own must be line contact "
-                "with one reference_depth, or none of them",
-            )
+            allowed = "as the scene's surface: line contact with the same reference_depth, or none"
+            raise SceneError("motion.surface", surface, allowed)
 
 
 def why_centres(scene: Scene) -> str:
@@ -148,8 +131,7 @@ def check_edge(scene: Scene) -> None:
     allowed = '"centres"' if scene.bodies.relaxes else '"centres" or "touched"'
     if isinstance(scene.motion, Transient | TimeStep) and f'"{scene.edge}"' not in allowed:
         kind = "of viscoelastic bodies" if scene.bodies.relaxes else "of steps"
-        message = f'grid.edge = "{scene.edge}" is not for a history {kind}; use {allowed}'
-        raise SceneError("grid.edge", scene.edge, allowed, message=message)
+        raise SceneError("grid.edge", scene.edge, f"{allowed} in a history {kind}")
 
 
 def without_rows(grid: Grid) -> Grid:
@@ -224,13 +206,8 @@ def check_friction(scene: Scene) -> None:
         falls = isinstance(problem.friction, Law) and not isinstance(problem.friction, StaticKinetic)
         if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
             field = "friction" if problem.friction is scene.friction else "motion.friction"
-            raise SceneError(
-                field,
-                problem.friction,
-                "without slip velocity, as StaticKinetic",
-                message=f"{field}: the law needs slip velocity, and step {problem.step} does not "
-                "roll (motion.dq = 0); use StaticKinetic",
-            )
+            allowed = f"StaticKinetic, which needs no slip velocity: step {problem.step} does not roll (motion.dq = 0)"
+            raise SceneError(field, problem.friction, allowed)
     if isinstance(scene.friction, np.ndarray):
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):
@@ -247,16 +224,15 @@ def check_samples(scene: Scene) -> None:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
         elif isinstance(surface, SampledDistance) and scene.bodies.relaxes and isinstance(scene.motion, Transient):
-            message = "surface.x: in a history of viscoelastic bodies samples lie on the grid, without coordinates"
-            raise SceneError("surface.x", "given", "left out", message=message)
+            allowed = "left out: in a history of viscoelastic bodies samples lie on the grid"
+            raise SceneError("surface.x", "given", allowed)
 
 
 def check_carried(scene: Scene) -> None:
     """Heights are carried through a contact whose distance is known, on elements that resolve them."""
     for each in scene.motion.heights if isinstance(scene.motion, Transient) else ():
         if isinstance(scene.surface, Ellipse):
-            message = "surface: an Ellipse is a contact without heights; with motion.carried take Paraboloids"
-            raise SceneError("surface", scene.surface, "Paraboloids", message=message)
+            raise SceneError("surface", scene.surface, "Paraboloids, where motion.carried has heights")
         if scene.line and each.y is not None:
             raise SceneError("carried.y", each.y, "left out in line contact, where nothing depends on y")
         step = scene.grid.sides[0] if isinstance(scene.grid, Grid) and scene.grid.explicit else 0.0
@@ -283,8 +259,8 @@ def check_conformal(scene: Scene) -> None:
     if isinstance(motion, TimeStep | Transient):
         raise SceneError("motion", motion, "Steady or Shift: conformal contact (surface.inclination) has no history")
     if motion is not None and motion.Fy is not None:
-        message = "motion.Fy: in conformal contact the pressure bears a part of the lateral force; prescribe vy or uy"
-        raise SceneError("motion.Fy", motion.Fy, "left out", message=message)
+        allowed = "left out: in conformal contact the pressure bears a part of it; prescribe vy or uy"
+        raise SceneError("motion.Fy", motion.Fy, allowed)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
@@ -305,12 +281,7 @@ def _check_on_grid(scene: Scene, field: str, values: Any) -> None:
     entries = "nx, dx, x0" if scene.line else "nx, ny, dx, dy, x0, y0"
     grid = scene.grid
     if not (isinstance(grid, Grid) and grid.explicit):
-        raise SceneError(
-            "grid",
-            grid,
-            f"explicit ({entries})",
-            message=f"grid must be explicit ({entries}), as {field} is given on it",
-        )
+        raise SceneError("grid", grid, f"explicit ({entries}), as {field} is given on it")
     if values.shape != grid.shape:
         allowed = f"(nx,) = ({grid.nx},)" if scene.line else f"(ny, nx) = {grid.shape}"
         given = values.shape[1:] if scene.line and values.shape[0] == 1 else values.shape

@@ -132,12 +132,7 @@ class Grid:
         if self.line and self.dx is not None and self.x0 is not None:
             return self.dx, 1.0, self.x0, -0.5
         if self.dx is None or self.dy is None or self.x0 is None or self.y0 is None:
-            raise SceneError(
-                "grid",
-                self,
-                "explicit (dx, dy, x0, y0)",
-                message="grid: only an explicit grid has positions; give dx, dy, x0 and y0",
-            )
+            raise SceneError("grid", self, "explicit, with dx, dy, x0 and y0: only such a grid has positions")
         return self.dx, self.dy, self.x0, self.y0
 
     @property

@@ -349,15 +349,12 @@ spin_offset=0.16666666666666666, dt=None)
         if self.surface is not None:
             if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
                 allowed = f"one surface for each of the {self.steps} steps"
-                raise SceneError("motion.surface", self.surface, allowed, message=f"motion.surface: give {allowed}")
+                raise SceneError("motion.surface", self.surface, allowed)
             for k, each in enumerate(self.surface):
                 if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
                     raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
                 if is_line(each) != is_line(self.surface[0]):
-                    message = f"motion.surface[{k}]: either all steps are line contact, or none is"
-                    raise SceneError(
-                        f"motion.surface[{k}]", each, "line contact in all steps or in none", message=message
-                    )
+                    raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none")
             object.__setattr__(self, "surface", tuple(self.surface))
         if not isinstance(self.carried, Carried | Sequence | None) or not all(
             isinstance(h, Carried) for h in self.heights
@@ -385,13 +382,7 @@ spin_offset=0.16666666666666666, dt=None)
             return check(field, value)
         ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
         if ndim != 1 or len(value) != self.steps:
-            raise SceneError(
-                field,
-                f"{len(value)} values",
-                f"one number, or one for each of the {self.steps} steps",
-                message=f"{field} has {len(value)} values for {self.steps} steps: give one "
-                "number, or one for each step",
-            )
+            raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
         return tuple(
             None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
         )

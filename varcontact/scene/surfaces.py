@@ -72,12 +72,7 @@ class Paraboloids:
                 raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
             curvature = 1 / radii[0] + 1 / radii[1]
             if curvature <= 0:
-                raise SceneError(
-                    f"surface.{name}",
-                    pair,
-                    "a pair with a positive sum of curvatures 1/R",
-                    message=f"surface.{name} = {pair!r}: the sum of the curvatures 1/R must be positive",
-                )
+                raise SceneError(f"surface.{name}", pair, "a pair with a positive sum of curvatures 1/R")
             combined.append(1 / curvature)
         return cls(*combined)
 
@@ -215,12 +210,7 @@ class SampledDistance:
         if self.line and self.y is not None:
             raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
         if not self.line and (self.x is None) != (self.y is None):
-            raise SceneError(
-                "surface.x, surface.y",
-                (self.x, self.y),
-                "given both or neither",
-                message="surface.x and surface.y come together: give both or neither",
-            )
+            raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
         if not self.line and self.reference_depth is not None:
             raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
         _check_depth(self)
@@ -229,13 +219,9 @@ class SampledDistance:
                 continue
             points = checks.array(f"surface.{name}", getattr(self, name), 1)
             if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
-                raise SceneError(
-                    f"surface.{name}",
-                    points,
-                    f"{size} ascending coordinates",
-                    message=f"surface.{name} must be {size} ascending coordinates, one for each "
-                    f"{'column' if name == 'x' else 'row'} of h (at least 2)",
-                )
+                each = "column" if name == "x" else "row"
+                allowed = f"{size} ascending coordinates, one for each {each} of h (at least 2)"
+                raise SceneError(f"surface.{name}", points, allowed)
             set_(self, name, points)
         if self.inclination is not None:
             self._check_inclination()
@@ -319,12 +305,7 @@ class SampledDistance:
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             box = tuple(round(v, 12) for v in grid.box)
-            raise SceneError(
-                "grid",
-                box,
-                f"within the samples, {self.box}",
-                message=f"grid (left, right, bottom, top) = {box} must be within the samples, {self.box}",
-            )
+            raise SceneError("grid", box, f"within the samples: left, right, bottom, top = {self.box}")
         x, y = np.clip(grid.x, left, right), np.clip(grid.y, bottom, top)
         if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
             return self._between.at(x, y)

@@ -129,7 +129,7 @@ def compare(
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         empty = "methods" if named else "scenes"
-        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
+        raise SceneError(empty, [], "one at least")
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         comparison = _Comparison(table, chosen, tol, progress)
@@ -163,7 +163,7 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
     named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
     for name, scene in named.items():
         if not isinstance(name, str):
-            raise SceneError("scenes", name, "named by strings", message=f"scenes: the name {name!r} must be a string")
+            raise SceneError("scenes", name, "named by strings")
         if not isinstance(scene, Scene):
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
         if isinstance(scene.motion, Transient | TimeStep):

@@ -107,13 +107,12 @@ def converge(
     numbers = checks.wholes("cells", cells, least=2)
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
         allowed = "a sequence of grids, each finer than the one before"
-        message = f"cells = {numbers}: give at least one grid, each finer than the one before"
-        raise SceneError("cells", numbers, allowed, message=message)
+        raise SceneError("cells", numbers, allowed)
     if not isinstance(method, Iterable):
         raise SceneError("method", method, "a name, or a list of names")
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least", message="no method to study: name at least one")
+        raise SceneError("method", method, "one at least")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
     _check_free_of_one_grid(scene)
@@ -169,11 +168,10 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 def _check_free_of_one_grid(scene: Scene) -> None:
     """Refuse histories, and arrays on the elements of one grid."""
     if isinstance(scene.motion, Transient | TimeStep):
-        message = "motion: convergence is studied on one problem (Steady, Shift or none), not on a history"
-        raise SceneError("motion", scene.motion, "Steady, Shift or none", message=message)
+        allowed = "Steady, Shift or none: convergence is studied on one problem, not on a history"
+        raise SceneError("motion", scene.motion, allowed)
     if checks.is_array(scene.friction):
-        message = "friction: an array fits one grid only; give a number or a law"
-        raise SceneError("friction", "an array", "a number", message=message)
+        raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
         raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
 

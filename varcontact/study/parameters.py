@@ -54,7 +54,7 @@ def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
     else:
         raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
     if not base:
-        raise SceneError("scenes", base, "one at least", message="no scenes to sweep: give one at least")
+        raise SceneError("scenes", base, "one at least")
     for name, scene in zip(names, base, strict=True):
         _check_one_problem(f"scenes[{name!r}]", scene)
     return {SCENE: names}, base
@@ -82,12 +82,12 @@ def _values(over: Any) -> dict[str, list[Any]]:
             raise SceneError(field, given, "a list of numbers")
         values = [value.item() if isinstance(value, np.generic) else value for value in given]
         if not values:
-            raise SceneError(field, values, "one value at least", message=f"{field} is empty: give one value at least")
+            raise SceneError(field, values, "one value at least")
         for value in values:
             if isinstance(value, bool) or not isinstance(value, int | float | str):
                 raise SceneError(field, value, "a list of numbers")
         if len(set(values)) < len(values):
-            raise SceneError(field, values, "different values", message=f"{field} has a value twice")
+            raise SceneError(field, values, "different values")
         varied[name] = values
     return varied
 

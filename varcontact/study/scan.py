@@ -131,8 +131,8 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        message = "motion: a scan sets the creepages; give Steady or Shift with no prescribed force"
-        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force", message=message)
+        allowed = "Steady or Shift with no prescribed force: a scan sets the creepages"
+        raise SceneError("motion", motion, allowed)
     names = ROLLING if isinstance(motion, Steady) else SHIFTING
     given = checks.numbers("creepages", creepages)
     if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
@@ -194,8 +194,7 @@ def creep_curve(
 
     motion = scene.motion if isinstance(scene, Scene) else None
     if not isinstance(motion, Steady) or motion.Fx is not None or motion.Fy is not None:
-        message = "scene: a creep-force curve needs a Scene in steady rolling, with no prescribed force"
-        raise SceneError("scene", scene, message=message)
+        raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
     names = [str(name) for name in ([methods] if isinstance(methods, str) else methods)]
     if not names or len(set(names)) < len(names):
         raise SceneError("methods", names, "one name at least, none of them twice")

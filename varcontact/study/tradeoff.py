@@ -178,7 +178,7 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
         options: tuple[tuple[str, Any], ...] = () if name == "auto" else (("tangential", name),)
         found += [Way(cells=n, options=options) for n in numbers]
     if not found:
-        raise SceneError("methods", [], "one at least", message="no methods to measure: name at least one")
+        raise SceneError("methods", [], "one at least")
     by_name: dict[str, Way] = {}
     for way in found:
         if by_name.setdefault(str(way), way) != way:

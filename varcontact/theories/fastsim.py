@@ -359,8 +359,7 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
     if bound.shape != grid.shape or np.any(bound < 0):
         given = f"array of shape {bound.shape}, least entry {bound.min():g}"
         allowed = f"of shape {grid.shape} with no entry below 0"
-        message = f"bound must have shape {grid.shape} and no entry below 0, not an {given}"
-        raise SceneError("bound", given, allowed, message=message)
+        raise SceneError("bound", given, allowed)
     x, interval, inside = _grid_points(grid, a, b, bound)
     return _travel(x, grid.y, interval, inside, creepage / L)[0][:, :, ::-1]
 
