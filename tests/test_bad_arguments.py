@@ -35,7 +35,7 @@ DIGITS = 10**5000
         (lambda: bufler(1, 5, force=1.0), "bodies = 5"),
         (lambda: spence_ratio(5, 0.3), "bodies = 5"),
         (lambda: cattaneo_mindlin(hertz(1, 1, BODIES, force=1e-3), 5, 0.3, 1e-5), "bodies = 5"),
-        (lambda: hertz(1e100, 1e-100, BODIES, force=1.0), r"Rx = 1e\+100 and Ry = 1e-100: one may be"),
+        (lambda: hertz(1e100, 1e-100, BODIES, force=1.0), r"Rx, Ry = \(1e\+100, 1e-100\) .* at most 1e\+150 times"),
         (lambda: vc.Steady(vx=np.complex128(0.1 + 2j)), r"motion\.vx = \(0\.1\+2j\) is not allowed"),
         (lambda: vc.Steady(vx=np.True_), r"motion\.vx = True is not allowed"),
         (lambda: vc.Grid(nx=np.array(True)), r"grid\.nx = True is not allowed"),

@@ -305,17 +305,12 @@ def named(words: Mapping[str, str] | None = None) -> Callable[[type[T]], type[T]
         def checked(self: T, *args: object, **kwargs: object) -> None:
             for name in kwargs:
                 if name not in fields:
-                    raise _unknown(cls.__name__, name, fields, known)
+                    right = f": write {known[name]}" if name in known else nearest(name, fields)
+                    words = right or f"; it has {', '.join(fields)}"
+                    raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{words}")
             made(self, *args, **kwargs)
 
         setattr(cls, "__init__", checked)  # noqa: B010  mypy refuses the assignment
         return cls
 
     return decorated
-
-
-def _unknown(owner: str, name: str, fields: list[str], known: Mapping[str, str]) -> SceneError:
-    """What to write in place of an unknown name."""
-    instead = known.get(name)
-    words = f": write {instead}" if instead else nearest(name, fields) or f"; it has {', '.join(fields)}"
-    return SceneError(f"{owner}.{name}", name, message=f"{owner} has no {name}{words}")

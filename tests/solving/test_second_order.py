@@ -288,7 +288,7 @@ def test_the_preset(rolling):
 def test_refused(rolling):
     with pytest.raises(vc.SceneError, match=r"motion\.slip_difference.*did you mean second-order"):
         vc.Steady(slip_difference="second-ordre")
-    with pytest.raises(vc.SceneError, match="is not for a history of steps"):
+    with pytest.raises(vc.SceneError, match="in a history of steps"):
         rolling(motion=vc.Transient(steps=2, vx=0.01), grid=vc.Grid(nx=8, ny=8, edge="softened"))
     with pytest.raises(vc.SceneError, match="only the slip of steady rolling"):
         rolling(motion=vc.Shift(ux=0.01)).second_order()

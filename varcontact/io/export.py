@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.io.html_page import HEAD, html_page
+from varcontact.results.solution import Solution
 from varcontact.scene.units import Units
 from varcontact.system.files import begins_with
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from varcontact.results.solution import Solution
 
 FORMAT = "varcontact elements 1"
 

@@ -21,6 +21,7 @@ from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, refinement_to, with_pressure
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.report import plain_calls
 from varcontact.results.solution import Solution
@@ -44,8 +45,6 @@ from varcontact.system.process import need
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
 AS_STORED = "the certificate is as stored in the file, not measured again"

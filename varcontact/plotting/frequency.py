@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from varcontact.plotting.style import (
     COLUMN,
@@ -22,13 +24,10 @@ from varcontact.plotting.style import (
     styled,
 )
 from varcontact.plotting.unit_labels import measure_of
+from varcontact.results.frequency import FrequencyResponse
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from varcontact.results.frequency import FrequencyResponse
 
 NAMES = {"Fx": "F_x", "Fy": "F_y", "Mz": "M_z", "Fz": "F_z", "vx": "v_x", "vy": "v_y", "spin": r"\varphi"}
 POWERS = {"Fx": "force", "Fy": "force", "Fz": "force"}

@@ -11,17 +11,18 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from shutil import which
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import OutputError, SceneError
-from varcontact.plotting.fields import box_of, corrected, draw_areas, rectangles_path, runs
-from varcontact.plotting.line import draw_line_traction
+from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_line_traction, rectangles_path, runs
 from varcontact.plotting.style import (
     COLUMN,
     MARK,
@@ -38,14 +39,9 @@ from varcontact.plotting.style import (
 )
 from varcontact.plotting.unit_labels import measure, measure_of
 from varcontact.results.finest_fields import finest_fields
+from varcontact.results.history import History
 from varcontact.system.files import check_replaceable, check_writable, write_whole
 from varcontact.system.process import need
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from varcontact.results.history import History
 
 FRAMES_PER_SECOND = 10.0
 KINDS = (".gif", ".mp4")

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.plotting.fields import FIELDS, corrected, draw_areas, draw_field, lengths_of, shape_of
-from varcontact.plotting.line import draw_line_field, draw_line_traction
+from varcontact.plotting.fields import (
+    FIELDS,
+    corrected,
+    draw_areas,
+    draw_field,
+    draw_line_field,
+    draw_line_traction,
+    lengths_of,
+    shape_of,
+)
 from varcontact.plotting.style import (
     BOUND_COLOUR,
     COLUMN,
@@ -28,14 +38,9 @@ from varcontact.plotting.style import (
 )
 from varcontact.plotting.unit_labels import measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from varcontact.results.solution import Solution
-    from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Grid
 
 PANELS = ("pressure", "traction", "slip", "distance", "power_density", "section")
 """What there are pictures of, by the word for it."""

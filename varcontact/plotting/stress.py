@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
@@ -22,13 +24,8 @@ from varcontact.plotting.style import (
     styled,
 )
 from varcontact.plotting.unit_labels import Measure, measure_of
+from varcontact.results.solution import Solution
 from varcontact.results.stress import FARTHEST, SubsurfaceStress, one_solution, side_of, stress
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from varcontact.results.solution import Solution
 
 STRESSES = {
     "von_mises": "Von Mises stress",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import Calls
-
-if TYPE_CHECKING:
-    from varcontact.results.solution import Solution
 
 
 def solution_of(

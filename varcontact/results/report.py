@@ -5,19 +5,17 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.results.error_estimate import with_bar
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
-
-if TYPE_CHECKING:
-    from varcontact.results.history import History
-    from varcontact.results.solution import Solution
-    from varcontact.solvers.interface import Calls
+from varcontact.solvers.interface import Calls
 
 
 def report(sol: Solution) -> str:
@@ -168,18 +166,6 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
         elif sol.scene.no_slip:
             why = "errors are relative to the friction limit, which is infinite"
         return [("", f"no error bar: {why}")]
-    errors = _errors_by_unit(sol, estimate.errors)
-    grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
-    return [
-        ("", ""),
-        ("accuracy", f"estimated errors against the continuum: {errors}"),
-        *(("", line) for line in textwrap.wrap(estimate.how, 98)),
-        ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
-    ]
-
-
-def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
-    """Estimated errors, each with what it is a part of."""
     force, moment, rest = "f Fz", "f Fz sqrt(ab)", "saturation"
     if sol.scene.no_slip:
         force, moment, rest = "the tangential force", "that force times sqrt(ab)", "the creepage"
@@ -187,9 +173,16 @@ def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
         force = moment = rest = "themselves"
     units = {"Fx": force, "Fy": force, "Mz": moment}
     said: dict[str, list[str]] = {}
-    for name, error in errors.items():
+    for name, error in estimate.errors.items():
         said.setdefault(units.get(name, rest), []).append(f"{name} to {error:.1e}")
-    return "; ".join(f"{', '.join(names)} of {unit}" for unit, names in said.items())
+    errors = "; ".join(f"{', '.join(names)} of {unit}" for unit, names in said.items())
+    grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
+    return [
+        ("", ""),
+        ("accuracy", f"estimated errors against the continuum: {errors}"),
+        *(("", line) for line in textwrap.wrap(estimate.how, 98)),
+        ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
+    ]
 
 
 def no_guarantee(sol: Solution) -> str:

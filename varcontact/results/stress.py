@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from varcontact.elasticity.layered import Stack
 from varcontact.elasticity.layered_field import layered_field_at, layered_field_below
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
+from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
 from varcontact.system.process import need
-
-if TYPE_CHECKING:
-    from varcontact.results.solution import Solution
 
 BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
 

@@ -97,28 +97,23 @@ def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         part, _, entry = name.partition(".")
-        _check_entry(scene, name, part, entry)
+        whole, message = [f.name for f in fields(Scene)], ""
+        inside = getattr(scene, part) if part in whole else None
+        known = [f.name for f in fields(inside)] if is_dataclass(inside) else []
+        if part not in whole:
+            message = f'the scene has no "{name}"{checks.nearest(part, whole)}'
+        elif entry and entry not in known:
+            kind = "missing" if inside is None else type(inside).__name__
+            why = "" if known else f": {part} is {kind}"
+            message = f'the scene has no "{name}"{why}{checks.nearest(entry, known)}'
+        elif not entry and (known or part in ("motion", "units")):
+            example = f' (as "{part}.{known[0]}")' if known else ""
+            message = f'"{name}" is no number{example}'
+        if message:
+            raise SceneError("over", name, "a number of the scene", message=f"over: {message}")
         parts.setdefault(part, {})[entry] = value
     changes = {
         part: entries[""] if "" in entries else replace(getattr(scene, part), **entries)
         for part, entries in parts.items()
     }
     return replace(scene, **changes)
-
-
-def _check_entry(scene: Scene, name: str, part: str, entry: str) -> None:
-    """Refuse a name that is of no number in the scene."""
-    whole, message = [f.name for f in fields(Scene)], ""
-    inside = getattr(scene, part) if part in whole else None
-    known = [f.name for f in fields(inside)] if is_dataclass(inside) else []
-    if part not in whole:
-        message = f'the scene has no "{name}"{checks.nearest(part, whole)}'
-    elif entry and entry not in known:
-        kind = "missing" if inside is None else type(inside).__name__
-        why = "" if known else f": {part} is {kind}"
-        message = f'the scene has no "{name}"{why}{checks.nearest(entry, known)}'
-    elif not entry and (known or part in ("motion", "units")):
-        example = f' (as "{part}.{known[0]}")' if known else ""
-        message = f'"{name}" is no number{example}'
-    if message:
-        raise SceneError("over", name, "a number of the scene", message=f"over: {message}")

@@ -281,7 +281,12 @@ class Tradeoff:
         if len(table):
             table["front"] = False
             for _, part in table.groupby("kind", sort=False):
-                table.loc[part.index, "front"] = _on_front(part)
+                seconds, errors = part["processor_seconds"].to_numpy(), part["largest_error"].to_numpy()
+                serves = _serves(part).to_numpy()
+                faster, closer = seconds[None, :] < seconds[:, None], errors[None, :] < errors[:, None]
+                no_worse = (seconds[None, :] <= seconds[:, None]) & (errors[None, :] <= errors[:, None])
+                beaten = serves[None, :] & no_worse & (faster | closer)
+                table.loc[part.index, "front"] = serves & ~beaten.any(axis=1)
         return cls(runs, table)
 
     def front(self, kind: str) -> pd.DataFrame:
@@ -375,16 +380,6 @@ def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
         **{name: answers[name].median() for name in ("seconds", "processor_seconds", "repeat_seconds")},
         "memory": answers["memory"].max(),
     }
-
-
-def _on_front(part: pd.DataFrame) -> np.ndarray:
-    """Whether no other way of the class is as fast and as accurate, among those that answer most scenes."""
-    seconds, errors = part["processor_seconds"].to_numpy(), part["largest_error"].to_numpy()
-    serves = _serves(part).to_numpy()
-    faster, closer = seconds[None, :] < seconds[:, None], errors[None, :] < errors[:, None]
-    no_worse = (seconds[None, :] <= seconds[:, None]) & (errors[None, :] <= errors[:, None])
-    beaten = serves[None, :] & no_worse & (faster | closer)
-    return serves & ~beaten.any(axis=1)
 
 
 def _serves(part: pd.DataFrame) -> pd.Series:

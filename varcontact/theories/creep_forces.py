@@ -205,14 +205,6 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
-def _linear(c: _Contact) -> Forces:
-    return linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table)
-
-
-def _vermeulen_johnson(c: _Contact) -> Forces:
-    return vermeulen_johnson_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
-
-
 def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
     return *polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S), np.nan
 
@@ -250,8 +242,8 @@ _division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
 
 
 VECTORISED: dict[str, Callable[..., Forces]] = {
-    "linear": _linear,
-    "vermeulen-johnson": _vermeulen_johnson,
+    "linear": lambda c: linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table),
+    "vermeulen-johnson": lambda c: vermeulen_johnson_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table),
     "polach": _polach,
     "strip": _strip,
     "fastrip": _fastrip,

@@ -7,20 +7,18 @@ J. J. Kalker and J. Piotrowski, Some new results in rolling contact, Veh. Syst. 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import array, choice, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
 from varcontact.theories.linear import Resultants, checked_contacts, creepage_triple, creepage_triples
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
 from varcontact.theories.strip_theory import Strips, calibrated, march_sums, printed
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
-    from varcontact.scene.grid import Grid
 
 DIVISIONS = {"printed": printed, "calibrated": calibrated}
 MAX_NEWTON = 100

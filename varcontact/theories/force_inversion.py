@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import number, positive
 from varcontact.errors import NotConverged, Saturated
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.fastsim import fastsim
 from varcontact.theories.linear import creepage_or_force
 from varcontact.theories.simplified import PEAK
 from varcontact.theories.strip_theory import printed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 FARTHEST = 1e12
 """Farthest creepage looked for, in units of the one where friction is used up without spin."""

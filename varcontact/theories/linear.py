@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import array, broadcasting, number, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 
 @dataclass(frozen=True, eq=False)

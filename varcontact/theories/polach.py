@@ -6,16 +6,14 @@ O. Polach, Creep forces in simulations of traction vehicles running on adhesion 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import number
 from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import checked_contacts
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 
 def polach(
@@ -98,19 +96,14 @@ def polach_forces(
         by_creepage = np.where(slip > 0, force / total, 0.0)
         Fx, Fy = -by_creepage * vx, -by_creepage * vy
         if turns:
-            by_spin = np.where(total > 0, _spin_force(a, b, G, limit, np.abs(across), table.C23) / total, 0.0)
+            q = 1 - 6.3 * np.expm1(-a / b)
+            e = 8 / 3 * G * b * np.sqrt(a * b) * table.C23 * np.abs(across) / (limit * q)
+            rest = 2 / (e * e + 1)  # 1 - d, so that nothing cancels for large e
+            d = 1 - rest
+            # d^3/3 - d^2/2 + 1/6 = (1 - d)^2 (1 + 2 d)/6
+            K = np.abs(e) * rest**2 * (1 + 2 * d) / 6 - (rest * (1 + d)) ** 1.5 / 3
+            by_spin = np.where(total > 0, (-9 / 16 * a * limit * q * K * np.sign(e)) / total, 0.0)
             Fy = Fy - by_spin * spin
             cut = np.minimum(1.0, limit / np.hypot(Fx, Fy))
             Fx, Fy = Fx * cut, Fy * cut
     return Fx + 0.0, Fy + 0.0
-
-
-def _spin_force(a: Any, b: Any, G: Any, limit: Any, across: Any, C23: Any) -> Any:
-    """-F_s s/spin of `polach`, positive."""
-    q = 1 - 6.3 * np.expm1(-a / b)
-    e = 8 / 3 * G * b * np.sqrt(a * b) * C23 * across / (limit * q)
-    rest = 2 / (e * e + 1)  # 1 - d, so that nothing cancels for large e
-    d = 1 - rest
-    # d^3/3 - d^2/2 + 1/6 = (1 - d)^2 (1 + 2 d)/6
-    K = np.abs(e) * rest**2 * (1 + 2 * d) / 6 - (rest * (1 + d)) ** 1.5 / 3
-    return -9 / 16 * a * limit * q * K * np.sign(e)

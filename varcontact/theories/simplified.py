@@ -5,16 +5,14 @@ Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Repor
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import choice, number, numbers, positive, positives
 from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import creepage_triples
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 PEAK = {"parabolic": 2 / np.pi, "elliptic": 1.5 / np.pi}
 """Peak of the traction bound times ``a b / (f Fz)``: (167) and (166)."""

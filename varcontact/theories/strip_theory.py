@@ -12,16 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import choice, poisson, whole
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import Resultants, checked_contacts
 from varcontact.theories.simplified import PEAK, check_spin, flexibilities
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 CHUNK_POINTS = 5000
 """Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""

@@ -6,18 +6,16 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.scene.grid import Grid
 from varcontact.theories.linear import Resultants, creepage_triples
 from varcontact.theories.table_book import TableBook, reduced_scales, shipped
-
-if TYPE_CHECKING:
-    from varcontact.scene.grid import Grid
 
 OUTSIDE = ("refuse", "clamp")
 NEAR = 0.01

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any, Union
 
 import numpy as np
 
 from varcontact.checks import number, numbers, poisson, positive
 from varcontact.errors import Saturated, SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import checked_contacts, creepage_or_force, creepage_triple
-
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
 
 @dataclass(frozen=True)
