@@ -91,5 +91,5 @@ def test_below_a_contact():
     )
     depth = vc.stress_below(sol, [0.05], body="lower")
     assert depth.stress.shape == (3, 3, 1, *sol.grid.shape)
-    with pytest.raises(vc.SceneError, match="^body = 1 .* half-space.* Layered"):
+    with pytest.raises(vc.SceneError, match=r"^body = 1 .* half-space.* Layered"):
         vc.stress(vc.solve(vc.Scene(bodies=("rigid", coat), **entries)), [0.0, 0.0, 0.1])

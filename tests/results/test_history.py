@@ -261,7 +261,7 @@ def test_a_step_short_of_the_tolerance_keeps_what_was_before():
     [
         ({"steps": 0}, r"motion.steps = 0 .* a whole number, 1 or more"),
         ({"steps": 2.5}, r"motion.steps"),
-        ({"vx": [1e-3, 2e-3]}, r"motion.vx has 2 values for 3 steps"),
+        ({"vx": [1e-3, 2e-3]}, r"motion.vx = '2 values' .* each of the 3 steps"),
         ({"vx": [[1e-3], [0], [0]]}, r"motion.vx"),
         ({"vx": [0, float("nan"), 0]}, r"motion.vx\[1\] = nan"),
         ({"spin": [0, None, 0]}, r"motion.spin\[1\] = None"),

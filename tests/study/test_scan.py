@@ -128,7 +128,7 @@ def test_order_does_not_matter(rolling):
         (vc.Steady(), 0.1, r"creepages has shape \(\)"),
         (vc.Steady(), [["a", "b", "c"]], "finite numbers"),
         (vc.Steady(), [(0.1, np.nan, 0.0)], r"creepages.* = nan"),
-        (None, CREEPAGES, "motion: a scan sets the creepages"),
+        (None, CREEPAGES, "a scan sets the creepages"),
         (vc.Steady(Fx=-0.1), CREEPAGES, "motion: .*no prescribed force"),
         (vc.Shift(Fy=-0.1), CREEPAGES, "motion: .*no prescribed force"),
     ],
