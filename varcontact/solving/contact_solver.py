@@ -26,7 +26,6 @@ from varcontact.solving.coupling import (
     Limits,
     Unknown,
     coupled_newton,
-    coupled_residual,
     distance,
 )
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
@@ -136,7 +135,11 @@ class ContactSolver:
                     motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
                 )
                 easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
-                raw = self._from_first_order(easier, problem, settings, raw)
+                # on elements much longer than wide this is monotone where the slip of second order may not be
+                begun = self._solved(easier, None, settings)
+                again = self._solved(problem, begun, settings) if begun.solved else raw
+                count = raw.iterations + begun.iterations + again.iterations * begun.solved
+                raw = replace(again if again.solved else raw, iterations=count)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -146,18 +149,6 @@ class ContactSolver:
                 rigid=rigid,
                 **_answered(state, "tangential", raw),
             )
-
-    def _from_first_order(
-        self, easier: TangentialProblem, problem: TangentialProblem, settings: Settings, missed: RawSolution
-    ) -> RawSolution:
-        """An answer from the tractions with the slip of first order; where that fails, too, what missed the tolerance.
-
-        On elements much longer than wide the slip of second order may not be monotone, where that of first order is.
-        """
-        begun = self._solved(easier, None, settings)
-        raw = self._solved(problem, begun, settings) if begun.solved else missed
-        count = missed.iterations + begun.iterations + raw.iterations * begun.solved
-        return replace(raw if raw.solved else missed, iterations=count)
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
@@ -278,7 +269,7 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
 
     def residual(state: ContactState) -> float:
         own = disc.with_loading(coefficient=coefficient(disc, state))
-        return coupled_residual(own, state) if solver.plan.loops else residuals(own, state)[1]
+        return max(residuals(own, state)) if solver.plan.loops else residuals(own, state)[1]
 
     elements = int(np.count_nonzero(start.pressure)) + 2
     limits = Limits(tol, elements, patience=elements, plain=elements)
@@ -323,7 +314,7 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
     if not plan.loops:
         return state
     unknown = Unknown("pressure", least=0.0) if together else Unknown("traction")
-    passes = FixedPoint(state, coupled_residual(disc, state), unknown, Limits(tol))
+    passes = FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol))
     while passes.goes_on:
         try:
             state = passes.state
@@ -331,7 +322,7 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
         except VarcontactError as error:
             passes.fail(error)
         else:
-            passes.add(state, coupled_residual(disc, state))
+            passes.add(state, max(residuals(disc, state)))
     return passes.best
 
 

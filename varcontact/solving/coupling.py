@@ -119,11 +119,6 @@ def distance(one: np.ndarray, other: np.ndarray) -> float:
     return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)  # of nothing, not beyond all numbers
 
 
-def coupled_residual(disc: Discretisation, state: ContactState) -> float:
-    """Natural-map residual of both problems in a state, by FFT."""
-    return max(residuals(disc, state))
-
-
 def coupled_newton(
     disc: Discretisation, state: ContactState, settings: Settings
 ) -> tuple[Discretisation, ContactState]:
@@ -159,10 +154,10 @@ def coupled_newton(
 
     def residual(raw: RawSolution) -> float:
         if not turned:
-            return coupled_residual(disc, found(raw))
+            return max(residuals(disc, found(raw)))
         there = found(raw)
         excess = disc.excess_force(there.traction, there.pressure)
-        return max(coupled_residual(disc.at_approach(there.approach), there), abs(excess))
+        return max(*residuals(disc.at_approach(there.approach), there), abs(excess))
 
     level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
@@ -171,7 +166,7 @@ def coupled_newton(
         raw = newton_coupled(problem, settings, start, residual)
         settings.stats.iterated("newton", raw.iterations)
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
-    better = finite and (raw.solved or (not turned and residual(raw) < coupled_residual(disc, state)))
+    better = finite and (raw.solved or (not turned and residual(raw) < max(residuals(disc, state))))
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     state = replace(found(raw) if better else state, iterations=iterations)
     return (disc.at_approach(state.approach) if turned and better else disc), state

@@ -89,7 +89,7 @@ def _solved(
             except KeyboardInterrupt:
                 raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     finally:
-        march.forget()
+        march.disc.operators.forget()
     return history if transient(scene).control is None else replace(history, scene=_as_controlled(history))
 
 

@@ -125,7 +125,14 @@ def solve_contact(
     disc, state = _solve_contact(scene, solver, known, begun, near)
     if scene.normal_force is not None:
         disc, state = _bearing(disc, solver, state, solver.plan.coupling != "none")
-    _check_turn(scene.surface, disc, state)
+    angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
+    turn = float(np.ptp(angles)) if angles.size else 0.0
+    if turn > WIDEST:
+        message = (
+            f"surface.inclination turns by {turn:.3g} rad over the contact, more than {WIDEST:g}: its radius "
+            "of curvature is smaller than half the width of the contact, and no influence numbers hold for that"
+        )
+        raise SceneError("surface.inclination", turn, f"at most {WIDEST:g} rad over the contact", message=message)
     return disc, state
 
 
@@ -152,18 +159,6 @@ def _bearing(
         one = disc.with_loading(normal_force=total)
         state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
         state = contact(one, solver, state) if coupled else solver.pressure(one, state)
-
-
-def _check_turn(surface: SampledDistance, disc: Discretisation, state: ContactState) -> None:
-    """Refuse reference surfaces whose radius of curvature is smaller than half the width of the contact."""
-    angles = surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
-    turn = float(np.ptp(angles)) if angles.size else 0.0
-    if turn > WIDEST:
-        message = (
-            f"surface.inclination turns by {turn:.3g} rad over the contact, more than {WIDEST:g}: its radius "
-            "of curvature is smaller than half the width of the contact, and no influence numbers hold for that"
-        )
-        raise SceneError("surface.inclination", turn, f"at most {WIDEST:g} rad over the contact", message=message)
 
 
 def _solve_contact(
@@ -340,7 +335,16 @@ def finish(
 ) -> Solution:
     """The solution, with its certificate; `NotConverged` if its residual misses the tolerance."""
     plan, tol = solver.plan, solver.tol
-    _check_rounding(disc, state)
+    approach = state.approach * disc.scales.displacement
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
+        raise SceneError(
+            "surface.h",
+            disc.base,
+            "counted from a level near the contact",
+            message="surface.h is measured from a level too far from the contact: distances of "
+            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
+            f"approach by only {approach:.3g}; subtract a constant",
+        )
     if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.matrix_free and solver.certify == "auto"
@@ -378,20 +382,6 @@ def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, solve
     if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
         return finish(scene, disc, state, solver)
     return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
-
-
-def _check_rounding(disc: Discretisation, state: ContactState) -> None:
-    """Refuse distances that count from so far away that their rounding is seen in the contact."""
-    approach = state.approach * disc.scales.displacement
-    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
-        raise SceneError(
-            "surface.h",
-            disc.base,
-            "counted from a level near the contact",
-            message="surface.h is measured from a level too far from the contact: distances of "
-            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by only {approach:.3g}; subtract a constant",
-        )
 
 
 def _why(solution: Solution, state: ContactState) -> str:

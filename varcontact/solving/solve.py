@@ -12,13 +12,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.contact_grid import known_grid
-from varcontact.discrete.discretisation import Discretisation, discretise
-from varcontact.discrete.state import ContactState, cells_of, hertz_pressure, means, unloaded, with_subgrid
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.state import cells_of, hertz_pressure, means, unloaded, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
@@ -257,7 +257,15 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
-        disc, state = _with_pressure(disc, pressures, cells)
+        posed = disc if cells == (1, 1) else with_subgrid(disc, pressures)
+        lattice = posed if posed.subgrid is None else posed.subgrid.disc
+        given, problem = pressures / disc.scales.pressure, lattice.normal_problem()
+        approach = problem.approach
+        if approach is None:  # that of the elements, or parts, which the pressure acts on, weighted by it
+            level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
+            approach = float(given.ravel() @ level / given.sum())
+        approach += (lattice.base - disc.base) / disc.scales.displacement
+        disc, state = posed, replace(unloaded(grid), pressure=means(given, cells), approach=approach)
     tractions = _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
     if isinstance(scene.friction, Law):
         disc = disc.with_loading(coefficient=coefficient(disc, replace(state, traction=tractions)))
@@ -276,16 +284,3 @@ def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) 
     if largest > MOST_BY_PRESSURE * scale:
         raise SceneError(name, largest, f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}")
     return array
-
-
-def _with_pressure(disc: Discretisation, pressure: np.ndarray, cells: Cells) -> tuple[Discretisation, ContactState]:
-    """A contact with a pressure from outside: the approach is that of the elements, or parts, it acts on, weighted."""
-    given, posed = pressure / disc.scales.pressure, disc if cells == (1, 1) else with_subgrid(disc, pressure)
-    lattice = posed if posed.subgrid is None else posed.subgrid.disc
-    problem = lattice.normal_problem()
-    approach = problem.approach
-    if approach is None:
-        level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
-        approach = float(given.ravel() @ level / given.sum())
-    approach += (lattice.base - disc.base) / disc.scales.displacement
-    return posed, replace(unloaded(disc.grid), pressure=means(given, cells), approach=approach)

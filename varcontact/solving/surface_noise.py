@@ -49,7 +49,12 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
     """
     element = max(disc.grid.sides[:1] if disc.line else disc.grid.sides)
     shortest = SHORTEST * element
-    if not state.pressure.any() or _shortest(disc, state, shortest) < SUSPECT * float(state.pressure.max()):
+    if not state.pressure.any():
+        return ""
+    waves = (disc.distance - _without(disc, state, shortest))[state.pressure > 0]
+    amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
+    pressure = math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * shortest)
+    if pressure < SUSPECT * float(state.pressure.max()):
         return ""
     try:
         found = _look(disc, state)
@@ -67,7 +72,21 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
             before, wavelength = after, 2 * wavelength
     except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
-    return _message(found, without, shortest, helps, scene)
+    length, per_area = "", ""
+    if scene.units is not None:
+        length, per_area = (f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure"))
+    by_centres = " at the elements' centres" if scene.touched else ""
+    patches = ""
+    if without.patches != found.patches:
+        patches = f", in {without.patches} patch{'es' * (without.patches > 1)} in place of {found.patches}"
+    text = (
+        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{length}, four "
+        f"elements, the largest{by_centres} is {without.peak:.3g} in place of {found.peak:.3g}"
+        f"{per_area}{patches}; "
+    )
+    if helps == 0:
+        return text + "no smoothing settles it: measure the surface again, or take the answer for this grid alone"
+    return text + f"{how_to_smooth(f'{helps:.3g}')}, from which on it has settled"
 
 
 def _look(disc: Discretisation, state: ContactState) -> Look:
@@ -89,28 +108,3 @@ def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np
     least = float(disc.distance.min())
     reach = ABOVE * (float(touching.max()) - least) + disc.scales.displacement
     return smoothed_field(np.minimum(disc.distance, least + reach), disc.grid.x, disc.grid.y, wavelength)
-
-
-def _shortest(disc: Discretisation, state: ContactState, wavelength: float) -> float:
-    """Dimensionless pressure that presses the waves flat that are shorter, those within the contact."""
-    waves = (disc.distance - _without(disc, state, wavelength))[state.pressure > 0]
-    amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
-    return math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * wavelength)
-
-
-def _message(found: Look, without: Look, shortest: float, helps: float, scene: Scene) -> str:
-    def unit(quantity: str) -> str:
-        return f" {scene.units.of(quantity, scene.line)}" if scene.units is not None else ""
-
-    by_centres = " at the elements' centres" if scene.touched else ""
-    patches = ""
-    if without.patches != found.patches:
-        patches = f", in {without.patches} patch{'es' * (without.patches > 1)} in place of {found.patches}"
-    text = (
-        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{unit('length')}, four "
-        f"elements, the largest{by_centres} is {without.peak:.3g} in place of {found.peak:.3g}"
-        f"{unit('pressure')}{patches}; "
-    )
-    if helps == 0:
-        return text + "no smoothing settles it: measure the surface again, or take the answer for this grid alone"
-    return text + f"{how_to_smooth(f'{helps:.3g}')}, from which on it has settled"

@@ -150,10 +150,6 @@ class March:
         known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}
         return replace(start, grid=grid, **known, pressure_on_parts=None, weakening=None)
 
-    def forget(self) -> None:
-        """Let go of what the operators keep for the next step."""
-        self.disc.operators.forget()
-
     def step(self, k: int, before: Solution | None, progress: Callable[[str], None] | None = None) -> Solution:
         """Step k, from 0, after the step before, or bodies without tractions."""
         steps = replace(self.steps, stats=SolveStats(progress))
@@ -161,7 +157,14 @@ class March:
             scene, disc = self.problem(k, before)
         solution = self._solved(scene, disc, before, steps)
         if self.scene.bodies.relaxes:
-            solution = replace(solution, memory=self._memory(scene, before, solution))
+            motion, medium = scene.motion, self.disc.operators.medium
+            assert isinstance(motion, TimeStep)
+            assert isinstance(medium, ViscoelasticMedium)
+            weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
+            memory = weights[:, None, None, None] * self._wide(solution)
+            if before is not None:
+                memory = memory + moved(self._kept(motion, before), self._passed(motion))
+            solution = replace(solution, memory=memory)
         if not self.scene.under_law or solution.weakening is not None:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
@@ -227,15 +230,6 @@ class March:
         then = self._wide(before)
         return np.array([w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)])
 
-    def _memory(self, scene: Scene, before: Solution | None, solution: Solution) -> np.ndarray:
-        """Tractions of the past (relaxations, 3, ..., ...) that particles remember at the end of a step."""
-        motion, medium = scene.motion, self.disc.operators.medium
-        assert isinstance(motion, TimeStep)
-        assert isinstance(medium, ViscoelasticMedium)
-        weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
-        found = weights[:, None, None, None] * self._wide(solution)
-        return found if before is None else found + moved(self._kept(motion, before), self._passed(motion))
-
     def _wide(self, solution: Solution) -> np.ndarray:
         """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
         rows = (0, 0) if self.disc.line else (1, 1)
@@ -259,7 +253,10 @@ class March:
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
-        check_held(scene, disc, state, steps)
+        with steps.stats.stage("grid"):
+            overlap = outside(disc, state, steps.plan.closed_form)
+        if overlap is not None:
+            enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
         solution = finish(scene, disc, state, steps)
         warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
         return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
@@ -287,14 +284,6 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
     came = disc.loading.previous_step
     known = remembered(disc, before) if came is None else came.friction
     return state if known is None else replace(state, friction=known, branch="history")
-
-
-def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> None:
-    """Refuse a contact that goes on beyond the grid, with a `SceneError`."""
-    with steps.stats.stage("grid"):
-        overlap = outside(disc, state, steps.plan.closed_form)
-    if overlap is not None:
-        enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:

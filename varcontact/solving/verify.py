@@ -110,9 +110,33 @@ def _verified(disc: Discretisation, stored: Solution) -> Solution:
             raise ValueError("no pressure, under a load")
         return stored
     disc = with_subgrid(_as_corrected(disc, stored), stored.pressure_on_parts)
-    sol = _on_its_grid(stored)
-    state = _state(disc, sol)
-    density = _power_density(disc, sol, state)
+    # creepages and approach that go with the fields, before they were extrapolated
+    known = {} if stored.error_estimate is None else stored.error_estimate.on_grid
+    creepages = zip(creepage_names(stored), stored.creepage, strict=True)
+    first, second, third = (known.get(name, own) for name, own in creepages)
+    sol = replace(stored, creepage=(first, second, third), approach=known.get("approach", stored.approach))
+    # the dimensionless state; what is undetermined in line contact follows from slip and distance
+    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
+    approach = (sol.approach - disc.base) / disc.scales.displacement
+    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    if np.isnan(approach):
+        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
+    rigid = np.zeros(2)
+    if disc.loading.motion is not None and not disc.loading.frictionless:
+        rigid = (np.array(sol.creepage) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
+        if np.isnan(rigid).any():
+            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
+            rigid = np.where(np.isnan(rigid), moved, rigid)
+    state = replace(state, approach=approach, rigid=rigid, friction=sol.friction)
+    if disc.loading.motion is None or disc.loading.frictionless:
+        density = np.zeros(sol.grid.shape)
+    elif sol.refinement is not None:
+        density = means(sol.refinement.power_density, sol.refinement.cells)
+    elif not sol.plan.has_moment and sol.spin:
+        density = np.full(sol.grid.shape, np.nan)
+    else:
+        shift, _ = shift_and_areas(disc, state)
+        density = friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
     _check_fields(disc, sol, state, density)
     if np.isnan(sol.power_density).any():  # an earlier file's
         stored = replace(stored, power_density=density)
@@ -142,30 +166,6 @@ def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
     return disc.with_loading(coefficient=known * found.share) if np.any(found.share != 1) else disc
 
 
-def _on_its_grid(sol: Solution) -> Solution:
-    """The solution with the creepages and the approach that its fields have, before they were extrapolated."""
-    known = {} if sol.error_estimate is None else sol.error_estimate.on_grid
-    creepages = zip(creepage_names(sol), sol.creepage, strict=True)
-    first, second, third = (known.get(name, own) for name, own in creepages)
-    return replace(sol, creepage=(first, second, third), approach=known.get("approach", sol.approach))
-
-
-def _state(disc: Discretisation, sol: Solution) -> ContactState:
-    """The dimensionless state of a solution; what is undetermined in line contact follows from slip and distance."""
-    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
-    approach = (sol.approach - disc.base) / disc.scales.displacement
-    state = ContactState(pressure, 0.0, traction, np.zeros(2))
-    if np.isnan(approach):
-        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
-    rigid = np.zeros(2)
-    if disc.loading.motion is not None and not disc.loading.frictionless:
-        rigid = (np.array(sol.creepage) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
-        if np.isnan(rigid).any():
-            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
-            rigid = np.where(np.isnan(rigid), moved, rigid)
-    return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
-
-
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Deformed distance, dimensionless, (ny, nx)."""
     distance = (disc.distance - disc.base) / disc.scales.displacement + disc.known_distance
@@ -173,17 +173,6 @@ def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0]
     return np.asarray(distance - state.approach)
-
-
-def _power_density(disc: Discretisation, sol: Solution, state: ContactState) -> np.ndarray:
-    if disc.loading.motion is None or disc.loading.frictionless:
-        return np.zeros(sol.grid.shape)
-    if sol.refinement is not None:
-        return means(sol.refinement.power_density, sol.refinement.cells)
-    if not sol.plan.has_moment and sol.spin:
-        return np.full(sol.grid.shape, np.nan)
-    shift, _ = shift_and_areas(disc, state)
-    return friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
 
 
 def _check_fields(disc: Discretisation, sol: Solution, state: ContactState, density: np.ndarray) -> None:

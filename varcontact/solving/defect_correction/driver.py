@@ -72,17 +72,7 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
     grid, hertz = known_grid(scene), scene.hertz
     assert hertz is not None
     (dx, dy), parts = grid.sides, PARTS * PARTS * grid.size
-    _check_count(scene, 2 * hertz.a / dx, 2 * hertz.b / dy)
-    need(
-        "the parts of the elements",
-        8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts,
-        SMALLER,
-    )
-    return True
-
-
-def _check_count(scene: Scene, nx: float, ny: float) -> None:
-    """There are enough elements along x and y across the contact."""
+    nx, ny = 2 * hertz.a / dx, 2 * hertz.b / dy
     if min(nx, ny) < LEAST * (1 - 1e-9):
         raise SceneError(
             "grid",
@@ -91,6 +81,12 @@ def _check_count(scene: Scene, nx: float, ny: float) -> None:
             message=f'refine = "{CONTINUUM}" needs a grid with at least {LEAST} elements across the contact each way; '
             f"here it has {nx:.3g} by {ny:.3g}",
         )
+    need(
+        "the parts of the elements",
+        8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts,
+        SMALLER,
+    )
+    return True
 
 
 def _why_not(scene: Scene, plan: Plan) -> str:
@@ -132,7 +128,29 @@ def run(
         found = _corrected(disc, state, loosely(solver), solver)
     with solver.stats.stage("error estimate"):
         coarser = _on_half_as_many(scene, disc, solver)
-    return found.disc, found.state, _record(found, coarser)
+    # the error: the difference from half as many elements, what late passes changed, or what the field misses of a
+    # prescribed force; the components of force, and of creepage, share the length of a vector
+    motion, carried, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
+    assert motion is not None
+    assert carried is not None
+    last, prescribed = found.forces[-1], (motion.Fx, motion.Fy)
+    wanted = [F if given is None else given for F, given in zip(last, (*prescribed, None), strict=True)]
+    of_forces = np.max([np.abs(last - coarser.forces[-1]), late_change(found.forces), np.abs(last - wanted)], axis=0)
+    of_creepages = np.maximum(np.abs(found.creepages[-1] - coarser.creepages[-1]), late_change(found.creepages))
+    refinement = Refinement(
+        kind=CONTINUUM,
+        grid=found.fine.grid,
+        traction=found.field.traction * found.disc.scales.pressure,
+        slip=found.shift / rolled,
+        correction=-carried.displacement / rolled,
+        share=np.ones(found.disc.grid.shape),
+        forces=found.forces,
+        creepages=found.creepages,
+        estimate=np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]]),
+        creepage_estimate=np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages)),
+        seconds=found.seconds,
+    )
+    return found.disc, found.state, refinement
 
 
 def _corrected(disc: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver) -> Corrected:
@@ -184,34 +202,6 @@ def overlaps(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.where(shares > ROUNDING, shares, 0.0)
 
 
-def _record(found: Corrected, coarser: Corrected) -> Refinement:
-    """The record of the passes in physical units, with the estimate of its error.
-
-    That is the difference from half as many elements, what late passes changed, or what the field misses of a force
-    that is prescribed. The components of force, and of creepage, have one: the length of a vector.
-    """
-    motion, carried, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
-    assert motion is not None
-    assert carried is not None
-    last, prescribed = found.forces[-1], (motion.Fx, motion.Fy)
-    wanted = [F if given is None else given for F, given in zip(last, (*prescribed, None), strict=True)]
-    of_forces = np.max([np.abs(last - coarser.forces[-1]), late_change(found.forces), np.abs(last - wanted)], axis=0)
-    of_creepages = np.maximum(np.abs(found.creepages[-1] - coarser.creepages[-1]), late_change(found.creepages))
-    return Refinement(
-        kind=CONTINUUM,
-        grid=found.fine.grid,
-        traction=found.field.traction * found.disc.scales.pressure,
-        slip=found.shift / rolled,
-        correction=-carried.displacement / rolled,
-        share=np.ones(found.disc.grid.shape),
-        forces=found.forces,
-        creepages=found.creepages,
-        estimate=np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]]),
-        creepage_estimate=np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages)),
-        seconds=found.seconds,
-    )
-
-
 def error_estimate(solution: Solution, found: Refinement) -> ErrorEstimate:
     """What a refinement says of a solution's forces and creepages: values of its field, with their estimated errors."""
     names, scales = ("Fx", "Fy", "Mz", *creepage_names(solution)[:2]), units(solution)
@@ -256,10 +246,21 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
     forces, creepages, seconds = [_loads(disc, state)], [_creepages(disc, state)], []
     for k, damping in enumerate(DAMPING):
         begun = time.perf_counter()
-        correction = correction + damping * (_defect(coarse, state, fine, field) - correction)
+        # what the elements' slip lacks of the continuum's under the field, in the contact
+        own = coarse.known_shift + state.rigid[:, None, None] + coarse.tangential_operator.apply(state.traction)
+        lacking = fine.on_elements(fine.shift(field, state.rigid), field.bound) - own
+        bound = field.friction * fine.pressure
+        defect = held_behind(lacking, state.traction, bound) * (bound > 0)
+        correction = correction + damping * (defect - correction)
         carried_more = (_loads(coarse, state) - fine.forces(field))[:2] / coarse.scales.force
         excess = excess + damping * (carried_more - excess)
-        disc = with_correction(coarse, correction, excess * coarse.scales.force)
+        # the coarse problem with its rigid shift and prescribed forces corrected
+        motion = coarse.loading.motion
+        assert isinstance(motion, Steady)
+        given = zip((motion.Fx, motion.Fy), excess * coarse.scales.force, strict=True)
+        Fx, Fy = (None if force is None else float(force + more) for force, more in given)
+        carried = PreviousStep(0.0 - correction, np.zeros(2))
+        disc = coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
         state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
         field = fine.field(state.traction, _friction(disc, state))
         forces.append(fine.forces(field))
@@ -272,24 +273,6 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
 def late_change(of_passes: np.ndarray) -> np.ndarray:
     """How much late passes would have changed forces or creepages, (passes + 1, n), without damping: (n,)."""
     return np.asarray((np.abs(np.diff(of_passes, axis=0)) / DAMPING[:, None])[-LATE:].max(axis=0))
-
-
-def with_correction(coarse: Discretisation, correction: np.ndarray, excess: np.ndarray) -> Discretisation:
-    """The coarse problem with a correction of its rigid shift, (2, ny, nx), and of prescribed forces, (2,)."""
-    motion = coarse.loading.motion
-    assert isinstance(motion, Steady)
-    given = zip((motion.Fx, motion.Fy), excess, strict=True)
-    Fx, Fy = (None if force is None else float(force + more) for force, more in given)
-    carried = PreviousStep(0.0 - correction, np.zeros(2))
-    return coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
-
-
-def _defect(coarse: Discretisation, state: ContactState, fine: FineGrid, field: FineField) -> np.ndarray:
-    """What the elements' slip lacks of the continuum's under a field, in the contact, (2, ny, nx)."""
-    own = coarse.known_shift + state.rigid[:, None, None] + coarse.tangential_operator.apply(state.traction)
-    lacking = fine.on_elements(fine.shift(field, state.rigid), field.bound) - own
-    bound = field.friction * fine.pressure
-    return held_behind(lacking, state.traction, bound) * (bound > 0)
 
 
 def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -64,24 +63,12 @@ class KnownTractions:
         missing = -side * gradients - np.array(found).swapaxes(1, 2)
         return cls(means * (means[0] > LEAST * means[0].max()), missing)
 
-    @cached_property
-    def centres(self) -> np.ndarray:
-        """Where the first traction in each part is centred, (2, ny, nx)."""
-        root = self.means[0]
-        return np.asarray(self.means[1:] / np.where(root > 0, root, 1.0))
-
-    @cached_property
-    def gradient(self) -> LocalGradient:
-        """Derivatives around these centres."""
-        x, y = self.centres
-        return LocalGradient.at(x, y, self.means[0] > 0)
-
     def missed(self, traction: np.ndarray) -> np.ndarray:
         """What parts miss of a traction (2, ny, nx): a factor of the first one, linear around each part."""
         root = self.means[0]
-        factor = traction * (root > 0) / np.where(root > 0, root, 1.0)
-        along, across = self.gradient.of(factor)
-        x, y = self.centres
+        within = np.where(root > 0, root, 1.0)
+        factor, (x, y) = traction * (root > 0) / within, self.means[1:] / within  # where the first is centred
+        along, across = LocalGradient.at(x, y, root > 0).of(factor)
         terms = np.array([factor - along * x - across * y, along, across])
         return np.einsum("kij...,kj...->i...", self.missing, terms)
 

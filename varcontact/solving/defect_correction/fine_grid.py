@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import rooted_gradients
-from varcontact.elasticity.operators import GridOperator, influence_operator
-from varcontact.reference.hertz import HertzContact
+from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.solving.defect_correction.edge_singularity import (
     KnownTractions,
-    RootMeans,
     root_means,
     times_root_gradients,
 )
@@ -39,70 +36,32 @@ class FineField:
     bound: np.ndarray  # (ny PARTS, nx PARTS)
 
 
-@dataclass(frozen=True, eq=False)
 class FineGrid:
-    """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid`."""
+    """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid` and `hertz`.
 
-    disc: Discretisation  # of the elements
-    pressure: np.ndarray  # (ny, nx) On the elements
+    `derivative`: minus that of displacement along x, times a part's length, its mean over each part. `times_root`:
+    Hertz's pressure times 1, x and y. `over_root`: tractions like those at a trailing edge that sticks.
+    `rigid_shift`: in a step of the coarse grid at the centres of the parts, (2, ...).
+    """
 
-    @cached_property
-    def grid(self) -> Grid:
-        """The parts, physical."""
-        return self.disc.grid.divided(CELLS)
-
-    @cached_property
-    def lattice(self) -> Grid:
-        """The parts."""
-        return self.disc.lattice.divided(CELLS)
-
-    @property
-    def hertz(self) -> HertzContact:
-        """The contact, physical."""
-        assert self.disc.hertz is not None
-        return self.disc.hertz
-
-    @property
-    def axes(self) -> tuple[float, float]:
-        """Semi-axes of the contact along x and y."""
-        return self.hertz.a / self.disc.scales.length, self.hertz.b / self.disc.scales.length
-
-    @cached_property
-    def pressure_on_parts(self) -> np.ndarray:
-        """Means of the pressure over the parts."""
-        return np.asarray(self.hertz.mean_pressure(*self.grid.lines) / self.disc.scales.pressure)
-
-    @cached_property
-    def derivative(self) -> GridOperator:
-        """Minus the derivative of displacement along x, times a part's length: its mean over each part."""
-        side, operators = self.lattice.sides[0], self.disc.operators
-        return influence_operator(self.lattice, "xy", "xy", medium=operators.medium, lag=side, offset=-side / 2)
-
-    @cached_property
-    def root_means(self) -> RootMeans:
-        """Means over the parts of tractions with the roots of the edge."""
-        return root_means(self.lattice, *self.axes)
-
-    @cached_property
-    def times_root(self) -> KnownTractions:
-        """Hertz's pressure times 1, x and y."""
-        gradients = times_root_gradients(self.lattice, *self.axes, self.disc.operators.medium.nu)
-        return KnownTractions.on(self.root_means.times, gradients, self.lattice.sides[0], self.derivative)
-
-    @cached_property
-    def over_root(self) -> KnownTractions:
-        """Tractions like those at a trailing edge that sticks."""
-        gradients = rooted_gradients(*self.axes, nu=self.disc.operators.medium.nu)[..., None, None]
-        return KnownTractions.on(self.root_means.over, gradients, self.lattice.sides[0], self.derivative)
-
-    @cached_property
-    def rigid_shift(self) -> np.ndarray:
-        """Rigid shift in a step of the coarse grid at the centres of the parts, (2, ...)."""
-        disc = self.disc
+    def __init__(self, disc: Discretisation, pressure: np.ndarray) -> None:
+        hertz, medium = disc.hertz, disc.operators.medium
+        assert hertz is not None
+        self.disc, self.pressure = disc, pressure  # of the elements
+        self.grid, self.lattice = disc.grid.divided(CELLS), disc.lattice.divided(CELLS)
+        self.hertz, self.axes = hertz, (hertz.a / disc.scales.length, hertz.b / disc.scales.length)
+        self.pressure_on_parts = hertz.mean_pressure(*self.grid.lines) / disc.scales.pressure
+        side = self.lattice.sides[0]
+        self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
+        self.root_means = root_means(self.lattice, *self.axes)
+        gradients = times_root_gradients(self.lattice, *self.axes, medium.nu)
+        self.times_root = KnownTractions.on(self.root_means.times, gradients, side, self.derivative)
+        gradients = rooted_gradients(*self.axes, nu=medium.nu)[..., None, None]
+        self.over_root = KnownTractions.on(self.root_means.over, gradients, side, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
         step = replace(disc.loading.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.scales.length)
-        return np.asarray(step.shift(x, y, disc.scales.length) / disc.scales.displacement)
+        self.rigid_shift = step.shift(x, y, disc.scales.length) / disc.scales.displacement
 
     def field(self, traction: np.ndarray, friction: np.ndarray) -> FineField:
         """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx)."""
@@ -122,7 +81,11 @@ class FineGrid:
         sliding, sticking = (
             (constant + known.missed(field.traction)) * steps for known in (self.times_root, self.over_root)
         )
-        behind = _sticking(field)[:, None] * (self.lattice.x < 0)
+        # how far each row is from slip at its trailing edge: one less the ratio of traction to bound
+        rows, rearmost = np.arange(len(field.bound)), (field.bound > 0).argmax(axis=1)
+        bound = field.bound[rows, rearmost]
+        ratio = np.hypot(*field.traction[:, rows, rearmost]) / np.where(bound > 0, bound, 1.0)
+        behind = np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)[:, None] * (self.lattice.x < 0)
         elastic = sliding + behind * (sticking - sliding)
         return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic)
 
@@ -134,14 +97,6 @@ class FineGrid:
     def forces(self, field: FineField) -> np.ndarray:
         """Fx, Fy and Mz, physical."""
         return resultants(field.traction * self.disc.scales.pressure, self.grid)
-
-
-def _sticking(field: FineField) -> np.ndarray:
-    """How far each row is from slip at its trailing edge: one less the ratio of traction to bound, (ny PARTS,)."""
-    rows, rearmost = np.arange(len(field.bound)), (field.bound > 0).argmax(axis=1)
-    bound = field.bound[rows, rearmost]
-    ratio = np.hypot(*field.traction[:, rows, rearmost]) / np.where(bound > 0, bound, 1.0)
-    return np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)
 
 
 def resultants(traction: np.ndarray, grid: Grid) -> np.ndarray:
