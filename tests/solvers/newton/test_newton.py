@@ -188,7 +188,9 @@ def astray(monkeypatch, good, size):
             return step
         noise = size * rng.normal(size=system.right.shape)
         noise *= getattr(system.conditions, "contact", getattr(system.conditions, "within", None))
-        return dataclasses.replace(step, traction=noise, shift=system.product(noise.astype(np.float32)).astype(float))
+        return dataclasses.replace(
+            step, traction=noise, shift=system.conditions.kernel(noise.astype(np.float32)).astype(float)
+        )
 
     monkeypatch.setattr(driver, "gcr", gcr)
     return right

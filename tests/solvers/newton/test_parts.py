@@ -72,7 +72,7 @@ def test_gcr_solves_newtons_equations_with_forces(scaled, damping):
     )
     system = conditions.linearised(at.traction, at.shift, at.traction - at.shift, damping)
     forces = conditions.forces
-    step = gcr(system, forces, forces.lacking(at.traction), 1e-4, room_for(at.traction.size, forces))
+    step = gcr(system, conditions.kernel, forces, forces.lacking(at.traction), 1e-4, room_for(at.traction.size, forces))
     image = conditions.kernel(step.traction.astype(np.float32))
     np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
     rows = system.rows(image.astype(float), step.traction)
@@ -92,7 +92,7 @@ def test_few_iterations_where_all_sticks(tangential_problem):
         conditions = scaled.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
         none = Forces((), np.zeros(0), 1.0)
-        step = gcr(system, none, np.zeros(0), 1e-2, room_for(system.right.size, none))
+        step = gcr(system, scaled.conditions.kernel, none, np.zeros(0), 1e-2, room_for(system.right.size, none))
         assert step.iterations <= 8
 
 

@@ -165,9 +165,6 @@ class CoupledSystem:
         apart = (~self.tangential.conditions.contact).astype(np.float32)
         return apart, (self.conditions.friction * self.tangential.along).astype(np.float32)
 
-    def product(self, step: np.ndarray) -> np.ndarray:
-        return self.conditions.kernel(step)
-
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         apart, tied = self._areas
         tangential = self.tangential.rows(image[1:], step[1:]) + apart * step[1:] - tied * step[0]
@@ -192,47 +189,39 @@ class CoupledSystem:
 
 @dataclass(frozen=True, eq=False)
 class ScaledCoupled:
-    """A problem in its own units: those of pressures and of tractions (1 + c, 1, 1) differ by friction."""
+    """A problem in its own units (1 + c, 1, 1): those of pressures and of tractions differ by friction."""
 
     problem: CoupledProblem
     load: np.ndarray
+    displacement: np.ndarray
+    conditions: CoupledConditions
     residual: Callable[[RawSolution], float]
 
     @classmethod
     def of(cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]) -> ScaledCoupled:
-        bound = float((problem.friction * start.traction[0]).max())
-        load = np.full((len(start.traction), 1, 1), bound)
+        """The units are the largest pressure, and the largest traction bound, of a start."""
+        shape, weight = problem.distance.shape, 1 / np.sqrt(problem.distance.size)
+        load = np.full((len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max()))
         load[0] = float(start.traction[0].max())
-        return cls(problem, load, residual)
-
-    @cached_property
-    def displacement(self) -> np.ndarray:
-        """The shifts that count as one."""
-        units = np.full(self.load.shape, unit(self.problem.tangential))
-        units[0] = unit(self.problem.normal)
-        return units * self.load
-
-    @cached_property
-    def conditions(self) -> CoupledConditions:
-        problem, shape = self.problem, self.problem.distance.shape
-        part = float(self.load[-1, 0, 0] / self.load[0, 0, 0])
+        units = np.full(load.shape, unit(problem.tangential))
+        units[0] = unit(problem.normal)
+        displacement, part = units * load, float(load[-1, 0, 0] / load[0, 0, 0])
         fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
-        known = np.concatenate(fields) / self.displacement
+        known, within = np.concatenate(fields) / displacement, np.ones(shape, dtype=bool)
         free = [i for i, force in enumerate(problem.force) if force is not None]
-        sums = np.array([(problem.force[i] or 0.0) / (problem.area * self.load[i, 0, 0]) for i in free])
-        weight = 1 / np.sqrt(problem.distance.size)
+        sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
+        shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
         split = int(0 in free)
-        shares = None if problem.along_normal is None else problem.along_normal * self.load / self.load[0]
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
-        within = np.ones(shape, dtype=bool)
-        return CoupledConditions(
+        conditions = CoupledConditions(
             _kernel(problem, part),
             NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
             TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
             problem.friction / part,
             Forces(tuple(free), sums, weight, shares=shares),
         )
+        return cls(problem, load, displacement, conditions, residual)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         return self.problem.shift(traction * self.load) / self.displacement + rigid

@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.checks import wrong_shape
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.solvers.newton.gcr import Room, Step, gcr, room_for
+from varcontact.solvers.newton.gcr import gcr, room_for
 from varcontact.solvers.newton.globalisation import (
     Conditions,
     Measure,
@@ -27,6 +27,7 @@ from varcontact.solvers.newton.globalisation import (
     measured,
     next_damping,
 )
+from varcontact.solvers.newton.hierarchy import Box
 
 MAX_STEPS, PATIENCE = 100, 40
 """Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below
@@ -78,7 +79,7 @@ class GridProblem(Problem, Protocol[C]):
     def conditions(self) -> C: ...
 
     @property
-    def size(self) -> int: ...
+    def box(self) -> Box: ...
 
     def initial_guess(self, start: RawSolution) -> Point:
         """Where a start leads."""
@@ -109,7 +110,7 @@ class Result:
 def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets."""
     tol, spent, raw = ROUNDED * settings.tol, 0, None
-    small = problem.size <= DENSE
+    small = len(problem.box.places) <= DENSE
     most = PATIENCE if small else MAX_STEPS
     if start is not None and _finite(start):
         raw = solve_from(problem, problem.initial_guess(start), tol, settings, most)
@@ -165,7 +166,8 @@ def newton(
     """
     goal, damping, idle, guards = tol, 0.0, 0, 0
     best, least, before = at, np.inf, 0.0
-    now, room = measured(conditions, at), room_for(at.traction.size, conditions.forces)
+    forces, now = conditions.forces, measured(conditions, at)
+    room = room_for(at.traction.size, forces)
     for count in range(most):
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
@@ -191,8 +193,12 @@ def newton(
             at = _guarded(conditions, best, GUARD_STEPS * guards, settings, finest)
             now = measured(conditions, at)
             continue
-        step = _step(conditions, at, now, goal, damping, room, now.residual / before if before else 1.0)
-        before = now.residual
+        # as exact as it pays: S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32
+        left, before = now.residual / before if before else 1.0, now.residual
+        near = conditions.linear or now.residual <= NEAR * goal
+        enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
+        system, lacking = conditions.linearised(at.traction, at.shift, now.trial, damping), forces.lacking(at.traction)
+        step = gcr(system, conditions.kernel, forces, lacking, enough, room)
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             idle = STUCK
             continue
@@ -212,19 +218,6 @@ def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool
     there = balanced(conditions, at)
     then = measured(conditions, there)
     return (there, then) if in_any_case or then.merit < now.merit else (at, now)
-
-
-def _step(
-    conditions: Conditions, at: Point, now: Measure, goal: float, damping: float, room: Room, left: float
-) -> Step:
-    """Newton's step, as exact as it pays, which what the last one `left` of the residual tells.
-
-    Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
-    """
-    system = conditions.linearised(at.traction, at.shift, now.trial, damping)
-    near = conditions.linear or now.residual <= NEAR * goal
-    enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
-    return gcr(system, conditions.forces, conditions.forces.lacking(at.traction), enough, room)
 
 
 def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:

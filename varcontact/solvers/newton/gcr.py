@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,9 +21,6 @@ class System(Protocol):
 
     @property
     def right(self) -> np.ndarray: ...
-
-    def product(self, step: np.ndarray) -> np.ndarray:
-        """M times a step."""
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Left-hand sides for a step and M times the step."""
@@ -82,6 +80,8 @@ class Step:
 
 
 Room = tuple[np.ndarray, np.ndarray, np.ndarray]
+Product = Callable[[np.ndarray], np.ndarray]
+"""M times tractions (c, ny, nx), both float32."""
 
 
 def room_for(size: int, forces: Forces) -> Room:
@@ -91,7 +91,7 @@ def room_for(size: int, forces: Forces) -> Room:
     return directions, products, np.empty((most, size + len(forces.components)), np.float32)
 
 
-def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
+def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
     """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative residual.
 
     Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
@@ -110,7 +110,7 @@ def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float, room
     count = 0
     while count < most and float(np.linalg.norm(residual)) > enough:
         direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
-        product = system.product(direction)
+        product = kernel(direction)
         image, old = images[count], images[:count]
         image[:size], image[size:] = bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)
         known = old @ image

@@ -9,7 +9,6 @@ a Parzen window takes the kernel to zero at the ends of the box, which keeps the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -53,25 +52,21 @@ def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
     return product
 
 
-@dataclass(frozen=True, eq=False)
 class Kernel:
-    """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for one component."""
+    """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for one component.
 
-    numbers: np.ndarray
+    `shape`: (ny, nx) of the box.
+    """
 
-    @cached_property
-    def shape(self) -> tuple[int, int]:
-        """(ny, nx) of the box."""
-        return (self.numbers.shape[1] + 1) // 2, (self.numbers.shape[2] + 1) // 2
+    def __init__(self, numbers: np.ndarray) -> None:
+        self.numbers = numbers
+        self.shape = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
+        self._box = fast_box(*numbers.shape[1:])
 
     @cached_property
     def row_size(self) -> float:
         """Euclidean length of a row of the matrix, the root mean square of the symbol."""
         return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
-
-    @cached_property
-    def _box(self) -> tuple[int, int]:
-        return fast_box(2 * self.shape[0] - 1, 2 * self.shape[1] - 1)
 
     @cached_property
     def symbol(self) -> np.ndarray:
@@ -88,31 +83,17 @@ class Kernel:
         return fields_of(symmetric_product(self.symbol, spectrum_of(traction, self._box)), self._box, self.shape)
 
 
-@dataclass(frozen=True, eq=False)
 class SoftenedKernel:
     """A kernel with numbers (c, ny, nx), float32, added to its diagonal: elements that give way to their own traction.
 
-    Tractions are divided by `scale` and displacements multiplied by it, so that the diagonal is that of the kernel:
-    natural maps then treat a soft element as they treat the others.
+    Tractions are divided by `scale` (ny, nx) and displacements multiplied by it, so that the diagonal is that of the
+    kernel: natural maps then treat a soft element as they treat the others.
     """
 
-    kernel: Kernel | CurvedKernel
-    softening: np.ndarray
-
-    @cached_property
-    def scale(self) -> np.ndarray:
-        """Traction that counts as one, float32 (ny, nx)."""
-        scale: np.ndarray = 1 / np.sqrt(1 + self.softening.mean(axis=0))
-        return scale
-
-    @cached_property
-    def _diagonal(self) -> np.ndarray:
-        diagonal: np.ndarray = self.softening * self.scale**2
-        return diagonal
-
-    @property
-    def circulant(self) -> Circulant:
-        return self.kernel.circulant
+    def __init__(self, kernel: Kernel | CurvedKernel, softening: np.ndarray) -> None:
+        self.kernel, self.softening, self.circulant = kernel, softening, kernel.circulant
+        self.scale: np.ndarray = 1 / np.sqrt(1 + softening.mean(axis=0))
+        self._diagonal = softening * self.scale**2
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
@@ -122,21 +103,12 @@ class SoftenedKernel:
         return product
 
 
-@dataclass(frozen=True, eq=False)
 class CurvedKernel:
-    """That of a surface whose curvature varies, on a box from a row of its grid; `kernel` is that of the mean one."""
+    """That of a surface whose curvature varies, on a box from a row of its grid; `mean` is that of the mean one."""
 
-    kernel: Kernel
-    operator: ConformalOperator
-    first: int
-
-    @cached_property
-    def _unit(self) -> np.float32:
-        return np.float32(unit(self.operator))
-
-    @property
-    def circulant(self) -> Circulant:
-        return self.kernel.circulant
+    def __init__(self, mean: Kernel, operator: ConformalOperator, first: int) -> None:
+        self.operator, self.first, self.circulant = operator, first, mean.circulant
+        self._unit = np.float32(unit(operator))
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
@@ -148,44 +120,28 @@ class CurvedKernel:
         return found
 
 
-@dataclass(frozen=True, eq=False)
 class Circulant:
-    """The windowed kernel on a periodic box, and its inverses: one for the stick area, one for the slip area."""
+    """The windowed kernel on a periodic box, and its inverses: one for the stick area, one for the slip area.
 
-    kernel: Kernel
+    `rolling`: 1 or -1 where the bodies roll, by the direction; 0 in a shift. By how much more tractions act ahead of
+    them along x than behind: 0 in a shift, nearly all in steady rolling as long as a step is shorter than the box.
+    `growth`: the causal weight along x, (nx,), all ones in a shift. `symbol`: transform of the weighted kernel.
+    """
 
-    @cached_property
-    def rolling(self) -> int:
-        """1 or -1 where the bodies roll, by the direction; 0 in a shift.
-
-        By how much more tractions act ahead of them along x than behind: 0 in a shift, nearly all in steady rolling as
-        long as a step is shorter than the box.
-        """
-        numbers, middle = self.kernel.numbers[0], self.kernel.shape[1]
-        behind, ahead = numbers[:, : middle - 1], numbers[:, middle:]
+    def __init__(self, kernel: Kernel) -> None:
+        self.kernel = kernel
+        ny, nx = kernel.shape
+        self._box = rows, columns = fast_box(int(WIDER * ny), int(WIDER * nx))
+        behind, ahead = kernel.numbers[0, :, : nx - 1], kernel.numbers[0, :, nx:]
         total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
         more = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
-        return 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
-
-    @cached_property
-    def _box(self) -> tuple[int, int]:
-        return fast_box(int(WIDER * self.kernel.shape[0]), int(WIDER * self.kernel.shape[1]))
-
-    @cached_property
-    def growth(self) -> np.ndarray:
-        """The causal weight along x, (nx,): all ones in a shift."""
-        rate = self.rolling * np.log(CAUSAL) / self._box[1]
-        return np.exp(-rate * np.arange(self.kernel.shape[1])).astype(np.float32)
-
-    @cached_property
-    def symbol(self) -> np.ndarray:
-        """Transform of the windowed kernel, weighted."""
-        (ny, nx), (rows, columns) = self.kernel.shape, self._box
+        self.rolling = 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
+        rate = self.rolling * np.log(CAUSAL) / columns
+        self.growth = np.exp(-rate * np.arange(nx)).astype(np.float32)
         y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
-        numbers = self.kernel.numbers * window.astype(np.float32)
-        return spectrum_of(wrapped(numbers, self._box), self._box)
+        self.symbol = spectrum_of(wrapped(kernel.numbers * window.astype(np.float32), self._box), self._box)
 
     @cached_property
     def stick(self) -> np.ndarray:

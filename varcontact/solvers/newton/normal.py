@@ -80,9 +80,6 @@ class NormalSystem:
         inside = self.contact.astype(np.float32)
         return inside, 1 - inside
 
-    def product(self, step: np.ndarray) -> np.ndarray:
-        return self.conditions.kernel(step)
-
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         inside, outside = self._areas
         if self.damping:
@@ -102,42 +99,36 @@ class NormalSystem:
 
 @dataclass(frozen=True, eq=False)
 class ScaledNormal:
-    """A normal problem in its own units: `load` is the pressure that counts as one."""
+    """A normal problem in its own units: `load` is the pressure, `displacement` the distance that counts as one."""
 
     problem: NormalProblem
     box: Box
     load: float
+    displacement: float
+    conditions: NormalConditions
     settings: Settings
 
     @classmethod
     def of(cls, problem: NormalProblem, settings: Settings) -> ScaledNormal | None:
         """None where nothing touches."""
-        if problem.distance.size == 0:
+        size = problem.distance.size
+        if size == 0:
             return None
+        own = unit(problem.operator.grid_operator)
         if problem.force is not None:
-            load = problem.force / (problem.area * problem.distance.size)
+            load = problem.force / (problem.area * size)
         else:
             assert problem.approach is not None
-            load = (problem.approach - float(problem.distance.min())) / unit(problem.operator.grid_operator)
-        return None if load <= 0 else cls(problem, Box.around(problem.operator), load, settings)
-
-    @property
-    def size(self) -> int:
-        return self.problem.distance.size
-
-    @cached_property
-    def displacement(self) -> float:
-        """The distance that counts as one."""
-        return unit(self.problem.operator.grid_operator) * self.load
-
-    @cached_property
-    def conditions(self) -> NormalConditions:
-        problem, box = self.problem, self.box
-        known = box.field((problem.distance[None] - (problem.approach or 0.0)) / self.displacement)
-        within = box.field(np.ones(self.size, dtype=bool))
-        sums = np.array([] if problem.force is None else [problem.force / (problem.area * self.load)])
-        forces = Forces((0,) if sums.size else (), sums, 1 / np.sqrt(self.size))
-        return NormalConditions(kernel_on(problem.operator, box.shape), known, within, forces)
+            load = (problem.approach - float(problem.distance.min())) / own
+        if load <= 0:
+            return None
+        box, displacement = Box.around(problem.operator), own * load
+        known = box.field((problem.distance[None] - (problem.approach or 0.0)) / displacement)
+        within = box.field(np.ones(size, dtype=bool))
+        sums = np.array([] if problem.force is None else [problem.force / (problem.area * load)])
+        forces = Forces((0,) if sums.size else (), sums, 1 / np.sqrt(size))
+        conditions = NormalConditions(kernel_on(problem.operator, box.shape), known, within, forces)
+        return cls(problem, box, load, displacement, conditions, settings)
 
     def coarser(self, fine: NormalConditions) -> NormalConditions | None:
         """With elements twice as large, in units of displacement that are so, too."""

@@ -138,9 +138,6 @@ class TangentialSystem:
         stick, along, across = (field.astype(np.float32) for field in (self.stick, self.along, self.across))
         return stick, along, across, self.held.astype(np.float32), own.astype(np.float32)
 
-    def product(self, step: np.ndarray) -> np.ndarray:
-        return self.conditions.kernel(step)
-
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         stick, along, across, held, own = self._single
         turned = held * dot(across, image) + own * dot(across, step)
@@ -186,11 +183,13 @@ class TangentialSystem:
 
 @dataclass(frozen=True, eq=False)
 class ScaledTangential:
-    """A tangential problem in its own units: `load` is the traction that counts as one."""
+    """A tangential problem in its own units: `load` is the traction, `displacement` the shift that counts as one."""
 
     problem: TangentialProblem
     box: Box
     load: float
+    displacement: float
+    conditions: TangentialConditions
     settings: Settings
 
     @classmethod
@@ -198,33 +197,22 @@ class ScaledTangential:
         """None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
+        own = unit(problem.operator.grid_operator)
         forces = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
-        moved = max(float(np.abs(problem.rigid_shift).max()) / unit(problem.operator.grid_operator), *forces, 0.0)
+        moved = max(float(np.abs(problem.rigid_shift).max()) / own, *forces, 0.0)
         if moved == 0:
             return None
-        return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), settings)
-
-    @property
-    def size(self) -> int:
-        return self.problem.size
-
-    @cached_property
-    def displacement(self) -> float:
-        """The shift that counts as one."""
-        return unit(self.problem.operator.grid_operator) * self.load
-
-    @cached_property
-    def conditions(self) -> TangentialConditions:
-        problem, box = self.problem, self.box
-        operator, softening = problem.operator.grid_operator, problem.operator.softening
-        sums = np.array([F for F in problem.force if F is not None]) / (problem.area * self.load)
-        return _scaled(
+        load = min(moved, float(problem.bound.max()))
+        box, displacement, softening = Box.around(problem.operator), own * load, problem.operator.softening
+        sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
+        conditions = _scaled(
             kernel_on(problem.operator, box.shape),
-            None if softening is None else box.field(softening) / unit(operator),
-            box.field(problem.rigid_shift) / self.displacement,
-            box.field(problem.bound) / self.load,
+            None if softening is None else box.field(softening) / own,
+            box.field(problem.rigid_shift) / displacement,
+            box.field(problem.bound) / load,
             Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size)),
         )
+        return cls(problem, box, load, displacement, conditions, settings)
 
     def coarser(self, fine: TangentialConditions) -> TangentialConditions | None:
         """With elements twice as large, in units of displacement that are so, too.
