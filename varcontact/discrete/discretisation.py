@@ -155,12 +155,7 @@ class Discretisation:
     @property
     def K(self) -> float:
         """The constant (60) by which the problems couple; 0: like bodies, or almost like ones that count as such."""
-        return self.operators.K
-
-    @property
-    def line(self) -> bool:
-        """Whether it is a line contact."""
-        return self.grid.line
+        return self.operators.medium.K
 
     @property
     def conformal(self) -> bool:
@@ -269,7 +264,7 @@ class Discretisation:
     def known_distance(self) -> np.ndarray | float:
         """What past tractions add to the distance, dimensionless (ny, nx): of viscoelastic bodies."""
         known = getattr(self.loading.previous_step, "distance", None)
-        return 0.0 if known is None else known[:, 1:-1] if self.line else known[1:-1, 1:-1]
+        return 0.0 if known is None else known[:, 1:-1] if self.grid.line else known[1:-1, 1:-1]
 
     def with_loading(self, **changes: Any) -> Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient` and so on."""
@@ -346,7 +341,12 @@ class Discretisation:
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
-        directions = self._directions(shift, forces, acting)
+        directions: tuple[int, ...] = (0, 1)
+        if not self.tangential_operator.table[0, 1].any():  # elasticity does not couple them: those that move
+            moves = [
+                shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)
+            ]
+            directions = tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
         operator = self.tangential_on(elements, directions)
         instant = None
         if marching:
@@ -373,13 +373,6 @@ class Discretisation:
         """M p of tractions (2, ny, nx), dimensionless, with the edge compliance."""
         shift = self.tangential_operator.apply(traction)
         return shift if self.edge_compliance is None else shift + self.edge_compliance * traction
-
-    def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
-        """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""
-        if self.tangential_operator.table[0, 1].any():
-            return (0, 1)
-        moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
-        return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
 
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
@@ -423,13 +416,25 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
             raise no_element_in_contact(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
     scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
-    _check_range(scales)
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([length, pressure, scales.modulus])
+    force = p + (1 if scales.line else 2) * L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < RANGE:
+        sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
+        raise SceneError(
+            "scene",
+            sizes,
+            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
+            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
+            f"1e{RANGE}; choose other units",
+        )
     free = None if depth is None else depth / length
     medium = medium_of(scene.bodies, length, free, coupled, scene.speed)
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
         medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
     operators = Operators(grid.scaled(length), medium)
-    if known is not None and known.same(operators):
+    if known is not None and (known.lattice, known.medium) == (operators.lattice, operators.medium):
         operators = known
     return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)
 
@@ -445,22 +450,3 @@ def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid
         assert hertz is not None  # of half-spaces
         return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
     return surface.distance(grid)
-
-
-def _check_range(scales: Scales) -> None:
-    """Refuse sizes at which forces, or their work, leave the range of floating point."""
-    with np.errstate(divide="ignore"):
-        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
-    force = p + (1 if scales.line else 2) * L
-    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
-    if not largest < RANGE:
-        sizes = (
-            f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, combined modulus {scales.modulus:.3g}"
-        )
-        raise SceneError(
-            "scene",
-            sizes,
-            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
-            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
-            f"1e{RANGE}; choose other units",
-        )

@@ -45,11 +45,6 @@ class Operators:
     _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False)
 
     @property
-    def K(self) -> float:
-        """Size of the coupling of pressure and tractions; 0: they are independent."""
-        return self.medium.K
-
-    @property
     def normal(self) -> GridOperator:
         """A_zz: distances by pressures."""
         return self._table("z", "z")
@@ -69,7 +64,7 @@ class Operators:
 
     def carrying(self, distance: float) -> GridOperator:
         """C: displacements of the particles that come from further along x, by all tractions that count."""
-        return self._table("xy", "xyz" if self.K != 0 else "xy", offset=distance)
+        return self._table("xy", "xyz" if self.medium.K != 0 else "xy", offset=distance)
 
     @property
     def every(self) -> GridOperator:
@@ -122,10 +117,6 @@ class Operators:
             operator.forget()
         for operators in (*self._divided.values(), *self._parts.values()):
             operators.forget()
-
-    def same(self, other: Operators) -> bool:
-        """Whether these are of the same lattice and bodies."""
-        return (self.lattice, self.medium) == (other.lattice, other.medium)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0

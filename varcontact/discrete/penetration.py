@@ -37,21 +37,13 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
         parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
         solved = replace(unloaded(parts.grid), pressure=pressure, approach=approach)
         found = _beyond(parts, solved, closed_form)
-        if found is None:
-            found = _where_nothing_is_known(parts, solved)
+        if found is None and isinstance(parts.surface, SampledDistance):  # centres of parts may lie beyond the samples
+            (left, right, bottom, top), grid = parts.surface.box, parts.grid
+            x, y, slack = grid.x[None, :], grid.y[:, None], 1e-9 * max(grid.sides)
+            within = (x >= left - slack) & (x <= right + slack) & (y >= bottom - slack) & (y <= top + slack)
+            beyond = (solved.pressure > 0) & ~within
+            found = contact_box(grid, beyond) if beyond.any() else None
     return _overlapping_samples(disc, state) if found is None else found
-
-
-def _where_nothing_is_known(disc: Discretisation, state: ContactState) -> Box | None:
-    """The box of parts of elements in contact whose centres lie beyond the samples, or None."""
-    if not isinstance(disc.surface, SampledDistance):
-        return None
-    (left, right, bottom, top), grid = disc.surface.box, disc.grid
-    x, y = grid.x[None, :], grid.y[:, None]
-    slack = 1e-9 * max(grid.sides)
-    within = (x >= left - slack) & (x <= right + slack) & (y >= bottom - slack) & (y <= top + slack)
-    beyond = (state.pressure > 0) & ~within
-    return contact_box(grid, beyond) if beyond.any() else None
 
 
 def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:
@@ -104,7 +96,9 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
     lowest = np.argsort(raised)[:MOST_SAMPLES]
     x, y, below = x[lowest], y[lowest], below[lowest]
-    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
+    centres, tractions = _loaded(disc, state)
+    below = below + _displacement(_at_once(disc), disc.lattice, centres, tractions, x, y)
+    over = below < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
@@ -130,7 +124,7 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     if disc.K == 0 or not np.any(state.traction):
         return by_pressure
     load, medium = float(np.hypot(*state.traction).sum()) * disc.lattice.area, disc.operators.medium
-    if disc.line:
+    if disc.grid.line:
         return by_pressure + abs(disc.K) * load
     nearest, K = np.pi * min(disc.lattice.sides), disc.K
     if isinstance(medium, Conformal):  # what turning adds falls by one over the distance, and grows by the angle
@@ -143,12 +137,6 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
     elements = np.flatnonzero(state.pressure)
     tractions = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)
     return disc.points.reshape(2, -1)[:, elements], tractions[:, elements]
-
-
-def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Normal displacement difference at points; of viscoelastic bodies what comes at once."""
-    centres, tractions = _loaded(disc, state)
-    return _displacement(_at_once(disc), disc.lattice, centres, tractions, x, y)
 
 
 def _displacement(
@@ -186,11 +174,11 @@ def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.nda
     from scipy.ndimage import map_coordinates
 
     (dx, dy), left, bottom = lattice.sides, lattice.x[0], lattice.y[0]
-    column, row = (x - left) / dx, np.zeros(x.shape) if disc.line else (y - bottom) / dy
+    column, row = (x - left) / dx, np.zeros(x.shape) if disc.grid.line else (y - bottom) / dy
     before = [max(0, math.ceil(-at.min())) for at in (row, column)]
     behind = [max(0, math.ceil(at.max()) - n + 1) for at, n in zip((row, column), lattice.shape, strict=True)]
     ny, nx = (n + sum(more) for n, *more in zip(lattice.shape, before, behind, strict=True))
-    wider = replace(lattice, nx=nx, ny=None if disc.line else ny)
+    wider = replace(lattice, nx=nx, ny=None if disc.grid.line else ny)
     fields = np.pad(
         state.pressure[None] if disc.K == 0 else np.concatenate([state.traction, state.pressure[None]]),
         ((0, 0), *zip(before, behind, strict=True)),

@@ -215,7 +215,16 @@ def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float
 
     (ny, nx), components = symmetric.shape, np.arange(symmetric.table.shape[0])
     box = fft.next_fast_len(2 * ny, real=True), fft.next_fast_len(2 * nx, real=True)
-    kernel = _periodic(symmetric.table, box)
+    # offsets beyond the table have the mean of its ends: no two elements are so far apart, and zeros would make the
+    # symbol negative
+    kernel = symmetric.table
+    for axis, size in zip((2, 3), box, strict=True):
+        n = (kernel.shape[axis] + 1) // 2
+        offset = np.where(np.arange(size) < size / 2, np.arange(size), np.arange(size) - size)
+        known, sign = np.abs(offset) < n, np.where(offset < 0, -1, 1)
+        ends = (np.where(known, offset, end * sign * (n - 1)) + n - 1 for end in (1, -1))
+        one, other = (np.take(kernel, each, axis) for each in ends)
+        kernel = (one + other) / 2
     symbol = np.moveaxis(fft.rfft2(kernel), (0, 1), (-2, -1))
     values, vectors = np.linalg.eigh((symbol + np.conj(symbol.swapaxes(-1, -2))) / 2)
     largest, own = float(values.max()), float(values.min())
@@ -224,18 +233,3 @@ def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float
     wrapped = np.ix_(components, components, np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1])
     least = float(lifted.min())
     return GridOperator(symmetric.shape, fft.irfft2(inverse, box)[wrapped]), least, largest, least == own
-
-
-def _periodic(table: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """A table of offsets on a periodic box; offsets beyond the table have the mean of its ends on either side.
-
-    What these are is free, as no two elements of the grid are so far apart; zeros would make the symbol negative.
-    """
-    for axis, size in zip((2, 3), box, strict=True):
-        n = (table.shape[axis] + 1) // 2
-        offset = np.where(np.arange(size) < size / 2, np.arange(size), np.arange(size) - size)
-        known, sign = np.abs(offset) < n, np.where(offset < 0, -1, 1)
-        ends = (np.where(known, offset, end * sign * (n - 1)) + n - 1 for end in (1, -1))
-        one, other = (np.take(table, each, axis) for each in ends)
-        table = (one + other) / 2
-    return table

@@ -149,7 +149,7 @@ class FoldedOperator(RestrictedOperator):
     @cached_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (2 n, 2 n): from the elements, and from their images."""
-        own = self._softened(self.grid_operator.dense(self.elements))
+        own = self._assembled()
         own += self.grid_operator.dense(self.elements, self.images) * np.repeat(self.signs, self.elements.size)
         return own
 
@@ -183,10 +183,6 @@ class Mirror:
             points=problem.points[:, self.half],
             force=(None if along_x is None else along_x / 2, None if along_y is None else along_y / 2),
         )
-
-    def fold_solution(self, raw: RawSolution) -> RawSolution:
-        """Tractions on one side."""
-        return replace(raw, traction=raw.traction[:, self.half])
 
     def unfold(self, raw: RawSolution) -> RawSolution:
         """Tractions on both sides, from those on one."""

@@ -59,7 +59,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
         raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
     approach = disc.hertz.approach
-    if disc.line:  # from the depth that its influence numbers have
+    if disc.grid.line:  # from the depth that its influence numbers have
         assert isinstance(disc.bodies, Bodies)
         cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
         approach = cylinders.approach(disc.operators.medium.depth * disc.scales.length)
@@ -98,11 +98,6 @@ def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretis
     (rows, columns), (ny, nx) = pressure.shape, disc.grid.shape
     parts = divided(disc, (rows // ny, columns // nx))
     return replace(disc, subgrid=Subgrid(parts, pressure / disc.scales.pressure))
-
-
-def without_pressure(disc: Discretisation) -> Discretisation:
-    """The same with a subgrid that bears nothing, where bodies are apart."""
-    return with_subgrid(disc, np.zeros(disc.grid.divided(cells_of(disc.grid.edge, disc.line)).shape))
 
 
 def as_solved(disc: Discretisation, pressure: np.ndarray, approach: float) -> tuple[Discretisation, np.ndarray, float]:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -122,15 +122,11 @@ def _integrals(x: np.ndarray, y: np.ndarray, dx: float, dy: float, kinds: set[st
         for kind, values in found.items():
             result[kind][place] = values
     if "J3" in kinds:
-        result["J3"] = _mixed(x, y, dx, dy)
+        # -[[r]], with both differences of r written as products: nothing cancels, near or far
+        x1, x2, y1, y2 = x - dx / 2, x + dx / 2, y - dy / 2, y + dy / 2
+        r11, r21, r12, r22 = _distance(x1, y1), _distance(x2, y1), _distance(x1, y2), _distance(x2, y2)
+        result["J3"] = 4 * dx * dy * x * y * (1 / (r11 + r12) + 1 / (r21 + r22)) / ((r11 + r21) * (r12 + r22))
     return result
-
-
-def _mixed(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    """J3 = -[[r]], with both differences of r written as products: nothing cancels, near or far."""
-    x1, x2, y1, y2 = x - dx / 2, x + dx / 2, y - dy / 2, y + dy / 2
-    r11, r21, r12, r22 = _distance(x1, y1), _distance(x2, y1), _distance(x1, y2), _distance(x2, y2)
-    return 4 * dx * dy * x * y * (1 / (r11 + r12) + 1 / (r21 + r22)) / ((r11 + r21) * (r12 + r22))
 
 
 def _distance(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -280,11 +276,7 @@ class HalfSpaces:
     nu: float
     K: float = 0.0
     depth: float = 1.0
-
-    @property
-    def even(self) -> bool:
-        """As of all elastic bodies that are the same everywhere along x."""
-        return True
+    even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers in closed form."""

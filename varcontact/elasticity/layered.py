@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy import special
@@ -142,11 +142,7 @@ class LayeredPair:
     lower: Stack
     depth: float = 1.0
     coupled: bool = True
-
-    @property
-    def even(self) -> bool:
-        """As of all elastic bodies that are the same everywhere along x."""
-        return True
+    even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     @property
     def nu(self) -> float:

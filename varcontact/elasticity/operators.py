@@ -235,14 +235,12 @@ class RestrictedOperator:
     @cached_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
-        return self._softened(self._assembled())
+        return self._assembled()
 
     def _assembled(self) -> np.ndarray:
         own = self.grid_operator
         everywhere = self.elements.size == own.shape[0] * own.shape[1]
-        return own.whole.copy() if everywhere and own.whole is not None else own.dense(self.elements)
-
-    def _softened(self, matrix: np.ndarray) -> np.ndarray:
+        matrix = own.whole.copy() if everywhere and own.whole is not None else own.dense(self.elements)
         if self.softening is not None:
             np.einsum("ii->i", matrix)[:] += self.softening.ravel()
         return matrix
@@ -252,7 +250,7 @@ class RestrictedOperator:
         """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
         from scipy.linalg import cho_factor
 
-        matrix = self._softened(self._assembled()).T  # which is the same, in the order that LAPACK has: no copy
+        matrix = self._assembled().T  # which is the same, in the order that LAPACK has: no copy
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 

@@ -59,8 +59,22 @@ def strip_influence_numbers(
 
 
 def strip_integrals(x: np.ndarray, dx: float, depth: float) -> tuple[np.ndarray, np.ndarray]:
-    """L and J."""
-    return _logarithm(x, dx, depth), _sign(x, dx)
+    """L and J, without cancellation far away.
+
+    With r = |x| and h = dx/2, L is ``-dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|``, t = h/r; the last
+    three terms but ln(r/d) add up to ``dx (t^2/6 + t^4/20 + ...)`` where t is small.
+    """
+    from scipy.special import xlogy
+
+    half, r = dx / 2, np.abs(x)
+    near = r < 8 * dx
+    logarithm = np.empty(r.shape)
+    right, left = (r[near] + half) / depth, (r[near] - half) / depth
+    logarithm[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
+    t2 = (half / r[~near]) ** 2
+    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))  # t < 1/16: the next term is below 1e-19
+    logarithm[~near] = dx * (series - np.log(r[~near] / depth))
+    return logarithm, np.clip(2 * x, -dx, dx)
 
 
 def combined(
@@ -74,27 +88,3 @@ def combined(
         name: (of_logarithm.get(name, 0.0) * logarithm + of_sign.get(name, 0.0) * sign) / (np.pi * G)
         for name in components
     }
-
-
-def _logarithm(x: np.ndarray, dx: float, depth: float) -> np.ndarray:
-    """The integral of -ln(|x - x'|/depth) over the strip, without cancellation far away.
-
-    With r = |x| and h = dx/2: ``-dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|``, t = h/r; the last three
-    terms but ln(r/d) add up to ``dx (t^2/6 + t^4/20 + ...)`` where t is small.
-    """
-    from scipy.special import xlogy
-
-    half, r = dx / 2, np.abs(x)
-    near = r < 8 * dx
-    result = np.empty(r.shape)
-    right, left = (r[near] + half) / depth, (r[near] - half) / depth
-    result[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
-    t2 = (half / r[~near]) ** 2
-    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))  # t < 1/16: the next term is below 1e-19
-    result[~near] = dx * (series - np.log(r[~near] / depth))
-    return result
-
-
-def _sign(x: np.ndarray, dx: float) -> np.ndarray:
-    """The integral of sgn(x - x') over the strip."""
-    return np.clip(2 * x, -dx, dx)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -58,11 +58,7 @@ class RollingLayers:
     upper: Solids
     lower: Solids
     depth: float
-
-    @property
-    def even(self) -> bool:
-        """Not: the past lies ahead."""
-        return False
+    even: ClassVar[bool] = False  # the past lies ahead
 
     @property
     def nu(self) -> float:

@@ -210,7 +210,7 @@ class Linearised:
         sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
         sums[2, :n], sums[2, n : 2 * n] = -disc.grid.y[iy] * force, disc.grid.x[ix] * force
         sums[4, -1] = disc.scales.displacement
-        there = [0, 1, 3, 4] if disc.line else [0, 1, 2, 3, 4]
+        there = [0, 1, 3, 4] if disc.grid.line else [0, 1, 2, 3, 4]
         return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
 
     def check(self, wave_number: Any) -> np.ndarray:

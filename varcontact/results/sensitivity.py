@@ -62,7 +62,7 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
     assert motion is not None
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
     still |= {"rigid_slip": None} if hasattr(motion, "rigid_slip") else {}
-    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.line else 3]
+    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.grid.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 

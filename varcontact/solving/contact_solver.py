@@ -106,7 +106,7 @@ class ContactSolver:
 
     def pressure_on_subgrid(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
         """The contact with its pressure solved for on parts of the elements, which bear the means."""
-        cells = cells_of(disc.grid.edge, disc.line)
+        cells = cells_of(disc.grid.edge, disc.grid.line)
         parts = divided(disc, cells)
         begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
         higher = (disc.base - parts.base) / disc.scales.displacement
@@ -211,7 +211,7 @@ class ContactSolver:
         mirror = None if self.plan.matrix_free else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start, settings)
-        halved = None if start is None else mirror.fold_solution(start)
+        halved = None if start is None else replace(start, traction=start.traction[:, mirror.half])
         return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
 
     def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:

@@ -230,7 +230,7 @@ def _way(disc: Discretisation) -> tuple[int, float]:
     whole, rest = divmod(round(disc.step / dx, 9), 1.0)
     if rest == 0:
         return int(whole), 0.0
-    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
+    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1))
     at_centres, between = (
         np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
         for table in (pair.tangential(), pair.carrying(rest * dx))

@@ -47,7 +47,7 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
     or the number of patches does. The wavelength that helps is the least, doubled from four elements on, with which
     the largest pressure changes by less than a tenth and the patches do not, if it is doubled.
     """
-    element = max(disc.grid.sides[:1] if disc.line else disc.grid.sides)
+    element = max(disc.grid.sides[:1] if disc.grid.line else disc.grid.sides)
     shortest = SHORTEST * element
     if not state.pressure.any():
         return ""
@@ -64,7 +64,7 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
         if found.apart(without) < RULES:
             return ""
         left, right, bottom, top = disc.grid.box
-        longest = max(right - left, 0.0 if disc.line else top - bottom)
+        longest = max(right - left, 0.0 if disc.grid.line else top - bottom)
         helps, wavelength = 0.0, 2 * shortest
         while helps == 0 and wavelength <= longest:
             after = _smoothed_look(disc, state, solver, wavelength)

@@ -18,7 +18,7 @@ from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattic
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
-from varcontact.discrete.state import ContactState, divided, unloaded, without_pressure
+from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
@@ -207,7 +207,7 @@ class March:
         assert isinstance(operators.medium, ViscoelasticMedium)
         assert before.memory is not None
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
-        inside = slice(0, 2), slice(0, 1) if disc.line else slice(1, -1), slice(ahead, ahead + nx)
+        inside = slice(0, 2), slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
         left = operators.at_once.every.apply(_tractions(before) / pressure)[:2]
         displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
@@ -232,7 +232,7 @@ class March:
 
     def _wide(self, solution: Solution) -> np.ndarray:
         """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
-        rows = (0, 0) if self.disc.line else (1, 1)
+        rows = (0, 0) if self.disc.grid.line else (1, 1)
         return np.pad(_tractions(solution), ((0, 0), rows, (self.columns, self.columns)))
 
     def _passed(self, motion: TimeStep) -> float:
@@ -244,7 +244,9 @@ class March:
         state = initial_state(disc, before, steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):
-            return without_contact(scene, disc if cells == (1, 1) else without_pressure(disc), steps)
+            if cells != (1, 1):
+                disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
+            return without_contact(scene, disc, steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)

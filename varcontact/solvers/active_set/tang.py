@@ -233,18 +233,13 @@ def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterat
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
         with settings.stats.called("splitting"):
-            at = _split(problem, splitting, at, rounds, settings.deadline)
+            begin = (at.traction - shift_of(problem, at) / splitting.weight).ravel()
+            moved, multipliers = splitting.moved(begin, rounds, settings.deadline)
+            rigid = at.rigid.copy()
+            rigid[problem.free] = multipliers
+            at = Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
             settings.stats.iterated("splitting", rounds)
         yield at, 0
-
-
-def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: int, deadline: float) -> Point:
-    """The point after some rounds of splitting, which may be near enough for Newton's method."""
-    begin = (at.traction - shift_of(problem, at) / splitting.weight).ravel()
-    moved, multipliers = splitting.moved(begin, rounds, deadline)
-    rigid = at.rigid.copy()
-    rigid[problem.free] = multipliers
-    return Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:

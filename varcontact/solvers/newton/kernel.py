@@ -185,7 +185,13 @@ def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) ->
         (ny, nx), (rows, columns) = shape, operator.shape
         table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
         if halvings and rows == 1:
-            table = table - halvings * _fall(operator.table)
+            # a logarithm falls by as much from any distance to twice that; differences of it have no even part
+            middle = operator.table.shape[-1] // 2
+            far, half = (
+                operator.table[..., middle - at] + operator.table[..., middle + at]
+                for at in (middle // 2 * 2, middle // 2)
+            )
+            table = table - halvings * ((half - far) / 2)[..., None]
         blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
         kept[key] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
         for oldest in list(kept)[:-KERNELS]:
@@ -200,16 +206,6 @@ def kernel_on(operator: RestrictedOperator, shape: tuple[int, int]) -> Kernel | 
     if not isinstance(whole, ConformalOperator):
         return mean
     return CurvedKernel(mean, whole, int(operator.elements.min()) // whole.shape[1])
-
-
-def _fall(table: np.ndarray) -> np.ndarray:
-    """By how much the even part of a line contact's influence falls from a distance to twice that, (c, c, 1, 1).
-
-    A logarithm falls by as much from any distance; differences of it, of steady rolling, have no even part far away.
-    """
-    middle = table.shape[-1] // 2
-    far, half = (table[..., middle - at] + table[..., middle + at] for at in (middle // 2 * 2, middle // 2))
-    return ((half - far) / 2)[..., None]
 
 
 def unit(operator: GridOperator) -> float:
