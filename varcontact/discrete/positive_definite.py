@@ -111,9 +111,10 @@ class _Iterated:
         )
         if run is None:
             return np.inf
-        residual = right - self.symmetric.apply(run.solution)
+        solution, _ = run
+        residual = right - self.symmetric.apply(solution)
         open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
-        return float(np.sum(run.solution * (right + residual)) + open_)
+        return float(np.sum(solution * (right + residual)) + open_)
 
 
 PositiveDefinite = _Factored | _Iterated
@@ -145,34 +146,22 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     run = _conjugate_gradients(symmetric, preconditioner, right, lambda weight, energy: weight <= enough**2)
     if run is None:
         return None
-    relative = run.where_residual_is(SHARE)
+    relative, high = 0.0, 2.0
+    for _ in range(50):  # where, below its least root, P has come down to the share, by bisection
+        middle = (relative + high) / 2
+        relative, high = (middle, high) if _residual(run[1], middle) >= SHARE else (relative, middle)
     return _Iterated(symmetric, preconditioner, relative, relative * least)
 
 
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """A solution by conjugate gradients, with their steps (alpha, beta)."""
-
-    solution: np.ndarray
-    steps: list[tuple[float, float]]
-
-    def where_residual_is(self, value: float) -> float:
-        """Where, below its least root, the polynomial of the residual has come down from 1 to a value, by bisection."""
-        low, high = 0.0, 2.0
-        for _ in range(50):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self._residual(middle) >= value else (low, middle)
-        return low
-
-    def _residual(self, x: float) -> float:
-        """The polynomial of the residual at x; zero from its least root on, where one before it changes its sign."""
-        residual = direction = 1.0
-        for alpha, beta in self.steps:
-            residual -= alpha * x * direction
-            if residual <= 0:
-                return 0.0
-            direction = residual + beta * direction
-        return residual
+def _residual(steps: list[tuple[float, float]], x: float) -> float:
+    """The polynomial P of the residual at x; zero from its least root on, where one before it changes its sign."""
+    residual = direction = 1.0
+    for alpha, beta in steps:
+        residual -= alpha * x * direction
+        if residual <= 0:
+            return 0.0
+        direction = residual + beta * direction
+    return residual
 
 
 def _conjugate_gradients(
@@ -180,10 +169,10 @@ def _conjugate_gradients(
     inverse: _Preconditioner,
     right: np.ndarray,
     enough: Callable[[float, float], bool],
-) -> _Run | None:
+) -> tuple[np.ndarray, list[tuple[float, float]]] | None:
     """Solve ``S x = b`` until the weight ``r'Q r`` of the residual is enough, which is told the energy ``x'b``, too.
 
-    None where a direction has no positive curvature, or there are too many steps.
+    Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too many steps.
     """
     x, residual, energy = np.zeros_like(right), right.copy(), 0.0
     direction = inverse.apply(residual)
@@ -202,7 +191,7 @@ def _conjugate_gradients(
         weight, before = float(np.sum(residual * preconditioned)), weight
         steps.append((alpha, weight / before))
         direction = preconditioned + weight / before * direction
-    return _Run(x, steps)
+    return x, steps
 
 
 def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float, bool]:

@@ -160,7 +160,7 @@ class FoldedOperator(RestrictedOperator):
         field[:, self.elements] = tractions
         field[:, self.images] = tractions * np.array(self.signs)[:, None]
         product = self.grid_operator.apply(field.reshape(2, ny, nx)).reshape(2, -1)[:, self.elements]
-        return self._with_own(product, tractions)
+        return product if self.softening is None else product + self.softening * tractions
 
 
 @dataclass(frozen=True, eq=False)

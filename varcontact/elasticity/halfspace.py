@@ -145,17 +145,8 @@ class _Segment:
     def __init__(self, x: np.ndarray, y: np.ndarray, dx: float) -> None:
         self.x, self.y, self.dx = x, y, dx
         self.x1, self.x2 = np.abs(x) - dx / 2, np.abs(x) + dx / 2
+        self.r1, self.r2 = _distance(self.x1, y), _distance(self.x2, y)  # of the ends
         self.around = self.x1 <= 0
-
-    @cached_property
-    def r1(self) -> np.ndarray:
-        """Distance from the near end."""
-        return _distance(self.x1, self.y)
-
-    @cached_property
-    def r2(self) -> np.ndarray:
-        """Distance from the far end."""
-        return _distance(self.x2, self.y)
 
     @cached_property
     def inverse(self) -> np.ndarray:

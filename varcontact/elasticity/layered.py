@@ -305,22 +305,15 @@ def added_numbers(
             found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
     if line:
         at_depth, near = _kernel_values(edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]).T
-        counted = np.where(pair.at_rest, near - _displaced_on_base(pair), at_depth)
+        # where bases that do not move are at rest: integrals of symbols times cos(k h)/(pi k), less what half-spaces have
+        h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
+        beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
+        on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
+        counted = np.where(pair.at_rest, near - on_base, at_depth)
         for name, own in zip(("xx", "yy", "zz"), counted, strict=True):
             if name in found:
                 found[name] -= dx * own
     return found
-
-
-def _displaced_on_base(pair: LayeredPair) -> np.ndarray:
-    """Displacements by unit line loads at a distance of the thickness, where bases that do not move are at rest.
-
-    The integrals of symbols times cos(k thickness)/(pi k), less what half-spaces have there.
-    """
-    h = pair.thickness
-    k, weights = wave_numbers(h, 0.0, h)
-    beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
-    return ((pair.symbols(k) @ (weights * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
 
 
 @dataclass(frozen=True)

@@ -271,10 +271,7 @@ class RestrictedOperator:
         ny, nx = self.grid_operator.shape
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
-        product = self.grid_operator.apply(fields.reshape(-1, ny, nx))
-        return self._with_own(product.reshape(-1, ny * nx)[:, self.elements], tractions)
-
-    def _with_own(self, product: np.ndarray, tractions: np.ndarray) -> np.ndarray:
+        product = self.grid_operator.apply(fields.reshape(-1, ny, nx)).reshape(-1, ny * nx)[:, self.elements]
         return product if self.softening is None else product + self.softening * tractions
 
 

@@ -155,18 +155,14 @@ def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float =
     return result
 
 
-def _letters(kind: str) -> str:
-    return kind.partition("_")[2]
-
-
 def exchanged(kind: str) -> str:
     """The same derivative with x and y exchanged."""
     potential, underscore, letters = kind.partition("_")
     return f"{potential}{underscore}{''.join(sorted(letters.translate(str.maketrans('xy', 'yx'))))}"
 
 
-_ODD_X = np.array([_letters(kind).count("x") % 2 == 1 for kind in KINDS])
-_ODD_Y = np.array([_letters(kind).count("y") % 2 == 1 for kind in KINDS])
+_ODD_X = np.array([kind.count("x") % 2 == 1 for kind in KINDS])
+_ODD_Y = np.array([kind.count("y") % 2 == 1 for kind in KINDS])
 _SWAPPED = np.array([KINDS.index(exchanged(kind)) for kind in KINDS])
 
 
@@ -319,19 +315,13 @@ def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> 
         values = line(level)
         return values[:, :-1] - values[:, 1:]
 
-    def potential(s: _Segment) -> np.ndarray:  # integral of -omega_x
-        return s.xi * s.inverse - s.z * s.angle
-
-    def slope(s: _Segment) -> np.ndarray:  # z times the integral of -phi_x
-        return s.z * s.xi * s.cube
-
     phi_x = over_x(lambda s: s.inverse)
     phi_y = over_y(lambda s: s.inverse)
     return np.array(
         [
-            -over_x(potential),
+            -over_x(lambda s: s.xi * s.inverse - s.z * s.angle),
             upright.odd * over_x(lambda s: s.z * s.logarithm - s.r.step),
-            -over_y(potential),
+            -over_y(lambda s: s.xi * s.inverse - s.z * s.angle),
             over_x(lambda s: s.xi * s.angle) + level.odd * over_y(lambda s: s.xi * s.logarithm) + z * phi_x,
             over_y(lambda s: s.xi * s.angle) + upright.odd * over_x(lambda s: s.xi * s.logarithm) + z * phi_y,
             phi_x,
@@ -341,9 +331,9 @@ def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> 
             over_y(lambda s: s.angle),
             -upright.odd * over_x(lambda s: s.xi * s.v.step),
             -over_x(lambda s: _step(s.eta, s.v)),
-            -over_x(slope),
+            -over_x(lambda s: s.z * s.xi * s.cube),
             z * upright.odd * over_x(lambda s: s.u.step),
-            -over_y(slope),
+            -over_y(lambda s: s.z * s.xi * s.cube),
             -(z**2) * over_x(lambda s: s.cube),
             -(z**2) * over_y(lambda s: s.cube),
             z * upright.odd * over_x(lambda s: s.xi * s.w.step),

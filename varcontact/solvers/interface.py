@@ -93,25 +93,18 @@ class SolveStats:
             own = took - self._within_calls.pop()
             if self._within_calls:
                 self._within_calls[-1] += took
-            self._add(solver, count=1, seconds=own)
+            self.iterated(solver, count=1, seconds=own)
 
-    def iterated(self, solver: str, iterations: int) -> None:
+    def iterated(self, solver: str, iterations: int = 0, count: int = 0, seconds: float = 0.0) -> None:
         """Iterations of a solver, added to those of its earlier calls."""
-        self._add(solver, iterations=iterations)
+        solvers = self.calls.setdefault(self._stages[-1] if self._stages else "", {})
+        known = solvers.get(solver, Calls())
+        solvers[solver] = Calls(known.count + count, known.iterations + iterations, known.seconds + seconds)
 
     def tell(self, words: str) -> None:
         """How far a solver is."""
         if self._progress is not None and "grid" not in self._stages:
-            self._progress(f"{self._problem}: {words}")
-
-    @property
-    def _problem(self) -> str:
-        return self._stages[-1] if self._stages else ""
-
-    def _add(self, solver: str, count: int = 0, iterations: int = 0, seconds: float = 0.0) -> None:
-        solvers = self.calls.setdefault(self._problem, {})
-        known = solvers.get(solver, Calls())
-        solvers[solver] = Calls(known.count + count, known.iterations + iterations, known.seconds + seconds)
+            self._progress(f"{self._stages[-1] if self._stages else ''}: {words}")
 
 
 class OutOfTime(Exception):

@@ -23,7 +23,6 @@ from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 
@@ -35,16 +34,28 @@ def with_coefficients(disc: Discretisation, state: ContactState, start: str | So
     """The state with coefficients to begin with: its own, or those of the start."""
     if state.friction is not None:
         return state
-    return replace(state, friction=_start(_law(disc), disc.grid, start), branch=branch_of(start))
+    law, grid = _law(disc), disc.grid
+    if isinstance(start, Solution):
+        if start.grid.shape != grid.shape:
+            message = (
+                f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid has shape {grid.shape}"
+            )
+            given, allowed = f"Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}"
+            raise SceneError("start", given, allowed, message=message)
+        friction = _known(law, start)
+    else:
+        friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)
+    return replace(state, friction=friction, branch=branch_of(start))
 
 
 def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
     assert state.friction is not None
-    shift, areas = shift_and_areas(disc, state)
-    if _law(disc).memory_distance > 0:
+    law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
+    if law.memory_distance > 0:
         return _with_memory(disc, shift * (areas == SLIP))
-    return np.where(areas == SLIP, _at_slip(disc, shift), state.friction)
+    own = law(np.hypot(*shift) / unit_slip(disc))
+    return np.where(areas == SLIP, own, state.friction)
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -60,7 +71,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
         return _with_memory(disc, shift * (areas == SLIP))
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
     moved = shift / own_influence(disc)
-    own = _at_slip(disc, shift)
+    own = law(np.hypot(*shift) / unit_slip(disc))
     trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
     beyond = magnitude(trial) > law.static * state.pressure.ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
     image = project(trial, (own * state.pressure).ravel())
@@ -163,11 +174,6 @@ def _law(disc: Discretisation) -> Law:
     return disc.loading.law
 
 
-def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
-    """The law's coefficient at a local shift (2, ny, nx)."""
-    return _law(disc)(np.hypot(*shift) / unit_slip(disc))
-
-
 def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
     """The coefficients of particles after a local shift (2, ny, nx), with what they had a step ago.
 
@@ -185,21 +191,6 @@ def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
     for column in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
         known = found[:, column] = law.after(known, slip[:, column], disc.grid.sides[0])
     return found
-
-
-def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
-    """The coefficients to begin with."""
-    if not isinstance(start, Solution):
-        return np.full(grid.shape, law.kinetic if start == "slip" else law.static)
-    if start.grid.shape != grid.shape:
-        raise SceneError(
-            "start",
-            f"Solution of shape {start.grid.shape}",
-            f"on a grid of shape {grid.shape}",
-            message=f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid "
-            f"has shape {grid.shape}",
-        )
-    return _known(law, start)
 
 
 def _known(law: Law, solution: Solution) -> np.ndarray:

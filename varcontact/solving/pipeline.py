@@ -59,11 +59,6 @@ class Task:
     settings: Settings
     start: RawSolution | None
 
-    @property
-    def is_normal(self) -> bool:
-        """Whether it is a normal problem."""
-        return isinstance(self.problem, NormalProblem)
-
     def residual(self, answer: RawSolution) -> float:
         """Natural-map residual of an answer."""
         if isinstance(self.problem, NormalProblem):
@@ -106,7 +101,7 @@ def solve_tangential(
     """Tractions and rigid shifts."""
     task = Task(problem, plan, polish, settings, start)
     if problem.no_slip and not plan.matrix_free:
-        return _stick(task)
+        return NO_SLIP(problem, settings, None)
     if not plan.programs:
         falls_back = plan.fallback != "none" and not plan.marches and problem.size <= MOST_OF_A_PROGRAM
         return _best(task, (_named, _fallback) if falls_back else (_named,))
@@ -118,7 +113,10 @@ def solve_tangential(
 
 
 def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
-    enough, solver = task.settings.tol, task.plan.normal if task.is_normal else task.plan.tangential
+    enough, solver = (
+        task.settings.tol,
+        task.plan.normal if isinstance(task.problem, NormalProblem) else task.plan.tangential,
+    )
     if states_programs(solver):
         enough = min(enough, NEARLY_ROUNDED)
     best: RawSolution | None = None
@@ -158,7 +156,7 @@ def _step_of_a_march(
 
 def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
-    if task.plan.convex and not (task.plan.marches and not task.is_normal):
+    if task.plan.convex and not (task.plan.marches and not isinstance(task.problem, NormalProblem)):
         return _refined(closer)
     answer = _by_plan(task, closer.settings.tol)
     if isinstance(task.problem, NormalProblem):
@@ -168,7 +166,11 @@ def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
 
 def _refined(task: Task) -> RawSolution:
     """The answer of a program refined by splitting; a nearer one is asked for where that did not do."""
-    solver, tol, best = task.plan.normal if task.is_normal else task.plan.tangential, task.settings.tol, None
+    solver, tol, best = (
+        task.plan.normal if isinstance(task.problem, NormalProblem) else task.plan.tangential,
+        task.settings.tol,
+        None,
+    )
     for accuracy in TO_REFINE:
         answer = task.solved(solver, max(accuracy, tol))
         best = task.better(best, answer)
@@ -224,16 +226,10 @@ def _fallback(task: Task, best: RawSolution | None) -> RawSolution | None:
     return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
 
 
-def _stick(task: Task, best: RawSolution | None = None) -> RawSolution:
-    """Tractions that stick everywhere: one linear system."""
-    assert isinstance(task.problem, TangentialProblem)
-    return NO_SLIP(task.problem, task.settings, None)
-
-
 def _stick_if_admissible(task: Task, best: RawSolution | None) -> RawSolution | None:
     """These are the solution where friction is nowhere exhausted."""
     assert isinstance(task.problem, TangentialProblem)
-    sticking = _stick(task)
+    sticking = NO_SLIP(task.problem, task.settings, None)
     return sticking if np.all(magnitude(sticking.traction) <= task.problem.bound) else None
 
 
@@ -253,7 +249,9 @@ def _active_sets_from_start(task: Task, best: RawSolution | None) -> RawSolution
     if start is None:
         return best
     near = _active_sets_from(task, start, NEWTON_STEPS_FROM_START)
-    if not (task.is_normal or near.solved or task.residual(near) > 1e-2 * task.residual(start)):
+    if not (
+        isinstance(task.problem, NormalProblem) or near.solved or task.residual(near) > 1e-2 * task.residual(start)
+    ):
         near = _active_sets_from(task, near)
     return replace(near, iterations=0)
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -109,15 +108,12 @@ class CoupledConditions:
     """Both problems on a grid, dimensionless: the tangential one with its bound left open, friction (ny, nx)."""
 
     kernel: CoupledKernel | ConformalKernel
+    known: np.ndarray
     normal: NormalConditions
     tangential: TangentialConditions
     friction: np.ndarray
     forces: Forces
     linear = False
-
-    @property
-    def known(self) -> np.ndarray:
-        return np.concatenate([self.normal.known, self.tangential.known])
 
     def under(self, pressure: np.ndarray) -> TangentialConditions:
         """The tangential problem under a pressure (ny, nx)."""
@@ -147,27 +143,28 @@ class CoupledConditions:
         bound = self.friction * traction[0]
         right = tangential.right + (bound - under.bound) * tangential.along  # the bound of the pressure to be found
         right = np.where(under.contact, right, -traction[1:])
-        return CoupledSystem(self, np.concatenate([normal.right, right]), normal, tangential)
+        apart = (~under.contact).astype(np.float32)
+        tied = (self.friction * tangential.along).astype(np.float32)
+        return CoupledSystem(self, np.concatenate([normal.right, right]), normal, tangential, apart, tied)
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledSystem:
-    """Newton's equations of both problems; `right` (1 + c, ny, nx)."""
+    """Newton's equations of both problems; `right` (1 + c, ny, nx).
+
+    `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties tractions to
+    pressures, (c, ny, nx).
+    """
 
     conditions: CoupledConditions
     right: np.ndarray
     normal: NormalSystem
     tangential: TangentialSystem
-
-    @cached_property
-    def _areas(self) -> tuple[np.ndarray, np.ndarray]:
-        """Ones out of contact; the slip's direction times friction, which ties tractions to pressures."""
-        apart = (~self.tangential.conditions.contact).astype(np.float32)
-        return apart, (self.conditions.friction * self.tangential.along).astype(np.float32)
+    apart: np.ndarray
+    tied: np.ndarray
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        apart, tied = self._areas
-        tangential = self.tangential.rows(image[1:], step[1:]) + apart * step[1:] - tied * step[0]
+        tangential = self.tangential.rows(image[1:], step[1:]) + self.apart * step[1:] - self.tied * step[0]
         return np.concatenate([self.normal.rows(image[:1], step[:1]), tangential])
 
     def border(self, component: int) -> np.ndarray:
@@ -180,10 +177,9 @@ class CoupledSystem:
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """Pressures first."""
-        apart, tied = self._areas
         pressure = self.normal.precondition(right[:1])
-        tractions = right[1:] + tied * pressure[0]
-        tangential = self.tangential.precondition((1 - apart) * tractions) + apart * tractions
+        tractions = right[1:] + self.tied * pressure[0]
+        tangential = self.tangential.precondition((1 - self.apart) * tractions) + self.apart * tractions
         return np.concatenate([pressure, tangential])
 
 
@@ -216,6 +212,7 @@ class ScaledCoupled:
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
             _kernel(problem, part),
+            known,
             NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
             TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
             problem.friction / part,

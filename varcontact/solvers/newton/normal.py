@@ -7,7 +7,6 @@ and Newton's equation is ``A d = -E``; elsewhere it is ``d = -p``.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -62,39 +61,33 @@ class NormalConditions:
 
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> NormalSystem:
         contact = (trial[0] > 0) & self.within
-        return NormalSystem(self, np.where(contact, -shift, -traction), contact, damping)
+        inside = contact.astype(np.float32)
+        return NormalSystem(self, np.where(contact, -shift, -traction), inside, 1 - inside, damping)
 
 
 @dataclass(frozen=True, eq=False)
 class NormalSystem:
-    """Newton's equations on a contact area (ny, nx)."""
+    """Newton's equations on a contact area: ones `inside` it (ny, nx), and ones `outside`."""
 
     conditions: NormalConditions
     right: np.ndarray
-    contact: np.ndarray
+    inside: np.ndarray
+    outside: np.ndarray
     damping: float
 
-    @cached_property
-    def _areas(self) -> tuple[np.ndarray, np.ndarray]:
-        """Ones in the contact, and ones elsewhere."""
-        inside = self.contact.astype(np.float32)
-        return inside, 1 - inside
-
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        inside, outside = self._areas
         if self.damping:
             image = image + np.float32(self.damping) * step
-        return inside * image + outside * step
+        return self.inside * image + self.outside * step
 
     def border(self, component: int) -> np.ndarray:
-        return self._areas[0][None].copy()
+        return self.inside[None].copy()
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The inverse of the circulant in the contact."""
-        inside, outside = self._areas
         circulant = self.conditions.kernel.circulant
-        found = circulant.apply(circulant.normal[:, None], (inside * right)[:, None])
-        return inside * found[:, 0] + outside * right
+        found = circulant.apply(circulant.normal[:, None], (self.inside * right)[:, None])
+        return self.inside * found[:, 0] + self.outside * right
 
 
 @dataclass(frozen=True, eq=False)
