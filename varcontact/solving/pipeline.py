@@ -59,6 +59,11 @@ class Task:
     settings: Settings
     start: RawSolution | None
 
+    @property
+    def solver(self) -> str:
+        """The plan's solver."""
+        return self.plan.normal if isinstance(self.problem, NormalProblem) else self.plan.tangential
+
     def residual(self, answer: RawSolution) -> float:
         """Natural-map residual of an answer."""
         if isinstance(self.problem, NormalProblem):
@@ -71,12 +76,12 @@ class Task:
             return other
         return other if self.residual(other) < self.residual(one) else one
 
-    def solved(self, solver: str, tol: float) -> RawSolution:
-        """The answer of a solver, asked for a tolerance."""
+    def solved(self, tol: float) -> RawSolution:
+        """The answer of the plan's solver, asked for a tolerance."""
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
-            return normal_solver(solver)(self.problem, settings, self.start)
-        return tangential_solver(solver)(self.problem, settings, self.start)
+            return normal_solver(self.solver)(self.problem, settings, self.start)
+        return tangential_solver(self.solver)(self.problem, settings, self.start)
 
 
 Attempt = Callable[[Task, RawSolution | None], RawSolution | None]
@@ -113,11 +118,8 @@ def solve_tangential(
 
 
 def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
-    enough, solver = (
-        task.settings.tol,
-        task.plan.normal if isinstance(task.problem, NormalProblem) else task.plan.tangential,
-    )
-    if states_programs(solver):
+    enough = task.settings.tol
+    if states_programs(task.solver):
         enough = min(enough, NEARLY_ROUNDED)
     best: RawSolution | None = None
     for attempt in attempts:
@@ -136,13 +138,10 @@ def _named(task: Task, best: RawSolution | None) -> RawSolution:
 
 def _by_plan(task: Task, tol: float) -> RawSolution:
     """The plan's solver, in steps of a march where the plan marches."""
-    problem, plan = task.problem, task.plan
-    if isinstance(problem, NormalProblem):
-        return task.solved(plan.normal, tol)
-    if not plan.marches:
-        return task.solved(plan.tangential, tol)
-    solver = partial(_step_of_a_march, plan)
-    return march(solver, problem, replace(task.settings, tol=tol), task.start)
+    if isinstance(task.problem, NormalProblem) or not task.plan.marches:
+        return task.solved(tol)
+    solver = partial(_step_of_a_march, task.plan)
+    return march(solver, task.problem, replace(task.settings, tol=tol), task.start)
 
 
 def _step_of_a_march(
@@ -151,7 +150,7 @@ def _step_of_a_march(
     step = Task(problem, plan, False, settings, start)
     if plan.convex:
         return _refined(step)
-    return step.solved(plan.tangential, settings.tol)
+    return step.solved(settings.tol)
 
 
 def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
@@ -166,13 +165,9 @@ def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
 
 def _refined(task: Task) -> RawSolution:
     """The answer of a program refined by splitting; a nearer one is asked for where that did not do."""
-    solver, tol, best = (
-        task.plan.normal if isinstance(task.problem, NormalProblem) else task.plan.tangential,
-        task.settings.tol,
-        None,
-    )
+    tol, best = task.settings.tol, None
     for accuracy in TO_REFINE:
-        answer = task.solved(solver, max(accuracy, tol))
+        answer = task.solved(max(accuracy, tol))
         best = task.better(best, answer)
         if _finite(answer) and task.residual(best) > tol:
             if isinstance(task.problem, NormalProblem):
@@ -249,9 +244,8 @@ def _active_sets_from_start(task: Task, best: RawSolution | None) -> RawSolution
     if start is None:
         return best
     near = _active_sets_from(task, start, NEWTON_STEPS_FROM_START)
-    if not (
-        isinstance(task.problem, NormalProblem) or near.solved or task.residual(near) > 1e-2 * task.residual(start)
-    ):
+    done = near.solved or task.residual(near) > 1e-2 * task.residual(start)
+    if not (isinstance(task.problem, NormalProblem) or done):
         near = _active_sets_from(task, near)
     return replace(near, iterations=0)
 
