@@ -305,7 +305,7 @@ def added_numbers(
             found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
     if line:
         at_depth, near = _kernel_values(edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]).T
-        # where bases that do not move are at rest: integrals of symbols times cos(k h)/(pi k), less those of half-spaces
+        # where resting bases do not move: integrals of symbols times cos(k h)/(pi k), less those of half-spaces
         h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
         beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
         on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
