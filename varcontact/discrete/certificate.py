@@ -199,11 +199,10 @@ def _no_bounds() -> ForceBounds:
 def _force_bounds(
     disc: Discretisation, state: ContactState, tangential: TangentialProblem | None, closed_form: bool
 ) -> ForceBounds:
-    """Bounds on the errors of Fx, Fy, Mz, in the scene's units."""
     scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
-    bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
-    stray_x, stray_y = np.delete(state.traction.reshape(2, -1), bearing, axis=1)  # all error
-    x, y = np.delete(disc.points.reshape(2, -1), bearing, axis=1)
+    elements = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
+    stray_x, stray_y = np.delete(state.traction.reshape(2, -1), elements, axis=1)  # all error
+    x, y = np.delete(disc.points.reshape(2, -1), elements, axis=1)
     totals = [stray_x.sum(), stray_y.sum(), (x * stray_y - y * stray_x).sum()]
     bound, part = disc.lattice.area * np.abs(totals), np.zeros(3)
     if tangential is not None and tangential.size > 0:
@@ -266,7 +265,6 @@ def outputs_of(problem: TangentialProblem) -> np.ndarray:
 
 
 def unknown(outputs: np.ndarray) -> np.ndarray:
-    """Infinite bounds, for the outputs that exist."""
     return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
 
 

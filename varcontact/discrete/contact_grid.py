@@ -83,12 +83,10 @@ def _spec(scene: Scene) -> Grid:
 
 
 def given_grid(scene: Scene) -> Grid:
-    """The scene's grid as it is given, or the usual one."""
     return scene.grid if isinstance(scene.grid, Grid) else usual_grid(scene.line)
 
 
 def across(pressure: np.ndarray) -> tuple[int, int]:
-    """Columns and rows with contact in them."""
     contact = pressure > 0
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
@@ -212,7 +210,6 @@ def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) 
 
 
 def same_lattice(one: Grid, other: Grid) -> bool:
-    """Whether two lattices are the same but for rounding."""
     size = max(abs(side) for side in other.box)
     return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
 

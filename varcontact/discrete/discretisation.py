@@ -105,12 +105,10 @@ class Loading:
 
     @property
     def steady(self) -> bool:
-        """Whether the bodies roll steadily."""
         return isinstance(self.motion, Steady)
 
     @property
     def slip_difference(self) -> str:
-        """Which difference over a step of rolling the elastic slip is."""
         return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
 
     @property
@@ -120,7 +118,6 @@ class Loading:
 
     @property
     def no_slip(self) -> bool:
-        """Whether friction is infinite."""
         return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
 
 
@@ -159,12 +156,10 @@ class Discretisation:
 
     @property
     def conformal(self) -> bool:
-        """Whether the reference surface is curved."""
         return isinstance(self.operators.medium, Conformal)
 
     @property
     def lattice(self) -> Grid:
-        """The dimensionless grid."""
         return self.operators.lattice
 
     @property
@@ -271,7 +266,6 @@ class Discretisation:
         return replace(self, loading=replace(self.loading, **changes))
 
     def at_approach(self, approach: float) -> Discretisation:
-        """The same bodies at a dimensionless approach."""
         return self.with_loading(normal_force=None, approach=approach * self.scales.displacement + self.base)
 
     @cached_property
@@ -329,11 +323,11 @@ class Discretisation:
         """
         motion = self.loading.motion
         assert motion is not None
-        bearing = (pressure if bound_pressure is None else bound_pressure).ravel()
+        pressing = (pressure if bound_pressure is None else bound_pressure).ravel()
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
             friction = np.broadcast_to(np.asarray(self.loading.coefficient), pressure.shape).ravel()
-            bound = friction * np.maximum(bearing, 0.0)
-        bears = (bearing > 0) & (bound > 0)
+            bound = friction * np.maximum(pressing, 0.0)
+        bears = (pressing > 0) & (bound > 0)
         if possible is not None:
             bears |= possible.ravel() & (friction > 0)
         elements = np.flatnonzero(bears)

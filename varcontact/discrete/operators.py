@@ -99,13 +99,11 @@ class Operators:
         return self.on(self.lattice.extended())
 
     def divided(self, cells: Cells) -> Operators:
-        """Those of the lattice of equal parts of the elements."""
         if cells not in self._divided:
             self._divided[cells] = self.on(self.lattice.divided(cells))
         return self._divided[cells]
 
     def on(self, lattice: Grid) -> Operators:
-        """Those of the same bodies on another lattice."""
         return Operators(lattice, self.medium)
 
     def forget(self) -> None:
@@ -170,7 +168,6 @@ def medium_of(
 
 
 def _stack(body: Body | str, G: float, length: float) -> Stack:
-    """The layers of a body, in units of a modulus and a length."""
     from varcontact.elasticity.layered import Stack
 
     if not isinstance(body, Layered):

@@ -69,7 +69,6 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
 
 
 def _rim(grid: Grid) -> np.ndarray:
-    """The outermost elements; in line contact those at the two ends."""
     rim = np.ones(grid.shape, dtype=bool)
     rim[:, 1:-1] = not grid.line
     rim[1:-1, 1:-1] = False

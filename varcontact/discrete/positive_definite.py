@@ -71,7 +71,6 @@ class _Factored:
         return float(1 / (sizes.sum(axis=0).max() * sizes.sum(axis=1).max()))
 
     def energies(self, right: np.ndarray) -> np.ndarray:
-        """``b'S^-1 b`` of several b (k, c, n)."""
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
 
 

@@ -64,12 +64,10 @@ class TangentialProblem:
 
     @property
     def size(self) -> int:
-        """Number of elements."""
         return self.bound.size
 
     @property
     def components(self) -> int:
-        """Number c of traction components."""
         return len(self.directions)
 
     @property
@@ -79,7 +77,6 @@ class TangentialProblem:
 
     @property
     def no_slip(self) -> bool:
-        """Whether the traction bound is infinite."""
         return bool(np.isinf(self.bound).all())
 
     @property
@@ -232,7 +229,6 @@ def mirror(
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    """The mirror of a tangential problem, or None."""
     operator, elements = problem.operator.grid_operator, problem.operator.elements
     columns = operator.shape[1]
     if elements.size and not operator.has_mirror(elements[0] // columns, elements[-1] // columns):

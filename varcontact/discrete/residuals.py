@@ -84,7 +84,6 @@ def coupling_residual(
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors."""
     return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
 
 

@@ -47,7 +47,6 @@ class ContactState:
 
 
 def unloaded(grid: Grid) -> ContactState:
-    """Bodies without pressure or traction."""
     return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
 
 

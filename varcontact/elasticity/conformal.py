@@ -43,7 +43,6 @@ class Conformal:
 
     @property
     def nu(self) -> float:
-        """Of the medium."""
         return self.flat.nu
 
     @property
@@ -58,7 +57,6 @@ class Conformal:
 
     @property
     def even(self) -> bool:
-        """As of the medium."""
         return self.flat.even
 
     def angles_at(self, y: np.ndarray) -> np.ndarray:
@@ -214,7 +212,6 @@ class ConformalOperator(GridOperator):
         return self._product(tractions, self._transforms)
 
     def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
-        """The same product of `tractions` in float32."""
         return self._product(tractions, self._single_transforms)
 
     def _product(self, tractions: np.ndarray, transforms: Transforms) -> np.ndarray:
@@ -241,7 +238,6 @@ class ConformalOperator(GridOperator):
         return np.ascontiguousarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components only."""
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
         parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
@@ -256,7 +252,6 @@ class ConformalOperator(GridOperator):
         return parts[rows, columns]
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
-        """``(M + s M')/2``, s the `sign`, of a square operator."""
         found: Harmonics = {}
         for half_turns, i, j in {*self.harmonics, *((m, j, i) for m, i, j in self.harmonics)}:
             own = self.harmonics.get((half_turns, i, j), (None, None))
@@ -280,7 +275,6 @@ class ConformalOperator(GridOperator):
 
     @cached_property
     def _transforms(self) -> Transforms:
-        """Transforms of the tables, by half turns."""
         from scipy import fft
 
         box = fft_box(*self.shape)

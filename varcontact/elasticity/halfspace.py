@@ -270,7 +270,6 @@ class HalfSpaces:
     even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers in closed form."""
         dx, dy = grid.sides
         if grid.line:
             return strip_influence_numbers(x, dx, nu=self.nu, K=self.K, depth=self.depth, components=components)

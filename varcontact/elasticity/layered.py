@@ -66,7 +66,6 @@ class Stack:
 
     @property
     def thickness(self) -> float:
-        """That of the top layer."""
         return self.layers[0][0] if self.layers else np.inf
 
     def compliance(self, k: np.ndarray) -> np.ndarray:

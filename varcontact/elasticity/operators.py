@@ -229,7 +229,6 @@ class RestrictedOperator:
 
     @property
     def components(self) -> int:
-        """Number of traction components."""
         return int(self.grid_operator.table.shape[1])
 
     @cached_property

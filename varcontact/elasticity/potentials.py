@@ -101,7 +101,6 @@ def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, d
 
 
 def _distance(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    """From the element."""
     return np.sqrt(np.maximum(np.abs(x) - dx / 2, 0) ** 2 + np.maximum(np.abs(y) - dy / 2, 0) ** 2 + z**2)
 
 
@@ -156,7 +155,6 @@ def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float =
 
 
 def exchanged(kind: str) -> str:
-    """The same derivative with x and y exchanged."""
     potential, underscore, letters = kind.partition("_")
     return f"{potential}{underscore}{''.join(sorted(letters.translate(str.maketrans('xy', 'yx'))))}"
 

@@ -34,7 +34,6 @@ class Solids:
 
     @property
     def relaxed(self) -> Stack:
-        """After a long time."""
         return self._weaker([1 + sum(f for f, _ in each) for each in self.relaxations])
 
     def at(self, k: np.ndarray) -> Stack:
@@ -67,12 +66,10 @@ class RollingLayers:
 
     @property
     def glassy(self) -> LayeredPair:
-        """The bodies as they are at once."""
         return LayeredPair(self.upper.stack, self.lower.stack, self.depth)
 
     @cached_property
     def relaxed(self) -> LayeredPair:
-        """The bodies after a long time."""
         return LayeredPair(self.upper.relaxed, self.lower.relaxed, self.depth)
 
     @cached_property
@@ -84,7 +81,6 @@ class RollingLayers:
         return max(float(np.abs(self._rolling(k).symbols(k)[1]).max()) / 2, self.relaxed.K, abs(self.surfaces.K))
 
     def _rolling(self, k: np.ndarray) -> LayeredPair:
-        """The bodies at wave numbers (n,)."""
         return LayeredPair(self.upper.at(k), self.lower.at(k))
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:

@@ -214,7 +214,6 @@ def _tangential(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, 
 
 
 def _normal(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """By pressures, along z."""
     part = 1 - 2 * nu
     u = [
         -z * Q("phi_x") - part * Q("chi_x"),

@@ -69,13 +69,13 @@ class SolveStats:
             return
         if self._progress is not None:
             self._progress(name)
-        begun = time.perf_counter()
+        started = time.perf_counter()
         self._stages.append(name)
         self._within_stages.append(0.0)
         try:
             yield
         finally:
-            took = time.perf_counter() - begun
+            took = time.perf_counter() - started
             self._stages.pop()
             self._seconds[name] = self._seconds.get(name, 0.0) + took - self._within_stages.pop()
             if self._within_stages:
@@ -85,11 +85,11 @@ class SolveStats:
     def called(self, solver: str) -> Iterator[None]:
         """One call of a solver; calls inside it count for themselves."""
         self._within_calls.append(0.0)
-        begun = time.perf_counter()
+        started = time.perf_counter()
         try:
             yield
         finally:
-            took = time.perf_counter() - begun
+            took = time.perf_counter() - started
             own = took - self._within_calls.pop()
             if self._within_calls:
                 self._within_calls[-1] += took
@@ -102,7 +102,6 @@ class SolveStats:
         solvers[solver] = Calls(known.count + count, known.iterations + iterations, known.seconds + seconds)
 
     def tell(self, words: str) -> None:
-        """How far a solver is."""
         if self._progress is not None and "grid" not in self._stages:
             self._progress(f"{self._stages[-1] if self._stages else ''}: {words}")
 
@@ -132,7 +131,6 @@ class Settings:
 
     @property
     def seconds_left(self) -> float:
-        """Until the deadline, more than zero."""
         return min(max(self.deadline - time.perf_counter(), 1e-3), LONGEST)
 
     def kept(self, key: Hashable, program: ConicProgram) -> tuple[Any, bool]:

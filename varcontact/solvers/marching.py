@@ -33,8 +33,8 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
     at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
     iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
     for _ in range(MAX_STEPS):
-        carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
-        shift = problem.rigid_shift - carried
+        previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
+        shift = problem.rigid_shift - previous
         step = replace(problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None)
         raw = solver(step, inner, at)
         iterations += raw.iterations

@@ -167,7 +167,6 @@ def refine_both(
     )
 
     def under(p: np.ndarray) -> tuple[NormalProblem, TangentialProblem]:
-        """Each problem with what the other does to it."""
         return (
             replace(normal, distance=normal.distance + coupling @ p[m:]),
             replace(tangential, rigid_shift=tangential.rigid_shift + (coupling.T @ p[:m]).reshape(shape)),
@@ -197,7 +196,6 @@ def refine_both(
 
 
 def _distance(problem: NormalProblem, at: RawSolution) -> np.ndarray:
-    """Deformed distances, (n,)."""
     return problem.distance - at.rigid[0] + problem.operator.apply(at.traction[None])[0]
 
 

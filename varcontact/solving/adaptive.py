@@ -87,7 +87,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
     `NotConverged`, with the best answer, if the accuracy is not reached: a finer grid does not fit into memory, or a
     solver misses its tolerance there. A `SceneError` if a history is not solved in time on the coarsest grids.
     """
-    target, begun = options.target, time.perf_counter()
+    target, started = options.target, time.perf_counter()
     assert target is not None
     if options.plan.closed_form and not options.plan.has_friction:
         return _closed_form(scene, options, progress)
@@ -96,7 +96,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
     n = _first(scene, options, target)
     while True:
         try:
-            levels.append(_level(scene, options, n, levels, progress, begun + LATE * budget))
+            levels.append(_level(scene, options, n, levels, progress, started + LATE * budget))
         except (OutOfTime, NotConverged) as error:
             if len(levels) >= GRIDS:
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
@@ -113,7 +113,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
         n = _next(scene, options, last, few=estimate is None)
         if estimate is None:
             continue
-        late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - begun)
+        late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - started)
         if late or not _fits(scene, options, n):
             return _not_reached(levels, target, f"a grid of {n} elements across does not fit into memory")
         needed = n if target.accuracy is None else last.n * (estimate.largest / target.accuracy) ** (1 / ORDER)
@@ -205,7 +205,7 @@ def _level(
 
     Coarse grids have no certificate; a grid begins from the one before.
     """
-    begun, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
+    started, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
     if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
         deadline = math.inf  # these are solved in any case
     near, others = before if isinstance(before, Solution) else None, 1
@@ -224,7 +224,7 @@ def _level(
             if not _fits(scene, options, n):
                 raise
     largest = max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
-    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest))
+    return GridLevel(n, answer, values(answer), time.perf_counter() - started, _patches(largest))
 
 
 def _solved(
@@ -296,12 +296,11 @@ def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Excep
 
 
 def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None) -> Answer:
-    """Hertz's contact, which needs no grid."""
-    begun = time.perf_counter()
+    started = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
     answer = _solved(replace(scene, grid=grid), options, progress)
     best = values(answer) | _peaks_by_hertz(answer)
-    solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - begun),)
+    solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - started),)
     how, target = "Hertz's pressure and approach are exact in the continuum", options.target
     assert target is not None
     exact = dict.fromkeys(best, 0.0)

@@ -108,9 +108,9 @@ class ContactSolver:
         """The contact with its pressure solved for on parts of the elements, which bear the means."""
         cells = cells_of(disc.grid.edge, disc.grid.line)
         parts = divided(disc, cells)
-        begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
+        initial_guess = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
         higher = (disc.base - parts.base) / disc.scales.displacement
-        solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + higher))
+        solved = self.pressure(parts, replace(state, pressure=initial_guess, approach=state.approach + higher))
         found = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher)
         return replace(disc, subgrid=Subgrid(parts, solved.pressure)), found
 
@@ -136,9 +136,9 @@ class ContactSolver:
                 )
                 easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
                 # on elements much longer than wide this is monotone where the slip of second order may not be
-                begun = self._solved(easier, None, settings)
-                again = self._solved(problem, begun, settings) if begun.solved else raw
-                count = raw.iterations + begun.iterations + again.iterations * begun.solved
+                easy = self._solved(easier, None, settings)
+                again = self._solved(problem, easy, settings) if easy.solved else raw
+                count = raw.iterations + easy.iterations + again.iterations * easy.solved
                 raw = replace(again if again.solved else raw, iterations=count)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
@@ -185,20 +185,21 @@ class ContactSolver:
         with self.stats.stage("joint"):
             bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = solve_joint_program(
+            pressures, tractions = solve_joint_program(
                 normal, tangential, coupling, self.plan, self.polish, self._settings(self.tol)
             )
-        traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
-        pressed = without_noise(disc.normal_problem(traction), pressed)
-        if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
-            raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {rubbed.status}", np.inf)
+        traction, rigid = tangential.on_grid(tractions.traction, tractions.rigid)
+        pressures = without_noise(disc.normal_problem(traction), pressures)
+        if not (np.isfinite(traction).all() and np.isfinite(pressures.traction).all()):
+            raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {tractions.status}", np.inf)
+        by_program = replace(state, solved_by={**state.solved_by, "normal": pressures.solver})
         return replace(
             state,
-            pressure=pressed.traction.reshape(disc.grid.shape),
-            approach=float(pressed.rigid[0]),
+            pressure=pressures.traction.reshape(disc.grid.shape),
+            approach=float(pressures.rigid[0]),
             traction=traction,
             rigid=rigid,
-            **_answered(replace(state, solved_by={**state.solved_by, "normal": pressed.solver}), "tangential", rubbed),
+            **_answered(by_program, "tangential", tractions),
         )
 
     def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:
@@ -327,7 +328,6 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:
-    """Refuse forces that friction cannot carry."""
     size = math.hypot(*(force or 0.0 for force in problem.force))
     limit = problem.area * float(problem.bound.sum())
     if size > 0 and size >= limit:

@@ -68,12 +68,10 @@ class FixedPoint:
 
     @property
     def best(self) -> ContactState:
-        """That of the least residual."""
         return replace(self._best, passes=self.state.passes)
 
     @property
     def goes_on(self) -> bool:
-        """Whether there is to be another pass."""
         limits = self._limits
         reached = self._best.passes[-1][1] <= limits.tol or np.isnan(self._best.passes[-1][1])
         patient = len(self.state.passes) < limits.passes and self._lost < limits.patience and self._failures < 2
@@ -86,7 +84,6 @@ class FixedPoint:
         self._over = True
 
     def add(self, after: ContactState, residual: float) -> None:
-        """The state that a pass ended in."""
         name, before = self._unknown.name, self.state.passes
         given, found = np.asarray(getattr(self.state, name)), np.asarray(getattr(after, name))
         self._given, self._found = [*self._given, given][-MEMORY:], [*self._found, found][-MEMORY:]

@@ -169,7 +169,6 @@ class Way:
 
 
 def _pairs(field: str, value: Any) -> None:
-    """Refuse what is no tuple of pairs of a name and a value."""
     pairs = isinstance(value, tuple) and all(isinstance(each, tuple) and len(each) == 2 for each in value)
     if not (pairs and all(isinstance(name, str) for name, _ in value)):
         raise SceneError(field, value, f"pairs of a name and a value, as {_AS[field]}")

@@ -94,7 +94,6 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """The key of `BRANCHES` for a start."""
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 

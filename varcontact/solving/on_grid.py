@@ -112,7 +112,7 @@ def solve_contact(
     scene: Scene,
     solver: ContactSolver,
     known: Operators | None = None,
-    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    initial_guess: Callable[[Discretisation, ContactState], ContactState] | None = None,
     near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it.
@@ -121,10 +121,10 @@ def solve_contact(
     the normal force.
     """
     if not isinstance(scene.surface, SampledDistance) or not scene.conformal:
-        return _solve_contact(scene, solver, known, begun, near)
-    disc, state = _solve_contact(scene, solver, known, begun, near)
+        return _solve_contact(scene, solver, known, initial_guess, near)
+    disc, state = _solve_contact(scene, solver, known, initial_guess, near)
     if scene.normal_force is not None:
-        disc, state = _bearing(disc, solver, state, solver.plan.coupling != "none")
+        disc, state = _with_normal_force(disc, solver, state, solver.plan.coupling != "none")
     angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
     turn = float(np.ptp(angles)) if angles.size else 0.0
     if turn > WIDEST:
@@ -136,7 +136,7 @@ def solve_contact(
     return disc, state
 
 
-def _bearing(
+def _with_normal_force(
     disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
 ) -> tuple[Discretisation, ContactState]:
     """The contact that bears its force along the normal of the plane; the approach is then as good as given.
@@ -165,14 +165,14 @@ def _solve_contact(
     scene: Scene,
     solver: ContactSolver,
     known: Operators | None = None,
-    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    initial_guess: Callable[[Discretisation, ContactState], ContactState] | None = None,
     near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
-    `known` serve again on the same lattice. `begun` gives a state without tractions those to begin with; a solution
-    `near`, on another grid, gives the place of the contact, its pressure and its tractions.
+    `known` serve again on the same lattice. `initial_guess` gives a state without tractions those to begin with; a
+    solution `near`, on another grid, gives the place of the contact, its pressure and its tractions.
     """
     closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
     with solver.stats.stage("grid"):
@@ -184,13 +184,13 @@ def _solve_contact(
         start = unloaded(grid) if found is None else found.on(disc)
         disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)
         if disc.conformal and scene.normal_force is not None:
-            _, state = _bearing(disc, replace(solver, tol=max(solver.tol, FOUND)), state, coupled=False)
+            _, state = _with_normal_force(disc, replace(solver, tol=max(solver.tol, FOUND)), state, coupled=False)
         with solver.stats.stage("grid"):
             settled = coupled and moved > 0
             wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)
         if wanted is None:
-            if begun is not None:
-                state = begun(disc, state)
+            if initial_guess is not None:
+                state = initial_guess(disc, state)
             elif near is not None:
                 state = _with_tractions_of(near, disc, state)
             state = contact(disc, solver, state)
@@ -291,13 +291,11 @@ class _Found:
 
     @classmethod
     def of(cls, disc: Discretisation, state: ContactState) -> _Found:
-        """That of a state on a discretisation."""
         return cls(
             disc.grid, state.pressure * disc.scales.pressure, state.approach * disc.scales.displacement + disc.base
         )
 
     def on(self, disc: Discretisation) -> ContactState:
-        """Its pressure on the elements of another grid."""
         pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
         approach = (self.approach - disc.base) / disc.scales.displacement if np.isfinite(self.approach) else 0.0
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
@@ -385,7 +383,6 @@ def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, solve
 
 
 def _why(solution: Solution, state: ContactState) -> str:
-    """What is known about why the tolerance was missed."""
     if state.passes:
         change = state.passes[-1][0]
         return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"

@@ -61,11 +61,9 @@ class Task:
 
     @property
     def solver(self) -> str:
-        """The plan's solver."""
         return self.plan.normal if isinstance(self.problem, NormalProblem) else self.plan.tangential
 
     def residual(self, answer: RawSolution) -> float:
-        """Natural-map residual of an answer."""
         if isinstance(self.problem, NormalProblem):
             return normal_residual(self.problem, answer.traction, answer.rigid)
         return tangential_residual(self.problem, answer.traction, answer.rigid)
@@ -77,7 +75,6 @@ class Task:
         return other if self.residual(other) < self.residual(one) else one
 
     def solved(self, tol: float) -> RawSolution:
-        """The answer of the plan's solver, asked for a tolerance."""
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
             return normal_solver(self.solver)(self.problem, settings, self.start)
@@ -91,7 +88,6 @@ Attempt = Callable[[Task, RawSolution | None], RawSolution | None]
 def solve_normal(
     problem: NormalProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
-    """Pressures and the approach."""
     if not states_programs(plan.normal):
         return normal_solver(plan.normal)(problem, settings, start)
     task = Task(problem, plan, polish, settings, start)
@@ -103,7 +99,6 @@ def solve_normal(
 def solve_tangential(
     problem: TangentialProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
-    """Tractions and rigid shifts."""
     task = Task(problem, plan, polish, settings, start)
     if problem.no_slip and not plan.matrix_free:
         return NO_SLIP(problem, settings, None)

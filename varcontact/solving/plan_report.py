@@ -97,7 +97,6 @@ def check_planned(planned: Plan) -> None:
 
 
 def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, str]:
-    """What follows from the kind of the scene."""
     difference = scene.difference
     bodies = {
         "quasi-identical": f"{difference}: tractions do not change the pressure",
@@ -182,7 +181,6 @@ def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
 def _matrices(
     scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[str, int], exact: bool
 ) -> tuple[Matrix, ...]:
-    """Influence numbers by offset, and dense matrices between the unknowns."""
     rows, columns = 2 * shape[0] - 1, 2 * shape[1] - 1
     steady, unlike = isinstance(scene.motion, Steady), scene.coupled and not plan.left_out
     tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")

@@ -205,7 +205,6 @@ def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
 
 
 def _chosen(scene: Scene, wanted: dict[str, str], preset: Preset) -> tuple[Plan, dict[str, str]]:
-    """The methods, and why each."""
     method = wanted["method"]
     reasons = {"method": WHY[method]}
     normal, reasons["normal"] = _normal(scene, wanted["normal"], preset, method)

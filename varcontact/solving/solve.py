@@ -257,15 +257,15 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
-        posed = disc if cells == (1, 1) else with_subgrid(disc, pressures)
-        lattice = posed if posed.subgrid is None else posed.subgrid.disc
+        on_parts = disc if cells == (1, 1) else with_subgrid(disc, pressures)
+        lattice = on_parts if on_parts.subgrid is None else on_parts.subgrid.disc
         given, problem = pressures / disc.scales.pressure, lattice.normal_problem()
         approach = problem.approach
         if approach is None:  # that of the elements, or parts, which the pressure acts on, weighted by it
             level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
             approach = float(given.ravel() @ level / given.sum())
         approach += (lattice.base - disc.base) / disc.scales.displacement
-        disc, state = posed, replace(unloaded(grid), pressure=means(given, cells), approach=approach)
+        disc, state = on_parts, replace(unloaded(grid), pressure=means(given, cells), approach=approach)
     tractions = _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
     if isinstance(scene.friction, Law):
         disc = disc.with_loading(coefficient=coefficient(disc, replace(state, traction=tractions)))

@@ -69,7 +69,6 @@ def largest_contacts(scene: Scene) -> list[Scene]:
 
 
 def transient(scene: Scene) -> Transient:
-    """The motion of a history."""
     assert isinstance(scene.motion, Transient)
     return scene.motion
 
@@ -240,7 +239,6 @@ class March:
         return motion.direction * motion.dq / self.disc.grid.sides[0]
 
     def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
-        """The solution of a step's problem."""
         state = initial_state(disc, before, steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):

@@ -96,7 +96,6 @@ def _one_at_a_time(
 
 
 def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:
-    """The contact area to begin with."""
     if start is not None and np.any(start.traction > 0):
         return start.traction > 1e-6 * start.traction.max()
     contact = np.zeros(problem.distance.size, dtype=bool)

@@ -357,18 +357,15 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
 
 
 def _merit(problem: TangentialProblem, at: Point, trial: np.ndarray) -> float:
-    """Size of the natural map's residual."""
     return float(np.linalg.norm(at.traction - project(trial, problem.bound)))
 
 
 def _better(problem: TangentialProblem, best: RawSolution | None, at: Point) -> RawSolution:
-    """The better of two by the residual."""
     found = _admissible(problem, at)
     return found if best is None or _residual(problem, found) < _residual(problem, best) else best
 
 
 def _admissible(problem: TangentialProblem, at: Point) -> RawSolution:
-    """Tractions within the bound."""
     return RawSolution(project(at.traction, problem.bound), at.rigid, 0, "")
 
 

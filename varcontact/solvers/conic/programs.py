@@ -37,7 +37,6 @@ class ConicProgram:
 
     @property
     def kinds(self) -> np.ndarray:
-        """Kind of each row's cone."""
         return np.repeat([kind for kind, _ in self.cones], [size for _, size in self.cones])
 
     def polyhedral(self) -> ConicProgram:
@@ -80,7 +79,6 @@ class Workspace:
         return kept, same
 
     def keep(self, key: Hashable, program: ConicProgram, setup: Any) -> None:
-        """Keep a set-up, in place of the one before."""
         self._kept[key] = program, setup
 
 
@@ -358,7 +356,6 @@ def _cone_rows(n: int, c: int) -> np.ndarray:
 
 
 def _unit_disks(n: int, c: int) -> np.ndarray:
-    """The right-hand side of n cones of radius one."""
     return np.tile([1.0] + [0.0] * c, n)
 
 

@@ -116,7 +116,6 @@ class CoupledConditions:
     linear = False
 
     def under(self, pressure: np.ndarray) -> TangentialConditions:
-        """The tangential problem under a pressure (ny, nx)."""
         return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:

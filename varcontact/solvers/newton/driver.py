@@ -90,8 +90,7 @@ class GridProblem(Problem, Protocol[C]):
     def first(self, coarsest: C) -> Point:
         """Where the coarsest grid begins."""
 
-    def finer(self, at: Point, coarse: C, fine: C) -> Point:
-        """The point on the next grid."""
+    def finer(self, at: Point, coarse: C, fine: C) -> Point: ...
 
     def residual(self, raw: RawSolution) -> float: ...
 
@@ -134,7 +133,6 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
 
 
 def solve_from(problem: Problem, at: Point, tol: float, settings: Settings, most: int) -> RawSolution:
-    """Newton's method on the problem itself, from a point."""
     result = newton(problem.conditions, at, tol, settings, problem, most)
     traction, rigid = problem.physical(result.at.traction, result.at.rigid)
     return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
@@ -221,7 +219,6 @@ def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool
 
 
 def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:
-    """After steps that converge wherever M is monotone."""
     shift = partial(_single_shift, conditions) if finest is None else finest.shift
     with settings.stats.called("tseng"):
         at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
@@ -248,7 +245,6 @@ def _single_shift(conditions: Conditions, traction: np.ndarray, rigid: np.ndarra
 
 
 def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
-    """Refuse a start whose arrays do not have the shapes of the problem."""
     if start is None:
         return
     for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):

@@ -157,7 +157,6 @@ class _Bordered:
         return step, shifts
 
     def rows(self, image: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        """Left-hand sides for a step, M times the step, and rigid shifts."""
         rows = self.system.rows(image, step)
         for shift, border in zip(shifts, self.borders, strict=True):
             rows += np.float32(shift) * border

@@ -38,8 +38,7 @@ class Conditions(Protocol):
     def projected(self, trial: np.ndarray) -> np.ndarray:
         """The tractions of the natural map, from the trial tractions ``p - E``."""
 
-    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        """Admissible tractions near given ones."""
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray: ...
 
     def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """The work after a change of the rigid shifts (k,), with its slope (k,) and its curvature (k, k)."""

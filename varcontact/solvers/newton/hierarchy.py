@@ -22,7 +22,6 @@ class Box:
 
     @classmethod
     def around(cls, operator: RestrictedOperator) -> Box:
-        """The box of an operator's elements."""
         row, column = np.divmod(operator.elements, operator.grid_operator.shape[1])
         row, column = row - row.min(), column - column.min()
         shape = int(row.max()) + 1, int(column.max()) + 1
@@ -35,7 +34,6 @@ class Box:
         return field.reshape(*values.shape[:-1], *self.shape)
 
     def values(self, field: np.ndarray) -> np.ndarray:
-        """Values (..., n) of the elements."""
         return field.reshape(*field.shape[:-2], -1)[..., self.places]
 
 

@@ -75,7 +75,6 @@ class Kernel:
 
     @cached_property
     def circulant(self) -> Circulant:
-        """The preconditioner."""
         return Circulant(self)
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
@@ -96,7 +95,6 @@ class SoftenedKernel:
         self._diagonal = softening * self.scale**2
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
-        """Displacements by tractions (c, ny, nx), both float32."""
         product = self.kernel(traction * self.scale)
         product *= self.scale
         product += self._diagonal * traction
@@ -111,7 +109,6 @@ class CurvedKernel:
         self._unit = np.float32(unit(operator))
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
-        """Displacements by tractions (c, ny, nx), both float32."""
         ny, nx = traction.shape[1:]
         box = slice(None), slice(self.first, self.first + ny), slice(nx)
         whole = np.zeros((len(traction), *self.operator.shape), np.float32)
@@ -200,7 +197,6 @@ def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) ->
 
 
 def kernel_on(operator: RestrictedOperator, shape: tuple[int, int]) -> Kernel | CurvedKernel:
-    """The kernel of the box of a shape around an operator's elements."""
     whole = operator.grid_operator
     mean = kernel(whole, shape)
     if not isinstance(whole, ConformalOperator):

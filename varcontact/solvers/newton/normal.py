@@ -25,7 +25,6 @@ FIRST = 0.1
 
 
 def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
-    """Solve the normal problem by an inexact Newton method with products by FFT only."""
     check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
         return RawSolution(np.zeros(problem.distance.shape), np.zeros(1), 0, "NotANumber", False)
@@ -156,7 +155,6 @@ class ScaledNormal:
         return Point(pressure, self.shift(pressure, rigid), rigid, EXACT)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        """The deformed distance."""
         pressure, approach = self.physical(traction, rigid)
         distance = self.problem.distance - approach[0] + self.problem.operator.apply(pressure[None])[0]
         return self.box.field(distance[None]) / self.displacement

@@ -69,11 +69,9 @@ class TangentialConditions:
 
     @property
     def linear(self) -> bool:
-        """Whether the bound is infinite."""
         return bool(np.isinf(self.bound[self.contact]).all())
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        """Trial tractions, cut off at the bound."""
         size = _lengths(trial)
         beyond = size > self.bound
         return trial * np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0)

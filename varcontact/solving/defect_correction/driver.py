@@ -130,9 +130,9 @@ def run(
         coarser = _on_half_as_many(scene, disc, solver)
     # the error: the difference from half as many elements, what late passes changed, or what the field misses of a
     # prescribed force; the components of force, and of creepage, share the length of a vector
-    motion, carried, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
+    motion, previous, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
     assert motion is not None
-    assert carried is not None
+    assert previous is not None
     last, prescribed = found.forces[-1], (motion.Fx, motion.Fy)
     wanted = [F if given is None else given for F, given in zip(last, (*prescribed, None), strict=True)]
     of_forces = np.max([np.abs(last - coarser.forces[-1]), late_change(found.forces), np.abs(last - wanted)], axis=0)
@@ -142,7 +142,7 @@ def run(
         grid=found.fine.grid,
         traction=found.field.traction * found.disc.scales.pressure,
         slip=found.shift / rolled,
-        correction=-carried.displacement / rolled,
+        correction=-previous.displacement / rolled,
         share=np.ones(found.disc.grid.shape),
         forces=found.forces,
         creepages=found.creepages,
@@ -245,7 +245,7 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
     correction, excess = np.zeros(state.traction.shape), np.zeros(2)
     forces, creepages, seconds = [_loads(disc, state)], [_creepages(disc, state)], []
     for k, damping in enumerate(DAMPING):
-        begun = time.perf_counter()
+        started = time.perf_counter()
         # what the elements' slip lacks of the continuum's under the field, in the contact
         own = coarse.known_shift + state.rigid[:, None, None] + coarse.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(field, state.rigid), field.bound) - own
@@ -259,13 +259,13 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
         assert isinstance(motion, Steady)
         given = zip((motion.Fx, motion.Fy), excess * coarse.scales.force, strict=True)
         Fx, Fy = (None if force is None else float(force + more) for force, more in given)
-        carried = PreviousStep(0.0 - correction, np.zeros(2))
-        disc = coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
+        previous = PreviousStep(0.0 - correction, np.zeros(2))
+        disc = coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=previous)
         state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
         field = fine.field(state.traction, _friction(disc, state))
         forces.append(fine.forces(field))
         creepages.append(_creepages(disc, state))
-        seconds.append(time.perf_counter() - begun)
+        seconds.append(time.perf_counter() - started)
     shift = fine.shift(field, state.rigid) * (field.bound > 0)
     return Corrected(disc, state, fine, field, shift, np.array(forces), np.array(creepages), tuple(seconds))
 
