@@ -20,20 +20,7 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """Name the step of a history in the message.
-
-        Parameters
-        ----------
-        step : int
-            From 0.
-        history : History or None
-            What was solved before; None where no step was.
-
-        Returns
-        -------
-        VarcontactError
-            Itself, to be raised again.
-        """
+        """Itself, with the `step` of a history, from 0, in the message, and the `history` that was solved before."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
@@ -230,14 +217,7 @@ def _refusal(field: str, value: Any, allowed: str) -> str:
 
 
 def shortened(value: Any, longest: int = 80) -> str:
-    """A value as Python writes it, cut where it is long.
-
-    Parameters
-    ----------
-    value : object
-    longest : int
-        Characters up to which it is not cut.
-    """
+    """A value as Python writes it, cut where it has more than `longest` characters."""
     try:
         text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
         text = " ".join(text.split())  # arrays come in lines

@@ -156,22 +156,10 @@ class ContactResult:
             )
 
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """Traction and pressure, as `certify` takes them, if they are on the scene's elements and of its motion.
+        """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of a `scene`.
 
-        Parameters
-        ----------
-        scene : Scene
-            Of the same case: with an explicit grid, and creepages as CONTACT had, or found, them.
-
-        Returns
-        -------
-        traction : ndarray, shape (2, ny, nx)
-        pressure : ndarray, shape (ny, nx)
-
-        Raises
-        ------
-        SceneError
-            If elements or motion are not those of the scene, or the bodies are no elastic half-spaces.
+        It is of the same case, with an explicit grid, and creepages as CONTACT had, or found, them. SceneError if
+        elements or motion are not those of the scene, or the bodies are no elastic half-spaces.
         """
         self._check_elastic()
         grid, own = scene.grid, self.grid

@@ -188,18 +188,7 @@ def distance(point1: np.ndarray, point2: np.ndarray, normal: np.ndarray) -> np.n
 
 
 def rigid_slip(body1: RigidBody, body2: RigidBody, points: np.ndarray) -> np.ndarray:
-    """Creep (22): the velocity of body 1 over body 2 at points of the global frame.
-
-    Parameters
-    ----------
-    body1, body2 : RigidBody
-    points : array_like, shape (..., 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [length/time]
-    """
+    """Creep (22): velocity (..., 3) of `body1` over `body2` at `points` (..., 3) of the global frame [length/time]."""
     return body1.velocity_at(points) - body2.velocity_at(points)
 
 

@@ -123,18 +123,7 @@ class ErrorEstimate:
 
     @classmethod
     def from_plain(cls, record: dict[str, Any]) -> ErrorEstimate:
-        """From its record.
-
-        Parameters
-        ----------
-        record : dict
-            As `plain` gives it.
-
-        Raises
-        ------
-        ValueError
-            If it is something else.
-        """
+        """From its `record`, as `plain` gives it; ValueError if it is something else."""
         try:
             solves = tuple(Solve(int(each["nx"]), int(each["ny"]), float(each["seconds"])) for each in record["solves"])
             values, errors, on_grid, bars = (

@@ -233,17 +233,8 @@ class History(Sequence[Solution]):
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
 
-        Parameters
-        ----------
-        path : str or Path
-            Ends in ``.nc``. A history that is there is replaced, unless a run is just adding to it.
-        overwrite : bool
-            Whether any other file that is there is replaced as well.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
+        A history that is at `path`, which ends in ``.nc``, is replaced, unless a run is just adding to it; any other
+        file only with `overwrite`. OutputError if the file cannot be written, or holds something else.
         """
         from varcontact.io.history import save
 
@@ -252,16 +243,8 @@ class History(Sequence[Solution]):
     def plot(self, figsize: tuple[float, float] | None = None) -> Figure:
         """Picture of the forces, the creepages that prescribed forces gave, and the areas along the middle row.
 
-        All over the distance rolled; over the steps where there are some in place after the first.
-
-        Parameters
-        ----------
-        figsize : pair of float, optional
-            [inch]
-
-        Returns
-        -------
-        matplotlib Figure
+        All over the distance rolled; over the steps where there are some in place after the first. `figsize` is in
+        inches.
         """
         from varcontact.plotting.history import plot_history
 

@@ -236,17 +236,7 @@ class Plan:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Plan:
-        """From what `summary` and JSON made of it.
-
-        Parameters
-        ----------
-        record : dict
-
-        Raises
-        ------
-        ValueError
-            If it is no plan's.
-        """
+        """From the `record` that `summary` and JSON made of it; ValueError if it is no plan's."""
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
         if not isinstance(record.get("left_out", 0.0), (int, float)):

@@ -333,19 +333,9 @@ class Solution:
 
         ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
         element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's. ``.html``
-        is the report as a web page, see `to_html`.
-
-        Parameters
-        ----------
-        path : str or Path
-            A solution that is there in the same format is replaced.
-        overwrite : bool
-            Whether any other file that is there is replaced as well.
-
-        Raises
-        ------
-        OutputError
-            If the name has another ending, the file holds something else, or cannot be written.
+        is the report as a web page, see `to_html`. A solution that is at `path` in the same format is replaced, any
+        other file only with `overwrite`. OutputError for other endings, and if the file holds something else or cannot
+        be written.
         """
         from varcontact.io.solution import save
 
@@ -354,17 +344,8 @@ class Solution:
     def to_html(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the report as one web page: values with error bars, picture, certificate, scene, and the command.
 
-        Parameters
-        ----------
-        path : str or Path
-            Ends in ``.html``. The page needs no other file, no network and no Python.
-        overwrite : bool
-            As for `save`.
-
-        Raises
-        ------
-        OutputError
-            As for `save`.
+        The page at `path`, which ends in ``.html``, needs no other file, no network and no Python; `overwrite` and
+        errors are those of `save`.
         """
         check_ending("path", Path(path), ".html")
         self.save(path, overwrite=overwrite)
@@ -401,16 +382,9 @@ class Solution:
     def frequency_response(self, wave_number: float | Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Complex derivatives of the forces by creepages, load and roughness that swing as the contact rolls.
 
-        Parameters
-        ----------
-        wave_number : float or array_like, shape (n,)
-            ``k = omega/V`` [1/length], circular frequency by rolling velocity; from 0, where the derivatives by the
-            creepages are `sensitivity`, to a wave of two elements.
-
-        Raises
-        ------
-        SceneError
-            For other wave numbers, without steady rolling of elastic bodies, and where `sensitivity` is refused.
+        `wave_number`, one or several, is ``k = omega/V`` [1/length], circular frequency by rolling velocity: from 0,
+        where the derivatives by the creepages are `sensitivity`, to a wave of two elements. SceneError for others,
+        without steady rolling of elastic bodies, and where `sensitivity` is refused.
         """
         from varcontact.results.frequency import frequency_response
 
@@ -460,21 +434,8 @@ class Solution:
     ) -> Figure:
         """Picture of a section along x: the traction and its size within the bound; without a motion the pressure.
 
-        Parameters
-        ----------
-        y : float, optional
-            Where [length]: the row of elements next to it, with the largest pressure if not given.
-        ax, figsize
-            As for `plot`.
-
-        Returns
-        -------
-        matplotlib Figure
-
-        Raises
-        ------
-        SceneError
-            For a `y` off the grid, or in line contact.
+        It is of the row of elements next to `y` [length], or that with the largest pressure; `ax` and `figsize` as for
+        `plot`. SceneError for a `y` off the grid, or in line contact.
         """
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 

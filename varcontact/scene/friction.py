@@ -104,18 +104,7 @@ class StaticKinetic(Law):
         return np.where(_sizes(slip) > 0, self.kinetic, self.static)
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip, where it slips.
-
-        Parameters
-        ----------
-        slip : array_like
-            Relative slip [-], or in a shift the slip itself [length].
-
-        Returns
-        -------
-        ndarray
-            Of the shape of `slip`, by its unit.
-        """
+        """Its derivative by the relative `slip` where it slips, in the shape of that; in a shift by [length]."""
         return np.zeros_like(_sizes(slip))
 
 

@@ -184,15 +184,6 @@ class Grid:
         """The same lattice from column `left` to before column `right`, from row `bottom` to before row `top`.
 
         Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to choose.
-
-        Parameters
-        ----------
-        left, right, bottom, top : int
-
-        Returns
-        -------
-        Grid
-            Explicit, in the same unit of length.
         """
         dx, dy, x0, y0 = self._lattice()
         nx, x0 = right - left, x0 + left * dx
@@ -228,36 +219,14 @@ class Grid:
         return Grid(nx=self.nx * columns, ny=self.rows * rows, dx=dx / columns, dy=dy / rows, x0=x0, y0=y0)
 
     def scaled(self, length: float) -> Grid:
-        """The lattice in another unit of length.
-
-        Parameters
-        ----------
-        length : float
-            The new unit, in the old one.
-
-        Returns
-        -------
-        Grid
-            Explicit.
-        """
+        """The lattice in another unit of `length`, which is given in the old one."""
         dx, dy, x0, y0 = self._lattice()
         if self.line:
             return replace(self, dx=dx / length, x0=x0 / length)
         return replace(self, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
-        """The lattice with `nx` by `ny` elements across a box, and the margin around it.
-
-        Parameters
-        ----------
-        box : tuple of float
-            left, right, bottom, top [length].
-
-        Returns
-        -------
-        Grid
-            Explicit.
-        """
+        """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top), and the margin around it."""
         left, right, bottom, top = box
         dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
         if self.ny is None:

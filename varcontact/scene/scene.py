@@ -302,19 +302,7 @@ class Scene(Generic[MotionT_co]):
         return all(isinstance(f, float) and math.isinf(f) for f in self._different_frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
-        """What touches in a step of a history.
-
-        Parameters
-        ----------
-        k : int
-            The step, from 0.
-
-        Returns
-        -------
-        surface : Surface
-        normal_force, approach : float or None
-            [force] and [length]; one of the two.
-        """
+        """What touches in step `k` of a history, from 0: surface, normal force, approach (one of the two is None)."""
         motion = self.motion
         assert isinstance(motion, Transient)
         force, approach = motion.of("normal_force", k), motion.of("approach", k)
@@ -323,19 +311,7 @@ class Scene(Generic[MotionT_co]):
         return (self._surface if motion.surface is None else motion.surface[k]), force, approach
 
     def step(self, k: int, grid: Grid) -> Scene:
-        """The scene of a step of a history.
-
-        Parameters
-        ----------
-        k : int
-            The step, from 0.
-        grid : Grid
-            The history's, explicit.
-
-        Returns
-        -------
-        Scene
-        """
+        """The scene of step `k` of a history, from 0, on the explicit `grid` of the history."""
         motion = self.motion
         assert isinstance(motion, Transient)
         surface, force, approach = self.contact(k)
@@ -416,19 +392,8 @@ class Scene(Generic[MotionT_co]):
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a scene file, which `read_scene` and the command line read; whole or not at all.
 
-        Parameters
-        ----------
-        path : str or Path
-            Ends in ``.toml``. A scene file that varcontact wrote is replaced.
-        overwrite : bool
-            Whether any other file that is there is replaced as well.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written, holds something else, or its name does not end in ``.toml``.
-        SceneError
-            As `to_toml`.
+        A scene file that varcontact wrote at `path`, which ends in ``.toml``, is replaced, any other file only with
+        `overwrite`. OutputError if the file cannot be written or holds something else; SceneError as `to_toml`.
         """
         from varcontact.io.scene_toml import save_scene
 

@@ -77,18 +77,7 @@ class Paraboloids:
         return cls(*combined)
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres.
-
-        Parameters
-        ----------
-        grid : Grid
-            Explicit.
-
-        Returns
-        -------
-        ndarray, shape (ny, nx)
-            [length]
-        """
+        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid` [length]."""
         return (grid.x**2 / (2 * self.Rx))[None, :] + (grid.y**2 / (2 * self.Ry))[:, None]
 
 
@@ -142,18 +131,7 @@ class Cylinders:
         _check_depth(self)
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres.
-
-        Parameters
-        ----------
-        grid : Grid
-            Explicit.
-
-        Returns
-        -------
-        ndarray, shape (1, nx)
-            [length]
-        """
+        """Undeformed distance (1, nx) at the centres of the elements of an explicit `grid` [length]."""
         return (grid.x**2 / (2 * self.R))[None, :]
 
 

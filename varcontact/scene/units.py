@@ -44,19 +44,9 @@ class Units:
                 raise SceneError(f"units.{name}", value, f"printable, in {LONGEST} characters at most")
 
     def of(self, quantity: str, line: bool = False) -> str:
-        """Unit of a quantity.
+        """Unit of a `quantity`, without brackets; in `line` contact forces and moments are per unit length.
 
-        Parameters
-        ----------
-        quantity : str
-            "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), or "1".
-        line : bool
-            Of a line contact: forces and moments per unit length.
-
-        Returns
-        -------
-        str
-            Without brackets.
+        Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), and "1".
         """
         L, F = self.length, self.force
         force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")

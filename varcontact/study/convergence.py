@@ -76,24 +76,9 @@ class Convergence:
         return cls(runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None]))
 
     def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
-        """The row of `limits` of a quantity; of the only method, or the one named.
+        """The row of `limits` of a `quantity` of `QUANTITIES`, as a dict; of the only `method`, or the one named.
 
-        Parameters
-        ----------
-        quantity : str
-            One of `QUANTITIES`.
-        method : str, optional
-            Needed where there are several.
-
-        Returns
-        -------
-        dict
-            By column of `limits`.
-
-        Raises
-        ------
-        SceneError
-            If there is no such row.
+        SceneError if there is no such row.
         """
         rows = self.limits[self.limits["quantity"] == quantity] if len(self.limits) else self.limits
         if method is not None and len(rows):
@@ -113,15 +98,7 @@ class Convergence:
     def plot(self, quantities: Sequence[str] | None = None) -> Figure:
         """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid.
 
-        Parameters
-        ----------
-        quantities : sequence of str, optional
-            Some of them, such as ``["Fx", "Mz"]``; all, if not given.
-
-        Raises
-        ------
-        SceneError
-            For a quantity that the study has not.
+        `quantities` are some of them, such as ``["Fx", "Mz"]``; SceneError for one that the study has not.
         """
         from varcontact.plotting.studies import plot_convergence
 

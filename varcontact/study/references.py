@@ -65,18 +65,7 @@ class ContinuumValues:
         return max(self.bars[name] / unit for name, unit in self.units.items())
 
     def error(self, found: Mapping[str, float]) -> float:
-        """The error of an answer: the largest of its values' errors, in their units.
-
-        Parameters
-        ----------
-        found : mapping of str to float
-            As `varcontact.results.quantities_of_interest.values` gives them.
-
-        Returns
-        -------
-        float
-            NaN where a value is missing.
-        """
+        """The error of an answer: the largest of the errors of its values `found`, in their units; NaN if one lacks."""
         return error(found, {name: self.values[name] for name in self.units}, self.units)
 
 

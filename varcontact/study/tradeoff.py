@@ -303,24 +303,10 @@ class Tradeoff:
         return part.sort_values("processor_seconds")
 
     def advice(self, targets: float | Sequence[float] = TARGETS) -> pd.DataFrame:
-        """The fastest way of each class whose errors are below the targets in all scenes.
+        """The fastest way of each class whose errors are below the `targets`, one or several, in all scenes.
 
-        An `accuracy` is never advised for a smaller error than it was requested for.
-
-        Parameters
-        ----------
-        targets : float or sequence of float
-            In the norm of `varcontact.results.quantities_of_interest`.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row per class and target; without a way where none is as accurate.
-
-        Raises
-        ------
-        SceneError
-            If a target is not positive.
+        A table with a row per class and target, without a way where none is as accurate. An `accuracy` is never advised
+        for a smaller error than it was requested for. SceneError if a target is not positive.
         """
         import pandas as pd
 

@@ -199,19 +199,7 @@ class TableBook:
 
     @classmethod
     def read(cls, path: str | Path) -> TableBook:
-        """A book from its file.
-
-        Parameters
-        ----------
-        path : str or Path
-
-        Raises
-        ------
-        SceneError
-            If the path is no name of a file.
-        OutputError
-            If the file is not there, is damaged, or is no book of this version.
-        """
+        """A book from its file at `path`; OutputError if it is not there, is damaged, or is no book of this version."""
         from scipy.io import netcdf_file
 
         path = checks.file_name("path", path)
