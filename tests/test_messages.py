@@ -64,14 +64,17 @@ MESSAGES = [
         "grid = Grid(nx=3, ny=3, dx=None, dy=None, x0=None, y0=None, margin=1, edge='centres') is "
         "not allowed: must be explicit, with dx, dy, x0 and y0: only such a grid has positions",
     ),
-    (lambda folder: vc.Steady(vx=0.1, Fx=3.0), "motion.Fx = 3 and motion.vx = 0.1: prescribe one of them only"),
+    (
+        lambda folder: vc.Steady(vx=0.1, Fx=3.0),
+        "motion.Fx, motion.vx = (3.0, 0.1) is not allowed: must be one of the two only",
+    ),
     (
         lambda folder: vc.Transient(steps=3, vx=[1e-3, 2e-3]),
         "motion.vx = '2 values' is not allowed: must be one number, or one for each of the 3 steps",
     ),
     (
         lambda folder: vc.Transient(steps=3, Fx=[0.1, None, 0.1], vx=[0, 1e-3, 1e-3]),
-        "motion.Fx[2] = 0.1 and motion.vx[2] = 0.001: prescribe one of them only",
+        "motion.Fx[2], motion.vx[2] = (0.1, 0.001) is not allowed: must be one of the two only",
     ),
     (
         lambda folder: vc.Transient(steps=2, surface=[BALL]),

@@ -8,7 +8,7 @@ import functools
 import inspect
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -293,9 +293,8 @@ def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: 
 T = TypeVar("T")
 
 
-def named(words: Mapping[str, str] | None = None) -> Callable[[type[T]], type[T]]:
+def named(**words: str) -> Callable[[type[T]], type[T]]:
     """Make a dataclass say which name is right where an argument has another one."""
-    known = dict(words or {})
 
     def decorated(cls: type[T]) -> type[T]:
         made = cls.__init__
@@ -305,9 +304,9 @@ def named(words: Mapping[str, str] | None = None) -> Callable[[type[T]], type[T]
         def checked(self: T, *args: object, **kwargs: object) -> None:
             for name in kwargs:
                 if name not in fields:
-                    right = f": write {known[name]}" if name in known else nearest(name, fields)
-                    words = right or f"; it has {', '.join(fields)}"
-                    raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{words}")
+                    right = f": write {words[name]}" if name in words else nearest(name, fields)
+                    instead = right or f"; it has {', '.join(fields)}"
+                    raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}")
             made(self, *args, **kwargs)
 
         setattr(cls, "__init__", checked)  # noqa: B010  mypy refuses the assignment

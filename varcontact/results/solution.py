@@ -319,10 +319,7 @@ class Solution:
         return dataset(self)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The fields as a table with one row per element, row of elements by row of elements.
-
-        Columns: x, y, pressure, traction_x, traction_y, traction_bound, slip_x, slip_y, distance, state,
-        power_density; their units are in its `attrs`.
+        """The fields as a table with one row per element, row of elements by row of elements; units are in its `attrs`.
         """
         from varcontact.io.export import dataframe
 

@@ -11,12 +11,7 @@ from varcontact.checks import named
 from varcontact.errors import SceneError
 
 
-@named(
-    {
-        "E": "Bodies.from_young(E, nu)",
-        "mu": "G for the modulus of rigidity, and friction in the Scene",
-    }
-)
+@named(E="Bodies.from_young(E, nu)", mu="G for the modulus of rigidity, and friction in the Scene")
 @dataclass(frozen=True)
 class Bodies:
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).
@@ -147,12 +142,8 @@ class Layer:
 
     Parameters
     ----------
-    h : float
-        Thickness [length].
-    G : float
-        Modulus of rigidity [force/area].
-    nu : float
-        Poisson's ratio in (-1, 0.5].
+    h, G, nu : float
+        Thickness [length], modulus of rigidity [force/area], and Poisson's ratio in (-1, 0.5].
     relaxations : sequence of (f, tau), optional
         Those of its own `Viscoelastic` solid, in line contact.
 

@@ -17,15 +17,7 @@ Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
 
-@named(
-    {
-        "mx": "nx",
-        "my": "ny",
-        "xl": "x0",
-        "yl": "y0",
-        "n": "nx and ny",
-    }
-)
+@named(mx="nx", my="ny", xl="x0", yl="y0", n="nx and ny")
 @dataclass(frozen=True)
 class Grid:
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
@@ -226,7 +218,7 @@ class Grid:
         return replace(self, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
-        """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top), and the margin around it."""
+        """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the margin around it."""
         left, right, bottom, top = box
         dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
         if self.ny is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Protocol, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -16,22 +16,21 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 SPIN_OFFSET = 1 / 6
+ONE_OF_TWO = "one of the two only"
 
 SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
 """How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
 
 
 @checks.named(
-    {
-        "cksi": "vx, the longitudinal creepage",
-        "ceta": "vy, the lateral creepage",
-        "cphi": "spin",
-        "phi": "spin",
-        "xi": "vx, the longitudinal creepage",
-        "eta": "vy, the lateral creepage",
-        "ux": "Shift for a shift, or vx for a creepage",
-        "uy": "Shift for a shift, or vy for a creepage",
-    }
+    cksi="vx, the longitudinal creepage",
+    ceta="vy, the lateral creepage",
+    cphi="spin",
+    phi="spin",
+    xi="vx, the longitudinal creepage",
+    eta="vy, the lateral creepage",
+    ux="Shift for a shift, or vx for a creepage",
+    uy="Shift for a shift, or vy for a creepage",
 )
 @dataclass(frozen=True, kw_only=True)
 class Steady:
@@ -102,13 +101,7 @@ class Steady:
         )
 
 
-@checks.named(
-    {
-        "vx": "ux, or Steady for a creepage",
-        "vy": "uy, or Steady for a creepage",
-        "spin": "rotation",
-    }
-)
+@checks.named(vx="ux, or Steady for a creepage", vy="uy, or Steady for a creepage", spin="rotation")
 @dataclass(frozen=True, kw_only=True)
 class Shift:
     """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
@@ -145,24 +138,12 @@ class Shift:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeStep:
-    """One step of a history, as `Transient` describes it: the motion of ``history[k].scene``.
+    """One step of a history: the motion of ``history[k].scene``.
 
     Parameters
     ----------
-    dq : float
-        Distance rolled [length]; 0: shifted in place.
-    direction : int
-        1 or -1: rolled towards positive or negative x.
-    vx, vy, spin : float
-        Creepages, per distance rolled.
-    ux, uy, rotation : float
-        Rigid shift in place, beside the creepages.
-    Fx, Fy : float, optional
-        Tangential force on body 1 in place of creepage and shift of the same direction.
-    spin_offset : float
-        As of `Steady`.
-    dt : float, optional
-        Time that it takes [time], with viscoelastic bodies.
+    dq, direction, vx, vy, spin, ux, uy, rotation, Fx, Fy, spin_offset, dt
+        Those of one step of `Transient`; with a `dq` of 0 it is shifted in place.
     """
 
     dq: float
@@ -216,13 +197,7 @@ def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: st
             continue
         checks.entries(motion, "motion", checks.moderate, force)
         if getattr(motion, rigid) != 0:
-            raise both_given(f"motion.{force}", value, f"motion.{rigid}", getattr(motion, rigid))
-
-
-def both_given(force: str, value: float, rigid: str, given: float) -> SceneError:
-    """The error where a force and the creepage or shift of the same direction are both prescribed."""
-    message = f"{force} = {value:.6g} and {rigid} = {given:.6g}: prescribe one of them only"
-    return SceneError(f"{force}, {rigid}", (value, given), "one of the two only", message=message)
+            raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), ONE_OF_TWO)
 
 
 def check_offset(spin_offset: float | None) -> None:
@@ -234,19 +209,6 @@ def check_offset(spin_offset: float | None) -> None:
 
 MOST_STEPS = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
-
-
-class Start(Protocol):
-    """What a history can go on from: a solution."""
-
-    @property
-    def grid(self) -> Grid: ...
-    @property
-    def pressure(self) -> np.ndarray: ...  # (ny, nx)
-    @property
-    def traction(self) -> np.ndarray: ...  # on body 1, (2, ny, nx)
-    @property
-    def state(self) -> np.ndarray: ...  # 0 exterior, 1 stick, 2 slip
 
 
 Numbers = float | Sequence[float]
@@ -270,10 +232,9 @@ class Transient:
         Time that each step takes [time], with viscoelastic bodies, and with these only; 0: a step at once.
     direction : int or sequence
         1: rolling towards positive x; -1: towards negative x.
-    vx, vy, spin : float or sequence
-        Creepages, as of `Steady`: by the distance rolled, whatever its direction.
-    ux, uy, rotation : float or sequence
-        Rigid shift in place in each step, as of `Shift`, added to that of the creepages.
+    vx, vy, spin, ux, uy, rotation : float or sequence
+        Creepages, as of `Steady`, by the distance rolled, whatever its direction; and a rigid shift in place in each
+        step, as of `Shift`, added to theirs.
     Fx, Fy : float or sequence, optional
         Tangential force on body 1 in place of creepage and shift of the same direction.
     normal_force, approach : float or sequence, optional
@@ -333,7 +294,7 @@ spin_offset=0.16666666666666666, dt=None)
     carried: Carried | Sequence[Carried] | None = None
     rolled: float | None = None
     control: Control | None = None
-    start: Start | None = None
+    start: Any = None
     interpolate: bool = False
     spin_offset: float = SPIN_OFFSET
 
@@ -344,8 +305,12 @@ spin_offset=0.16666666666666666, dt=None)
         for name, check in _ENTRIES.items():
             set_(self, name, self._checked(name, getattr(self, name), check))
         for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
-            self._check_apart(force, along_x)
-            self._check_apart(force, along_y)
+            for rigid in (along_x, along_y):
+                several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
+                for k in range(self.steps if several else 1):
+                    F, given = self.of(force, k), self.of(rigid, k)
+                    if F is not None and given != 0:
+                        raise SceneError(f"motion.{force}[{k}], motion.{rigid}[{k}]", (F, given), ONE_OF_TWO)
         if self.surface is not None:
             if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
                 allowed = f"one surface for each of the {self.steps} steps"
@@ -386,13 +351,6 @@ spin_offset=0.16666666666666666, dt=None)
         return tuple(
             None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
         )
-
-    def _check_apart(self, force: str, rigid: str) -> None:
-        several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
-        for k in range(self.steps if several else 1):
-            F, given = self.of(force, k), self.of(rigid, k)
-            if F is not None and given != 0:
-                raise both_given(f"motion.{force}[{k}]", F, f"motion.{rigid}[{k}]", given)
 
     def of(self, name: str, k: int) -> Any:
         """Value of the entry `name` in step `k`, from 0, in the entry's unit."""

@@ -35,22 +35,20 @@ else:
 
 
 @checks.named(
-    {
-        "FN": "normal_force",
-        "fn": "normal_force",
-        "Fz": "normal_force",
-        "N": "normal_force",
-        "pen": "approach",
-        "penetration": "approach",
-        "mu": "friction",
-        "fstat": "friction",
-        "f": "friction",
-        "vx": "motion=Steady(vx=...)",
-        "vy": "motion=Steady(vy=...)",
-        "spin": "motion=Steady(spin=...)",
-        "material": "bodies",
-        "geometry": "surface",
-    }
+    FN="normal_force",
+    fn="normal_force",
+    Fz="normal_force",
+    N="normal_force",
+    pen="approach",
+    penetration="approach",
+    mu="friction",
+    fstat="friction",
+    f="friction",
+    vx="motion=Steady(vx=...)",
+    vy="motion=Steady(vy=...)",
+    spin="motion=Steady(spin=...)",
+    material="bodies",
+    geometry="surface",
 )
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene(Generic[MotionT_co]):

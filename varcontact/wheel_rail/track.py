@@ -32,7 +32,7 @@ FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
 
 
-@checks.named({"inclination": "cant", "profile": "rail", "width": "gauge"})
+@checks.named(inclination="cant", profile="rail", width="gauge")
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Track:
     """Two rails of the same profile.
@@ -116,7 +116,7 @@ class Track:
         return np.asarray((point * [SIGN[side], 1.0] - self.origin) @ self._turn)
 
 
-@checks.named({"profile": "wheel", "nominal_radius": "radius", "back_to_back": "inside_distance"})
+@checks.named(profile="wheel", nominal_radius="radius", back_to_back="inside_distance")
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WheelSet:
     """Two wheels of the same profile on an axle.
@@ -183,7 +183,7 @@ class WheelSet:
         return self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius]))
 
 
-@checks.named({"z": "z, or vertical_force, of WheelOnRail", "lateral": "y"})
+@checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
 @dataclass(frozen=True, kw_only=True)
 class Position:
     """Where a wheel set is in the track, but for its height.
@@ -215,7 +215,7 @@ class Position:
         return rotation(roll=self.roll, yaw=self.yaw)
 
 
-@checks.named({"vx": "speed", "vy": "lateral", "vz": "vertical", "pitch": "pitch_rate", "yaw": "yaw_rate"})
+@checks.named(vx="speed", vy="lateral", vz="vertical", pitch="pitch_rate", yaw="yaw_rate")
 @dataclass(frozen=True, kw_only=True)
 class Velocity:
     """How a wheel set moves.

@@ -84,7 +84,7 @@ class ContactPatch:
     seams: Seams = ()
 
 
-@checks.named({"load": "vertical_force", "normal_force": "vertical_force", "rail": "track", "wheel": "wheelset"})
+@checks.named(load="vertical_force", normal_force="vertical_force", rail="track", wheel="wheelset")
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WheelOnRail:
     """A wheel of a wheel set on its rail.
