@@ -201,7 +201,6 @@ class Interrupted(KeyboardInterrupt):
 
 
 def _again(kind: type[VarcontactError], args: tuple[Any, ...], attributes: dict[str, Any]) -> VarcontactError:
-    """An error as it was in another process."""
     error = kind.__new__(kind)
     error.args = args
     error.__dict__.update(attributes)

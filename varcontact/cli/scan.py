@@ -89,7 +89,6 @@ def scan(
 
 
 def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.ndarray:
-    """One row of creepages for each solution, from options or from a table."""
     values = {name: values_of(f"--{name}", text) for name, text in ranges.items()}
     if table is not None:
         if values:
@@ -107,7 +106,6 @@ def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.nda
 
 
 def _table_of_triples(path: Path) -> np.ndarray:
-    """The rows of a CSV file; a first line that holds no numbers is its heading."""
     try:
         lines = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if "".join(row).strip()]
     except (OSError, UnicodeError, csv.Error) as error:
@@ -150,7 +148,6 @@ def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json
 
 
 def _row(solution: Solution) -> dict[str, Any]:
-    """The figures of a solution, under the names of its motion; None where nothing is known."""
     from varcontact.results.quantities_of_interest import creepage_names
     from varcontact.results.report import known
 
@@ -171,7 +168,6 @@ def _row(solution: Solution) -> dict[str, Any]:
 
 
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
-    """The rows for people: what changes and what comes out."""
     from varcontact.study.csv_table import columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]

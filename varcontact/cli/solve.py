@@ -97,7 +97,6 @@ def solve(
 
 
 def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
-    """A scene and its options; of CONTACT's input file the scene with a number."""
     from varcontact.io.contact_input import read_contact_input
     from varcontact.io.scene_toml import read_scene
 

@@ -74,7 +74,6 @@ def sweep(
 
 
 def _written(swept: xr.Dataset, as_json: bool) -> str:
-    """All scenes as JSON; or the first as a table, the number of each outcome, and the reasons of failures."""
     from varcontact.study.csv_table import columns_of_text, plain_rows
 
     table = swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()

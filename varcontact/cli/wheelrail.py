@@ -93,7 +93,6 @@ def _draw(
 
 
 def _report(table: pd.DataFrame) -> str:
-    """The patches, and what is wrong with those wheels where something is."""
     from varcontact.study.csv_table import columns_of_text
 
     solved = table[table["outcome"] == "solved"]

@@ -122,7 +122,6 @@ def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) ->
 
 
 def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[str, Any]]:
-    """The solves of a scene that are not known yet, as rows of the table."""
     rows: list[dict[str, Any]] = []
     started = time.perf_counter()
     for cells, position, found in solves(posed, known):
@@ -152,7 +151,6 @@ def _hertz(posed: Posed) -> dict[str, Any]:
 
 
 def _extrapolated(posed: Posed, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Values, bars and units of a scene from its solves."""
     cells = np.array([float(row["cells"]) for row in rows])
     found = [json.loads(row["values"]) for row in rows]
     limits = {name: extrapolate_series(1 / cells, np.array([each[name] for each in found])) for name in found[0]}

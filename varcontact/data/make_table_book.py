@@ -249,7 +249,6 @@ def _solved(
 
 
 def _is_book(path: Path) -> bool:
-    """Whether a file is a table book."""
     try:
         TableBook.read(path)
     except VarcontactError:

@@ -165,7 +165,6 @@ class _Case:
 
 
 def _case(lines: Lines, before: _Case | None) -> _Case:
-    """The next case, which keeps of the one before what it does not give."""
     digits, group = lines.digits("PBTNFS", WORDS["PBTNFS"], SUPPORTED)
     more, material = lines.digits("VLDCMZE", WORDS["VLDCMZE"], SUPPORTED)
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
@@ -194,7 +193,6 @@ def _case(lines: Lines, before: _Case | None) -> _Case:
 
 
 def _kinematics(lines: Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
-    """PEN or FN, creepages or relative forces, and spin about the origin."""
     names = ("FN" if digits["N"] else "PEN", "FX" if digits["F"] else "CKSI", "FY" if digits["F"] == 2 else "CETA")
     group = lines.group(*names, "CPHI")
     load, first, second, spin = group.numbers()
@@ -226,7 +224,6 @@ def read_friction(lines: Lines, law: int) -> Friction:
 
 
 def _rolling(lines: Lines) -> tuple[int, float, float]:
-    """Direction along x, DQ and VELOC."""
     group = lines.group("CHI", "DQ", "VELOC")
     angle, dq, velocity = group.angle(0), group.number(1), group.number(2)
     for direction in (1, -1):
@@ -236,7 +233,6 @@ def _rolling(lines: Lines) -> tuple[int, float, float]:
 
 
 def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
-    """The case with its elements and the undeformed distance."""
     digits, group = case.digits, case.group
     if digits["D"] == 2:
         kind = lines.group("IPOTCN")
@@ -273,7 +269,6 @@ def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
 
 
 def _hertzian(case: _Case, before: _Case | None) -> _Case:
-    """A Hertzian contact and its elements, which follow from the load."""
     assert case.potential is not None
     assert case.bodies is not None
     entries, ipotcn, (mx, my, first, second, scale) = case.potential
@@ -323,7 +318,6 @@ def _sequences(cases: Sequence[_Case]) -> list[list[_Case]]:
 
 
 def _scene(sequence: list[_Case]) -> Scene:
-    """The scene of one case, or of a sequence of them."""
     case = sequence[0]
     T = case.digits["T"]
     assert case.bodies is not None
@@ -357,7 +351,6 @@ def _rigid(case: _Case) -> dict[str, Any]:
 
 
 def _history(sequence: list[_Case]) -> Transient:
-    """A step for each case."""
     steps = [_rigid(case) for case in sequence]
     rolling = [case.rolling if case.digits["T"] == TRANSIENT and case.rolling else (1, 0.0, 1.0) for case in sequence]
     names = ("vx", "vy", "spin", "ux", "uy", "rotation")

@@ -105,7 +105,6 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
 
 
 def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
-    """The case between two lines."""
     case = int(lines[first].split()[1])
     values: dict[str, float] = {}
     patches: list[dict[str, float]] = []
@@ -143,5 +142,4 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
 
 
 def _value(word: str) -> float | None:
-    """A number of a table, NaN where it did not fit."""
     return float("nan") if OVERFLOW.match(word) else number_of(word)

@@ -84,7 +84,6 @@ def _columns(sol: Solution) -> dict[str, np.ndarray]:
 
 
 def _to_csv(sol: Solution) -> bytes:
-    """A row per element, each number with all of its digits."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(QUANTITIES)
@@ -93,7 +92,6 @@ def _to_csv(sol: Solution) -> bytes:
 
 
 def _to_mat(sol: Solution) -> bytes:
-    """Variables of MATLAB: axes, fields (ny, nx), single numbers, units and the scene."""
     from scipy.io import savemat
 
     from varcontact.io.scene_toml import scene_to
@@ -141,7 +139,6 @@ def _to_vtu(sol: Solution) -> bytes:
 
 
 def _to_vti(sol: Solution) -> bytes:
-    """Elements as the cells of an image."""
     (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
     left, _, bottom, _ = sol.grid.box
     extent = f"0 {nx} 0 {ny} 0 0"

@@ -120,7 +120,6 @@ class Stored(Sequence[Solution]):
             return self.measured(k, before, sol)
 
     def _read(self, k: int) -> Solution:
-        """Step k as it is in the file."""
         with _file(self.path) as file, reading(self.path, f"is damaged in step {k}"):
             grid = Grid(**_entry(file, "grid"))
             found = {name: _native(file.variables[name][k]) for name in READ if name in file.variables}
@@ -176,7 +175,6 @@ def check_history_file(field: str, path: Path, overwrite: bool) -> None:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a file holds a history that can be read."""
     try:
         return begins_with(path, MAGIC) and len(_stored(path)) > 0
     except OutputError:
@@ -247,17 +245,14 @@ def _file(path: Path) -> Iterator[Any]:
 
 
 def _size(path: Path) -> int:
-    """Bytes of a file; none where there is no file."""
     return path.stat().st_size if path.exists() else 0
 
 
 def _entry(file: Any, name: str) -> Any:
-    """An attribute of a file, which is JSON."""
     return json.loads(bytes(getattr(file, name)).decode())
 
 
 def _stored(path: Path) -> Stored:
-    """What is in a file."""
     with _file(path) as file:
         if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
             raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")

@@ -240,7 +240,6 @@ def _records(file: BinaryIO, begin: int, scenes: int, record: np.dtype) -> np.nd
 
 
 def _sweep_header(described: dict[str, Any], begin: int) -> bytes:
-    """The header of the file of a sweep, with the position of its first record."""
     with _draft(SWEEP_FORMAT) as (file, parts):
         file.first_record, file.sweep = f"{begin:012d}", json.dumps(described)
         file.createDimension("number", None)
@@ -278,7 +277,6 @@ def _check_same_sweep(path: Path, wanted: dict[str, Any]) -> None:
 
 
 def _read_header(path: Path) -> tuple[int, dict[str, Any], int]:
-    """The position of the first record, what sweep the file is of, and the number of records."""
     from scipy.io import netcdf_file
 
     if not path.exists():

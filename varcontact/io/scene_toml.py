@@ -199,7 +199,6 @@ def _any_bodies(table: Mapping[str, Any]) -> Any:
 
 
 def _body(name: str, table: Mapping[str, Any]) -> Any:
-    """Bodies, or one body, by its kind; without one half-spaces."""
     if "kind" in table:
         entries = dict(table)
         kind = BODIES[checks.choice(f"{name}.kind", entries.pop("kind"), BODIES)]
@@ -328,7 +327,6 @@ def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
 
 
 def _value(value: Any) -> str:
-    """A value as TOML."""
     if value is None:
         return json.dumps(NO_NUMBER)
     if isinstance(value, str):

@@ -205,7 +205,6 @@ def read(path: str | Path) -> Solution | History:
 
 
 def _data(path: str | Path, content: bytes) -> xr.Dataset:
-    """The dataset in the bytes of a file."""
     import xarray as xr
 
     with reading(path):

@@ -34,7 +34,6 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
 
 
 def _decimal_comma(text: str, reason: str) -> str:
-    """Why a file is no TOML: in plainer words where the line that is named has a decimal comma."""
     place = re.search(r"at line (\d+)", reason)
     number = int(place[1]) if place else 0
     found = re.search(r"=\s*([+-]?\d+),(\d+)", text.split("\n")[number - 1]) if number else None

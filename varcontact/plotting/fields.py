@@ -307,7 +307,6 @@ def draw_line_field(ax: Axes, sol: Solution, name: str) -> None:
 
 
 def _line_areas(ax: Axes, sol: Solution, field: FinestFields) -> None:
-    """Stick and slip areas as strips over the whole height."""
     edges = lengths_of(sol)(field.grid.lines[0])
     for number, name, look in ((STICK, "stick", STICK_LOOK), (SLIP, "slip", SLIP_LOOK)):
         label = name
@@ -325,7 +324,6 @@ def _line_components(ax: Axes, sol: Solution, grid: Grid, values: np.ndarray) ->
 
 
 def _line_frame(ax: Axes, sol: Solution, name: str, box: Box | None = None) -> None:
-    """Labels, and the contact with a margin."""
     readable_ticks(ax)
     lengths = lengths_of(sol)
     left, right, _, _ = box_of(sol.state > 0, sol.grid) if box is None else box

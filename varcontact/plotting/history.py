@@ -95,7 +95,6 @@ def _abscissa(history: History) -> _Abscissa:
 
 
 def _draw_forces(ax: Axes, history: History, along: _Abscissa) -> None:
-    """Tangential forces, within what friction can carry."""
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
     measured = measure_of(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
@@ -125,7 +124,6 @@ def _creepages(history: History) -> dict[str, np.ndarray]:
 
 
 def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
-    """Stick and slip of the middle row, slip hatched, from step to step."""
     lengths = measure_of(history.scene, "length", history.grid.box)
     row = history.grid.rows // 2
     areas = np.array([sol.state[row] for sol in history]).T

@@ -87,7 +87,6 @@ def plot(
 
 
 def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
-    """The panels that are asked for, checked."""
     check_axes(ax)
     if what is None:
         if sol.scene.motion is None:

@@ -131,7 +131,6 @@ class _Cut:
 
 
 def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _Cut:
-    """The stresses in a plane."""
     plane = checks.choice("plane", plane, PLANES)
     if sol.scene.line and plane != "xz":
         raise SceneError("plane", plane, '"xz" in line contact, which is the same in all sections')
@@ -180,7 +179,6 @@ def _abscissae(sol: Solution, axis: int) -> np.ndarray:
 
 
 def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None:
-    """The contact: its outline from above, or a bar on the surface."""
     if plane == "xy":
         x, y = lengths(sol.grid.x), lengths(sol.grid.y)
         inside = (sol.pressure > 0).astype(float)

@@ -277,7 +277,6 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
 
 
 def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) -> None:
-    """Errors of one quantity by one method."""
     name, method, value = row["quantity"], row["method"], row["value"]
     runs = study.runs[(study.runs["method"] == method) & study.runs["outcome"].isin(["solved", "approximate"])]
     grids = study.grids[(study.grids["method"] == method) & study.grids[name].notna()]

@@ -144,12 +144,10 @@ def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _at_poisson(nu: float) -> np.ndarray:
-    """The splines (k, 4) of one Poisson's ratio."""
     return np.asarray(_table().reshape(-1, 4, _POWERS) @ _powers(np.array([nu]))[0])
 
 
 def _powers(nu: np.ndarray) -> np.ndarray:
-    """Chebyshev's polynomials of nu in [-1, 0.5], (..., 13)."""
     return np.polynomial.chebyshev.chebvander((nu + 0.25) / 0.75, _POWERS - 1)
 
 

@@ -260,7 +260,6 @@ class Plan:
         return f"Plan({words})"
 
     def _rows(self) -> list[tuple[str, str]]:
-        """The plan in words, by name; empty rows part it."""
         kinds = ("dimension", "bodies", "surface", "motion", "friction")
         methods = ("method", "normal", "tangential", "coupling", "formulation")
         rows = [("WARNING", doubt) for doubt in self.doubts]
@@ -305,6 +304,5 @@ def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
 
 
 def _bytes(size: float) -> str:
-    """Bytes in a unit that suits."""
     power = next((power for power in range(3) if size < 1000 * 1024**power), 3)
     return f"{size / 1024**power:.3g} {('B', 'KiB', 'MiB', 'GiB')[power]}"

@@ -24,7 +24,6 @@ def report(sol: Solution) -> str:
 
 
 def _body(sol: Solution) -> str:
-    """The report but for what is doubtful in the scene."""
     rows = report_rows(sol)[len(sol.scene.doubts) :]
     lines = [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join([headline(sol), "", *lines])
@@ -232,7 +231,6 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
 
 
 def _law(sol: Solution) -> str:
-    """The law, the branch that was found, and the coefficients on it."""
     count = len(sol.passes)
     passes = f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
     found = _coefficients(sol)
@@ -318,7 +316,6 @@ def summary(sol: Solution) -> dict[str, Any]:
 
 
 def _coefficients(sol: Solution) -> list[float] | None:
-    """Least and largest coefficient of friction that a law has where it slips."""
     if sol.friction is None or not np.any(sol.state == SLIP):
         return None
     found = sol.friction[sol.state == SLIP]
@@ -339,7 +336,6 @@ def known(value: float) -> float | None:
 
 
 def _plain(value: float | str | list[float]) -> Any:
-    """A word, a number or several, for JSON."""
     if isinstance(value, str):
         return value
     return [known(each) for each in value] if isinstance(value, list) else known(value)

@@ -319,8 +319,7 @@ class Solution:
         return dataset(self)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The fields as a table with one row per element, row of elements by row of elements; units are in its `attrs`.
-        """
+        """The fields as a table with one row per element, row of elements by row of elements; `attrs` has the units."""
         from varcontact.io.export import dataframe
 
         return dataframe(self)

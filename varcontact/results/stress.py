@@ -270,7 +270,6 @@ def _below(depths: np.ndarray, solution: Solution, side: int) -> ElasticField:
 
 
 def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticField) -> SubsurfaceStress:
-    """The field in the shape of the points and the scene's axes."""
     trailing = points.shape[1:]
     mirror = np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
     vector = mirror.reshape(3, *(1,) * len(trailing))

@@ -441,7 +441,6 @@ def _poisson(field: str, value: Any) -> float:
 
 
 def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:
-    """One value for both bodies, or a pair."""
     if checks.is_array(value):
         if len(value) != 2:
             raise SceneError(field, value, "one value, or a pair (upper, lower)")

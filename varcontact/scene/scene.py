@@ -269,7 +269,6 @@ class Scene(Generic[MotionT_co]):
 
     @property
     def _different_frictions(self) -> list[float | np.ndarray | Law | None]:
-        """Each that occurs in some step, once."""
         return list({id(f): f for f in self.frictions}.values())
 
     @property

@@ -157,7 +157,6 @@ def compare(
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
-    """Scenes by name, each of them one problem."""
     if not isinstance(scenes, Scene | Mapping):
         raise SceneError("scenes", scenes, "a Scene, or a dict of them by name")
     named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
@@ -260,7 +259,6 @@ def _rows_of_scene(name: str, scene: Scene, methods: list[Method], tol: float) -
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], _Answer | None]:
-    """One method on one scene: its row of the table, and its answer, if any."""
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, neighbour(motion)] if motion is not None else [None]

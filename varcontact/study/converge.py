@@ -166,7 +166,6 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    """Refuse histories, and arrays on the elements of one grid."""
     if isinstance(scene.motion, Transient | TimeStep):
         allowed = "Steady, Shift or none: convergence is studied on one problem, not on a history"
         raise SceneError("motion", scene.motion, allowed)
@@ -177,7 +176,6 @@ def _check_free_of_one_grid(scene: Scene) -> None:
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
-    """A grid with a number of elements across, and the margin and edge of the scene."""
     given = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
     margin = given.margin if scene.hertz is not None and not scene.coupled else given.margin + 1
     return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=given.edge)
@@ -213,7 +211,6 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """Outcome of one solve, and what it measured."""
     assert not isinstance(scene.motion, Transient | TimeStep)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}

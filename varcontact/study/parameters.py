@@ -39,7 +39,6 @@ class Swept:
 
 
 def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
-    """The scenes, with their names or numbers where there is more than one."""
     if isinstance(scenes, Scene):
         _check_one_problem("scenes", scenes)
         return {}, [scenes]
@@ -70,7 +69,6 @@ def _check_one_problem(field: str, scene: Any) -> None:
 
 
 def _values(over: Any) -> dict[str, list[Any]]:
-    """The values of each entry that varies, as plain numbers and words."""
     if not isinstance(over, Mapping):
         raise SceneError("over", over, 'a dict of values by entry, as {"motion.vx": [0.0, 1e-3]}')
     varied: dict[str, list[Any]] = {}
@@ -93,7 +91,6 @@ def _values(over: Any) -> dict[str, list[Any]]:
 
 
 def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
-    """A scene with some entries replaced, all of one part at once."""
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         part, _, entry = name.partition(".")

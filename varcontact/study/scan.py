@@ -126,7 +126,6 @@ def scanned(
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
-    """The scene's motion with each of the creepages."""
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
@@ -220,7 +219,6 @@ def creep_curve(
 
 
 def _broadcast(motion: Steady, given: dict[str, Any]) -> np.ndarray:
-    """One row of vx, vy and spin for each point."""
     columns = [
         np.asarray(own) if each is None else checks.numbers(name, each)
         for own, (name, each) in zip(motion.rigid, given.items(), strict=True)

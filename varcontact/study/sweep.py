@@ -306,7 +306,6 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
 
 
 def _figures(sol: Solution) -> dict[str, Any]:
-    """The figures of a solution by the names of the records."""
     certificate = sol.certificate
     found = {
         **figures(sol),
@@ -323,7 +322,6 @@ def _figures(sol: Solution) -> dict[str, Any]:
 
 
 def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:
-    """What makes a sweep the same: its grid, its scenes, and how they are solved."""
     scenes = json.dumps([scene_to(scene) for scene in swept.scenes], sort_keys=True)
     units, line = {scene.units for scene in swept.scenes}, any(scene.line for scene in swept.scenes)
     unit = units.pop() if len(units) == 1 else None
@@ -336,7 +334,6 @@ def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _dataset(described: Mapping[str, Any], records: np.ndarray) -> xr.Dataset:
-    """Records as arrays over what varies."""
     import xarray as xr
 
     coordinates, units = described["coordinates"], described["units"]

@@ -154,7 +154,6 @@ def tradeoff(
 
 
 def _measured(name: str, reference: ContinuumValues, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
-    """The rows of a scene, which is that `number` of its class, by the ways that it has not been answered in."""
     common = {"scene": name, "kind": reference.kind, "identity": key}
     return [
         {**common, "way": str(way), "family": way.family, "cells": way.cells, **_costs(reference, way, number)}
@@ -369,12 +368,10 @@ def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
 
 
 def _serves(part: pd.DataFrame) -> pd.Series:
-    """Whether a way answers most scenes of its class."""
     return part["answers"] >= (1 - MOST_MISSED) * part["scenes"]
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """The cells of a row of the report."""
     errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
     times = [cell(1e3 * row[name], ".3g") for name in ("processor_seconds", "repeat_seconds")]
     return [row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, cell(row["memory"] / 2**20, ".3g")]

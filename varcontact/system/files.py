@@ -159,7 +159,6 @@ def _kind(field: str, path: Path) -> bool:
 
 
 def _same(target: Path, other: Path) -> bool:
-    """Whether two names are of one file."""
     try:
         return target.samefile(other)
     except OSError:  # one of them is not there

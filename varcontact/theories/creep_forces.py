@@ -156,7 +156,6 @@ def creep_forces(
 
 
 def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
-    """The combined constants, from one source."""
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")

@@ -128,7 +128,6 @@ def _closed_form(state: ContactState, traction: np.ndarray, rigid: np.ndarray, s
 
 
 def _at_bound(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Where tractions slip."""
     return np.asarray(np.hypot(*traction) >= bound * (1 - 1e-9))
 
 
@@ -191,7 +190,6 @@ def _fastsim(
 
 
 def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState:
-    """The tractions of strip theory, or of FaStrip, at the element centres."""
     contact = _Contact.of(disc, state)
     a, b, G, table = contact.a, contact.b, contact.G, contact.coefficients
     bound = contact.friction * contact.pressure("elliptic")

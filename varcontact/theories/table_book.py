@@ -125,7 +125,6 @@ class TableBook:
     def _normalised(
         self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: NearSplines
     ) -> tuple[Any, ...]:
-        """The same by rows of all ratios or of one, at one place or some."""
         sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
         magnitude = sqrt(x * x + across)
@@ -221,7 +220,6 @@ class TableBook:
         return book
 
     def _packed(self, name: str) -> np.ndarray:
-        """A variable as the file has it."""
         array = packed(self.splines)[name] if name in _PACKED else getattr(self, name)
         return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
 
@@ -284,6 +282,5 @@ def _in_rows(splines: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
-    """The rows of one ratio."""
     first, values = book._near(ratio)
     return _in_rows(np.tensordot(values, book.splines[first : first + 4], 1))
