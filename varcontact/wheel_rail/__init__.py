@@ -14,9 +14,11 @@ from varcontact.wheel_rail.geometry_table import (
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import Archard, PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
-from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import Irregularity, Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 __all__ = [
     "Archard",
@@ -26,6 +28,7 @@ __all__ = [
     "FastPatch",
     "FastWheel",
     "GeometryTable",
+    "Irregularity",
     "PatchSolution",
     "PatchWear",
     "Position",
@@ -38,6 +41,8 @@ __all__ = [
     "WheelRailSolution",
     "WheelSet",
     "WheelSetForces",
+    "WheelSetOnTrack",
+    "WheelSetSolution",
     "equivalent_conicity",
     "geometry_table",
     "read_contact_input",

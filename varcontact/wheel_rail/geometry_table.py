@@ -25,7 +25,17 @@ from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import contact_locus
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
+from varcontact.wheel_rail.track import (
+    SIGN,
+    Irregularity,
+    Position,
+    Side,
+    Track,
+    Velocity,
+    WheelSet,
+    check_forward,
+    check_kind,
+)
 from varcontact.wheel_rail.virtual_penetration import NORMAL
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
@@ -126,7 +136,8 @@ class GeometryTable:
         SceneError
             If the position is not within the table.
         """
-        sign = SIGN[checks.choice("side", side, tuple(SIGN))]
+        checks.choice("side", side, tuple(SIGN))
+        sign = SIGN[side]
         (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
         corner = np.ix_((i, i + 1), (j, j + 1))
         counts = self.count[corner]
@@ -230,6 +241,10 @@ def geometry_table(
     >>> print(f"{pushed.force[1]:.0f} N, {pushed.moment[2] / 1e3:.0f} N m")
     -771 N, -7749 N m
     """
+    check_kind("track", track, Track)
+    if np.isfinite(track.curve_radius) or not track.left == track.right == Irregularity():
+        reason = "track: a table is of straight, even track; in a curve add speed / curve_radius to the yaw rate"
+        raise SceneError("track", track.curve_radius, message=reason)
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
     normal, report = checks.choice("normal", normal, NORMAL), checks.progress(progress)
     shape = nodes[0].size, nodes[1].size

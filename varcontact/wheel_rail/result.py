@@ -10,6 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import html_text
+from varcontact.kinematics import Frame
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
@@ -45,6 +46,11 @@ class PatchSolution:
             f"PatchSolution(location=({x:.4g}, {y:.6g}, {z:.4g}), angle={self.patch.angle:.4g}, "
             f"force=({Fx:.6g}, {Fs:.6g}, {FN:.6g}))"
         )
+
+    @property
+    def frame(self) -> Frame:
+        """Of the patch."""
+        return self.patch.frame
 
     @property
     def normal_force(self) -> float:
@@ -136,6 +142,22 @@ class WheelForces:
         """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
         return np.sum([each.force_on_track for each in self.patches], axis=0)
 
+    @property
+    def force_on_wheelset(self) -> np.ndarray:
+        """Force on the wheel along the axes of the wheel set [N]."""
+        return np.asarray(-self.case.position.rotation.T @ self.force)
+
+    @property
+    def moment_on_wheelset(self) -> np.ndarray:
+        """Moment on the wheel about the middle of the axle, along the axes of the wheel set [N mm]."""
+        centre = np.array([0.0, self.case.position.y, self.z - self.case.wheelset.radius])
+        total = np.zeros(3)
+        for each in self.patches:
+            about_normal = each.frame.normal * each.moment
+            pressed = each.frame.axes @ each.tilting
+            total -= np.cross(each.frame.origin - centre, each.force_on_track) + about_normal + pressed
+        return np.asarray(self.case.position.rotation.T @ total)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WheelRailSolution(WheelForces):
@@ -203,22 +225,6 @@ class WheelRailSolution(WheelForces):
 
     def _repr_html_(self) -> str:
         return html_text(self.report())
-
-    @property
-    def force_on_wheelset(self) -> np.ndarray:
-        """Force on the wheel along the axes of the wheel set [N]."""
-        return np.asarray(-self.case.position.rotation.T @ self.force)
-
-    @property
-    def moment_on_wheelset(self) -> np.ndarray:
-        """Moment on the wheel about the middle of the axle, along the axes of the wheel set [N mm]."""
-        centre = np.array([0.0, self.case.position.y, self.z - self.case.wheelset.radius])
-        total = np.zeros(3)
-        for each in self.patches:
-            about_normal = each.patch.frame.normal * each.moment
-            pressed = each.patch.frame.axes @ each.tilting
-            total -= np.cross(each.patch.location - centre, each.force_on_track) + about_normal + pressed
-        return np.asarray(self.case.position.rotation.T @ total)
 
     def plot(self) -> Figure:
         """Both profiles with the patches at their place, and the tractions of each patch."""

@@ -20,7 +20,7 @@ from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.profile import Profile, flange, inclination
 
 Side = Literal["left", "right"]
-SIGN = {"left": -1.0, "right": 1.0}
+SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
 OUTWARDS = 1 / 80
@@ -32,7 +32,51 @@ FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
 
 
-@checks.named(inclination="cant", profile="rail", width="gauge")
+def _angle(field: str, value: Any) -> float:
+    angle = checks.moderate(field, value)
+    if abs(angle) > STEEPEST:
+        raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
+    return angle
+
+
+@checks.named(dy="y", dz="z", vy="lateral", vz="vertical")
+@dataclass(frozen=True, kw_only=True)
+class Irregularity:
+    """How far a rail is from its place in the track, and how fast it moves.
+
+    Parameters
+    ----------
+    y, z : float
+        To the right, and down [mm].
+    roll : float
+        About the origin of the rail's profile, right side down [rad].
+    lateral, vertical : float
+        Velocity of the rail's material [mm/s]: of a rail that gives way, not of one that lies crooked.
+    roll_rate : float
+        [rad/s]
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or the roll more than half a radian.
+    """
+
+    y: float = 0.0
+    z: float = 0.0
+    roll: float = 0.0
+    lateral: float = 0.0
+    vertical: float = 0.0
+    roll_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.entries(self, "irregularity", checks.moderate, "y", "z", "lateral", "vertical", "roll_rate")
+        checks.entries(self, "irregularity", _angle, "roll")
+
+
+IN_PLACE = Irregularity()
+
+
+@checks.named(inclination="cant", profile="rail", width="gauge", radius="curve_radius")
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Track:
     """Two rails of the same profile.
@@ -47,12 +91,19 @@ class Track:
     cant : float
         Inclination of the rails towards the middle of the track, on top of what the profile has in itself [rad].
         The rail of the Manchester benchmark's file is inclined by 1:40 already; that of `Profile.rail_60e1` is not.
+    curve_radius : float
+        Of the middle of the track [mm]: positive in a curve to the right, infinite on straight track.
+    left, right : Irregularity
+        Of each rail.
+    stiffness : pair of float, optional
+        Force by which each rail is moved 1 mm to the side, and down, in the equilibrium of `WheelSetOnTrack` [N/mm]:
+        infinite if not given.
 
     Raises
     ------
     SceneError
-        If the profile is no rail's, a length is not positive, the cant is more than half a radian, or the profile
-        does not reach down to the gauge height.
+        If the profile is no rail's, a length is not positive, the cant is more than half a radian, the profile does
+        not reach down to the gauge height, or the curve is tighter than the track is wide.
 
     Examples
     --------
@@ -66,11 +117,26 @@ class Track:
     gauge: float = 1435.0
     gauge_height: float = 14.0
     cant: float = 0.0
+    curve_radius: float = np.inf
+    left: Irregularity = IN_PLACE
+    right: Irregularity = IN_PLACE
+    stiffness: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         _check_profile("track.rail", self.rail, "rail")
         checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
         checks.entries(self, "track", _angle, "cant")
+        checks.entries(self, "track", checks.real, "curve_radius")
+        if not abs(self.curve_radius) > self.gauge:
+            allowed = f"larger than the gauge, {self.gauge:g} mm: positive to the right, negative to the left"
+            raise SceneError("track.curve_radius", self.curve_radius, allowed)
+        for side in SIGN:
+            check_kind(f"track.{side}", getattr(self, side), Irregularity)
+        if self.stiffness is not None:
+            stiffness = checks.positives("track.stiffness", self.stiffness)
+            if stiffness.shape != (2,):
+                raise checks.wrong_shape("track.stiffness", stiffness.shape, "two numbers, lateral and vertical")
+            object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
             reason = (
@@ -103,17 +169,35 @@ class Track:
 
     def placed(self, side: Side) -> Curve:
         """The part of the rail on a `side` that can be touched: a curve (y, z) in track coordinates, y growing."""
-        return self._right if side == "right" else self._right.mirrored
+        right = self._right if side == "right" else self._right.mirrored
+        turn, shift = self._moved(side)
+        if getattr(self, side) == IN_PLACE:
+            return right
+        moved = right.moved(turn, shift)
+        return _above(moved, moved.sampled(FINE)) if turn[0, 1] else moved
 
     @cached_property
     def _right(self) -> Curve:
         curve = self.rail.curve.moved(self._turn, self.origin)
-        s = curve.sampled(FINE)
-        return curve.single_valued(float(s[int(curve.points(s)[:, 1].argmin())]))
+        return _above(curve, curve.sampled(FINE))
+
+    def _moved(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix and shift of a rail's irregularity, for points (y, z)."""
+        given: Irregularity = getattr(self, side)
+        turn, origin = rotation(roll=given.roll)[1:, 1:], self.origin * [SIGN[side], 1.0]
+        return turn, origin - turn @ origin + [given.y, given.z]
+
+    def rail_body(self, side: Side) -> RigidBody:
+        """The rail on a `side` as a rigid body, with the velocities of its irregularity."""
+        given: Irregularity = getattr(self, side)
+        y, z = self.origin * [SIGN[side], 1.0] + [given.y, given.z]
+        velocity, turning = np.array([0.0, given.lateral, given.vertical]), np.array([given.roll_rate, 0.0, 0.0])
+        return RigidBody(position=np.array([0.0, y, z]), velocity=velocity, angular_velocity=turning)
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
         """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before canting [mm]."""
-        return np.asarray((point * [SIGN[side], 1.0] - self.origin) @ self._turn)
+        turn, shift = self._moved(side)
+        return np.asarray((((point - shift) @ turn) * [SIGN[side], 1.0] - self.origin) @ self._turn)
 
 
 @checks.named(profile="wheel", nominal_radius="radius", back_to_back="inside_distance")
@@ -254,7 +338,15 @@ class Velocity:
                 allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
                 raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
 
-    def body(self, wheelset: WheelSet, position: Position, z: float, *, pitching: bool = True) -> RigidBody:
+    def body(
+        self,
+        wheelset: WheelSet,
+        position: Position,
+        z: float,
+        *,
+        pitching: bool = True,
+        curve_radius: float = np.inf,
+    ) -> RigidBody:
         """The `wheelset` at a `position` as a rigid body in track coordinates.
 
         Parameters
@@ -263,9 +355,15 @@ class Velocity:
             Height of the axle, downwards: at 0 the nominal circles are at the height of the rail tops [mm].
         pitching : bool
             Whether it turns about its axle; without, it moves as the contacts do.
+        curve_radius : float
+            Of the track, with which the wheel set turns as it goes along [mm].
         """
         pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
-        turning = np.array([self.roll_rate, 0.0, 0.0]) + rotation(roll=position.roll) @ [0.0, 0.0, self.yaw_rate]
+        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + rotation(roll=position.roll) @ [
+            0.0,
+            0.0,
+            self.yaw_rate,
+        ]
         if pitching:
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
         return RigidBody(
@@ -274,6 +372,11 @@ class Velocity:
             velocity=np.array([self.speed, self.lateral, self.vertical]),
             angular_velocity=turning,
         )
+
+
+def _above(curve: Curve, s: np.ndarray) -> Curve:
+    """The part of a rail's curve about its top that is single-valued; `s` are samples of it."""
+    return curve.single_valued(float(s[int(curve.points(s)[:, 1].argmin())]))
 
 
 def check_kind(field: str, value: Any, kind: type[Any]) -> None:
@@ -305,10 +408,3 @@ def _check_profile(field: str, profile: Any, kind: str) -> None:
     if not isinstance(profile, Profile) or profile.kind != kind:
         given = f"a {profile.kind}'s" if isinstance(profile, Profile) else profile
         raise SceneError(field, given, f"a Profile of kind {kind!r}")
-
-
-def _angle(field: str, value: Any) -> float:
-    angle = checks.moderate(field, value)
-    if abs(angle) > STEEPEST:
-        raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
-    return angle

@@ -91,6 +91,11 @@ class FastPatch:
         """(Fx, Fy, Fz) on the rail in track coordinates [N]."""
         return np.asarray(self.frame.axes @ self.force)
 
+    @property
+    def tilting(self) -> np.ndarray:
+        """Moment about x and y of the frame's origin: none, the ellipse is in the middle."""
+        return np.zeros(3)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FastWheel(WheelForces):
@@ -177,7 +182,7 @@ def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rollin
     from varcontact.reference import hertz
 
     on_rail = case.track.on_rail(point[1:], case.side)
-    on_wheel = case.on_wheel(point, case.velocity.body(case.wheelset, case.position, z))
+    on_wheel = case.on_wheel(point, case.body(z))
     bent = float(case.track.rail.curvature_at(on_rail[0]) + case.wheelset.wheel.curvature_at(on_wheel[0]))
     if not bent > 0:
         reason = (

@@ -227,7 +227,7 @@ class WheelOnRail:
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
         curved = self.conformal is True
         groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
-        body = self.velocity.body(self.wheelset, self.position, z)
+        body = self.body(z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
         known = self.wheel, self.rail, body.rotation, body.position, sides
         patches = []
@@ -270,6 +270,11 @@ class WheelOnRail:
             patches.append(patch)
         return tuple(patches)
 
+    def body(self, z: float, *, pitching: bool = True) -> RigidBody:
+        """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see `Velocity.body`."""
+        curve = self.track.curve_radius
+        return self.velocity.body(self.wheelset, self.position, z, pitching=pitching, curve_radius=curve)
+
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
         """A `point` of the track in the coordinates of the wheel's profile, the wheel set being `body`: (y, z) [mm]."""
         x, y, height = body.locally(point)
@@ -277,12 +282,11 @@ class WheelOnRail:
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
         """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`; axle at `z`."""
-        body = self.velocity.body(self.wheelset, self.position, z)
-        carried = self.velocity.body(self.wheelset, self.position, z, pitching=False)
+        body, carried = self.body(z), self.body(z, pitching=False)
         particle = frame.globally(np.array([0.0, 0.0, approach]))
         moving = carried.velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(RigidBody(position=np.zeros(3)), body, frame, frame_velocity=moving, at2=particle)
+        return creepages(self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle)
 
     @one_blas_thread()
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:

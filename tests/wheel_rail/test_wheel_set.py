@@ -1,0 +1,180 @@
+"""Balance of loads on a wheel set: symmetry, power, free rolling, starting guesses, curves, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, manchester, round_rail, round_wheel
+from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.kinematics import rotation
+from varcontact.wheel_rail import (
+    Irregularity,
+    Position,
+    Velocity,
+    WheelSet,
+    WheelSetOnTrack,
+    rolling_radius_difference,
+)
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
+ROLLING = Velocity(speed=20e3)
+
+
+def wheel_set(y=0.0, yaw=0.0, **more):
+    """The benchmark's profiles with 160 kN."""
+    common = {"track": TRACK, "wheelset": WHEELSET, "velocity": ROLLING, "vertical_force": 160e3, "dx": 1.0, "dy": 1.0}
+    return WheelSetOnTrack(**common | {"position": Position(y=y, yaw=yaw)} | more)
+
+
+def test_mirror_images():
+    """Displaced and yawed to the other side in a curve to the other side, left and right are exchanged."""
+    curve = replace(
+        TRACK, curve_radius=400e3, right=Irregularity(y=1.0, z=0.3, roll=0.01, lateral=20.0, roll_rate=0.01)
+    )
+    mirrored = replace(curve, curve_radius=-400e3, right=Irregularity(), left=Irregularity(
+        y=-1.0, z=0.3, roll=-0.01, lateral=-20.0, roll_rate=-0.01
+    ))  # fmt: skip
+    found = wheel_set(3.0, 0.002, track=curve, torque=-2e6).solve()
+    other = wheel_set(-3.0, -0.002, track=mirrored, torque=-2e6).solve()
+    for one, two in ((found.left, other.right), (found.right, other.left)):
+        assert two.force == pytest.approx(one.force * [1, -1, 1], rel=1e-5, abs=1.0)
+    assert other.position.roll == pytest.approx(-found.position.roll, rel=1e-5)
+    assert other.velocity.pitch_rate == pytest.approx(found.velocity.pitch_rate, rel=1e-9)
+    assert other.moment_on_wheelset == pytest.approx(found.moment_on_wheelset * [-1, 1, -1], abs=500.0)
+
+
+@pytest.mark.parametrize("torque", [0.0, -3e6])
+def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
+    """The rails' forces take from the moving wheel set what slip dissipates, of creepages by the moving contact."""
+    found = wheel_set(3.0, 0.003, torque=torque, dx=0.5, dy=0.5).solve()
+    assert abs(found.moment_on_wheelset[1] + torque) < 1e-6 * 160e3 * 460
+    assert abs(found.moment_on_wheelset[0]) < 1e-6 * 160e3 * 750
+    assert found.force[2] == pytest.approx(160e3, rel=1e-6)
+    friction = deeper = 0.0
+    for wheel in found.wheels:
+        for each in wheel.patches:
+            friction += each.solution.power * each.patch.creepage.speed / 1e3
+            arm = each.patch.approach * each.frame.normal  # creepages are those of the wheel's particle in the rail
+            deeper += each.force_on_track @ np.cross(wheel.case.body(found.z).angular_velocity, arm) / 1e3
+    assert found.power + deeper == pytest.approx(friction, rel=2e-3)
+    assert abs(deeper) < 0.1 * friction
+    assert found.force[0] * torque >= 0  # driving wheels push the rails backwards
+
+
+def test_wheels_that_are_cones_roll_as_their_radii_tell():
+    """Without slip both wheels together: the pitch rate is that of the mean of the radii, and forces are opposite."""
+    case = wheel_set(0.0)
+    found = case.solve()
+    radii = [each.patches[0].patch.rolling_radius for each in found.wheels]
+    assert radii[0] == pytest.approx(radii[1], abs=1e-9)
+    assert -ROLLING.speed / found.velocity.pitch_rate == pytest.approx(radii[0], rel=2e-4)
+    assert found.left.force == pytest.approx(found.right.force * [1, -1, 1], abs=1e-3)
+    assert found.y_over_q("left") == pytest.approx(found.y_over_q("right"), abs=1e-8)
+
+
+def test_a_free_wheel_set_in_a_curve_rolls_where_the_radii_make_up_for_it():
+    """Redtenbacher: r_left - r_right = 2 s r/R with pure rolling, so that no yaw moment is left (straight, centred)."""
+    free = ("y", "yaw", "roll", "pitch_rate")
+    track = replace(TRACK, curve_radius=800e3)
+    found = wheel_set(track=track, free=free).estimate()
+    places = [wheel.patches[0].frame.origin[1] for wheel in found.wheels]
+    needed = (places[1] - places[0]) * 460.0 / 800e3
+    assert -rolling_radius_difference(TRACK, WHEELSET, found.position.y) == pytest.approx(needed, rel=0.05)
+    assert found.moment_on_wheelset == pytest.approx(np.zeros(3), abs=1.0)
+    start = wheel_set(-6.0, 0.004, track=track, free=free).estimate()
+    assert start.position.y == pytest.approx(found.position.y, abs=1e-6)
+    assert start.position.yaw == pytest.approx(found.position.yaw, abs=1e-8)
+
+
+def test_the_balance_does_not_depend_on_where_the_search_begins():
+    case = wheel_set(0.0, free=("y", "roll", "pitch_rate"), lateral_force=5e3)
+    one = case.solve()
+    other = replace(case, position=Position(y=-4.0, roll=0.01), velocity=Velocity(speed=20e3, pitch_rate=-40.0)).solve()
+    assert one.force[1] == pytest.approx(5e3, abs=1.0)
+    assert other.position.y == pytest.approx(one.position.y, abs=1e-4)
+    assert other.velocity.pitch_rate == pytest.approx(one.velocity.pitch_rate, rel=1e-7)
+
+
+@pytest.mark.parametrize("y", [2.0, 8.0])
+def test_wheel_set_of_the_benchmark(y):
+    """Its 10 kN on each wheel need a roll moment against the lateral forces: with it, the published wheel set."""
+    rows = [next(r for r in manchester() if (r["side"], r["y_ws"]) == (side, y)) for side in ("left", "right")]
+    moment, z = 0.0, np.mean([row["z_ws"] for row in rows])
+    for row in rows:
+        force = rotation(roll=row["angle"]) @ [row["fx"], row["fs"], row["fn"]]
+        arm = [row["x"], row["y"] - y, row["z"] + 460.0 - z]
+        moment += float(np.cross(arm, force)[0])
+    case = wheel_set(
+        position=Position(y=y, yaw=rows[0]["yaw"]), vertical_force=20e3, roll_moment=moment, free=("roll",),
+        velocity=Velocity(speed=2000.0, pitch_rate=rows[0]["pitch_rate"]), dx=0.2, dy=0.2,
+    )  # fmt: skip
+    found = case.solve()
+    assert found.position.roll == pytest.approx(rows[0]["roll"], abs=5e-6)
+    for wheel, row in zip(found.wheels, rows, strict=True):
+        (each,) = wheel.patches
+        assert each.patch.location[1] == pytest.approx(row["y"], abs=0.05)
+        assert each.normal_force == pytest.approx(row["fn"], rel=0.01)
+        assert each.force[:2] == pytest.approx([row["fx"], row["fs"]], abs=0.01 * 0.3 * row["fn"])
+
+
+def test_rails_that_yield():
+    """Each is moved by its force over its stiffness, and the axle sinks with them."""
+    stiff, found = (wheel_set(3.0, track=replace(TRACK, stiffness=each)).solve() for each in (None, (40e3, 80e3)))
+    for wheel in found.wheels:
+        moved = getattr(found.track, wheel.case.side)
+        assert [40e3 * moved.y, 80e3 * moved.z] == pytest.approx(wheel.force[1:], abs=0.5)
+    assert found.z - stiff.z == pytest.approx(1.0, abs=0.01)
+
+
+def test_gravitational_stiffness_of_circles():
+    """Round wheels in round rails: a pendulum of the radii's difference, W/(2...) by the geometry of two arcs."""
+    radius, wheel = 600.0, 500.0  # both convex: the wheel set is pushed off the middle
+    track = flat_track(round_rail(radius))
+    case = WheelSetOnTrack(track=track, wheelset=WheelSet(wheel=round_wheel(wheel)), vertical_force=160e3)
+    found = case.estimate()
+    # a displacement y turns the contact plane by y/(R_rail + R_wheel), and rolling of the axle is of second order
+    assert found.gravitational_stiffness() == pytest.approx(-160e3 / (radius + wheel), rel=0.02)
+
+
+def test_error_bars_come_with_the_grids_that_are_chosen():
+    found = wheel_set(3.0, dx=None, dy=None).solve(accuracy=0.05)
+    exact = wheel_set(3.0, dx=0.25, dy=0.25).solve()
+    assert np.all(found.error[:2] > 0)
+    assert found.error[2] == 0
+    for name, value in (("z", exact.z - found.z), ("roll", exact.position.roll - found.position.roll)):
+        assert abs(value) < 2 * found.errors[name] + 1e-6
+    assert "+-" in found.report()
+
+
+@pytest.mark.parametrize(("more", "error", "words"), [
+    ({"lateral_force": 500e3, "free": ("y", "roll", "pitch_rate")}, SceneError, "lateral_force .* no position bears"),
+    ({"roll_moment": 150e6}, SceneError, "lift the (left|right) wheel off"),
+    ({"y": 100.0}, NoContact, "beside the rail"),
+    ({"y": 7.0, "vertical_force": 20e3, "yaw": -0.03, "friction": 1.0}, NotConverged, "may climb"),
+])  # fmt: skip
+def test_what_no_position_bears(more, error, words):
+    with pytest.raises(error, match=words):
+        wheel_set(**more).estimate()
+
+
+@pytest.mark.parametrize(("more", "words"), [
+    ({"free": ("y", "lateral")}, "one quantity for each load"),
+    ({"free": "y"}, "tuple of names"),
+    ({"free": ("pitch_rate", "speed")}, "only their ratio"),
+    ({"torque": 1e6, "free": ("roll",)}, "torque: nothing is free to balance it"),
+    ({"z": 0.1}, "vertical_force"),
+    ({"friction": (0.3, -1.0)}, "friction"),
+    ({"friction": 0.0}, "without friction nothing else"),
+])  # fmt: skip
+def test_what_is_refused(more, words):
+    with pytest.raises(SceneError, match=words):
+        wheel_set(**more)
+
+
+def test_tracks_that_are_refused():
+    for more, words in (({"curve_radius": 500.0}, "larger than the gauge"), ({"stiffness": 3e4}, "stiffness")):
+        with pytest.raises(SceneError, match=words):
+            replace(TRACK, **more)

@@ -1,0 +1,332 @@
+"""Balance of the loads on a wheel set: found with the fast way, and then with a few exact solutions.
+
+Unknown are the free positions and velocities, and how far rails yield. With each wheel's height of the axle prescribed,
+forces are functions of them without a search. Their derivatives are the fast way's; Broyden's method corrects these
+from one exact solution to the next.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+
+from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.solving.options import CertifyName
+from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
+from varcontact.wheel_rail.solve import TARGETS
+from varcontact.wheel_rail.track import SIGN
+from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch, FastWheel
+from varcontact.wheel_rail.wheel_on_rail import ELEMENT, WheelOnRail
+from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
+
+STEP = 1e-3
+"""Of the differences for derivatives, by the unit of an unknown."""
+CREEPAGE = 1e-3
+"""Unit of velocities, by the speed, and of the yaw."""
+SIDEWAYS = 0.1
+"""Unit of the lateral displacement [mm]."""
+WALK = 1.0
+"""Step of the lateral displacement in the search for two positions with the balance between them [mm]."""
+ROUGH = 0.02
+"""Largest imbalance of the fast way."""
+NEAR = 1e-4
+"""Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their error bars."""
+PRESSED = 0.02
+"""Step to a greater depth, by the depth, at which a wheel must be borne by more."""
+ROUNDS = 20
+"""Exact solutions with the derivatives of the fast way."""
+
+NO_ELLIPSE = Ellipse(0.0, 0.0, 0.0, 0.0)
+
+Solver = Callable[[WheelOnRail], WheelForces]
+
+
+@dataclass(frozen=True, eq=False)
+class _Balance:
+    """The equations of a case: unknowns by their names, and the units of both."""
+
+    case: WheelSetOnTrack
+    names: tuple[str, ...]
+    loads: tuple[str, ...]
+    load: float
+    depth: float
+    origin: np.ndarray
+    units: np.ndarray
+
+    def values(self, x: np.ndarray) -> dict[str, float]:
+        return dict(zip(self.names, (self.origin + self.units * x).tolist(), strict=True))
+
+    def wheels(self, x: np.ndarray, solver: Solver) -> tuple[WheelForces, WheelForces]:
+        values = self.values(x)
+        moved = self.case.moved(values)
+        z = values["z"] if self.case.z is None else self.case.z
+        left, right = (self._pressed(moved.wheel(side, z), solver) for side in SIGN)
+        return left, right
+
+    def _pressed(self, wheel: WheelOnRail, solver: Solver) -> WheelForces:
+        above = wheel.touching - (wheel.z or 0.0)
+        if above < 0:
+            return solver(wheel)
+        return _Lifted(wheel, wheel.z or 0.0, (), self.load / 2 * above / self.depth)
+
+    def left_over(self, wheels: tuple[WheelForces, WheelForces]) -> dict[str, float]:
+        """Of each load, what the rails do not bear; by the load of the axle."""
+        case, (left, right) = self.case, wheels
+        force, moment = left.force + right.force, left.moment_on_wheelset + right.moment_on_wheelset
+        half = case.wheelset.middle
+        missing = {
+            "longitudinal_force": case.longitudinal_force - force[0],
+            "lateral_force": case.lateral_force - force[1],
+            "vertical_force": (case.vertical_force or 0.0) - force[2],
+            "roll_moment": (case.roll_moment + moment[0]) / half,
+            "torque": (case.torque + moment[1]) / case.wheelset.radius,
+            "yaw_moment": (case.yaw_moment + moment[2]) / half,
+        }
+        return {name: float(value / self.load) for name, value in missing.items()}
+
+    def imbalance(self, wheels: tuple[WheelForces, WheelForces]) -> np.ndarray:
+        """Of the loads, and then of the rails that yield."""
+        missing, case = self.left_over(wheels), self.case
+        rest = [missing[name] for name in self.loads]
+        for each in wheels if case.track.stiffness is not None else ():
+            given, now = (getattr(track, each.case.side) for track in (case.track, each.case.track))
+            moved = np.array([now.y - given.y, now.z - given.z])
+            rest += list((case.track.stiffness * moved - each.force[1:]) / self.load)
+        return np.array(rest)
+
+    def errors(self, left: WheelRailSolution, right: WheelRailSolution, inverse: np.ndarray) -> dict[str, float]:
+        """Of the unknowns, from the errors of the forces of each patch."""
+        felt = np.zeros(len(self.names))
+        for wheel in (left, right):
+            for patch in wheel.patches:
+                for pushed in np.diag(patch.error):
+                    more = FastPatch(patch.frame, 0.0, patch.patch.creepage, 0.0, NO_ELLIPSE, pushed, 0.0)
+                    changed = FastWheel(wheel.case, wheel.z, (*cast(Any, wheel.patches), more))
+                    pair = (changed, right) if wheel is left else (left, changed)
+                    felt += np.abs(inverse @ (self.imbalance(pair) - self.imbalance((left, right))))
+        return dict(zip(self.names, (self.units * felt).tolist(), strict=True))
+
+    def slopes(self, x: np.ndarray, solver: Solver) -> np.ndarray:
+        """Derivatives of the imbalance by the unknowns, from differences."""
+        steps = STEP * np.eye(x.size)
+        ends = [[self.imbalance(self.wheels(x + sign * step, solver)) for step in steps] for sign in (1, -1)]
+        return (np.array(ends[0]) - np.array(ends[1])).T / (2 * STEP)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Lifted(WheelForces):
+    """A wheel above its rail, in the search pulled down as by a spring."""
+
+    pull: float
+
+    @property
+    def force(self) -> np.ndarray:
+        return np.array([0.0, 0.0, -self.pull])
+
+    @property
+    def moment_on_wheelset(self) -> np.ndarray:
+        return np.array([SIGN[self.case.side] * self.case.wheelset.middle * self.pull, 0.0, 0.0])
+
+
+def solve_wheel_set(
+    case: WheelSetOnTrack, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+) -> WheelSetSolution:
+    """See `WheelSetOnTrack.solve`."""
+    from scipy.optimize import NoConvergence, broyden1, root
+
+    balance, x = _balanced(case, _fast())
+    inverse = np.linalg.inv(balance.slopes(x, _fast()))
+    solved = 0
+
+    def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
+        def imbalance(step: np.ndarray) -> np.ndarray:
+            nonlocal solved
+            solved += 1
+            return balance.imbalance(balance.wheels(x + inverse @ step, solver))
+
+        begin = np.zeros(x.size)
+        options = {"f_tol": tol, "maxiter": ROUNDS, "alpha": -1, "line_search": None}
+        try:
+            step = broyden1(imbalance, begin, **options)
+        except NoConvergence:  # the fast way's derivatives are too far off: with those of exact solutions
+            found = root(imbalance, begin, options={"factor": 0.1, "xtol": 1e-12, "eps": STEP**2})
+            step, missed = found.x, float(np.abs(found.fun).max())
+            if missed > tol:
+                raise NotConverged("the balance of the wheel set was not found", missed) from None
+        return np.asarray(x + inverse @ step)
+
+    surfaces: dict[str, Any] = {}  # whether curved is chosen once: forces jump where that changes
+
+    def solver(wheel: WheelOnRail) -> WheelForces:
+        return replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal)).solve(certify=certify, **methods)
+
+    def on_elements(wheel: WheelOnRail) -> WheelForces:
+        usual = {name: value for name, value in methods.items() if name not in TARGETS}
+        chosen = surfaces.get(wheel.side, wheel.conformal)
+        return replace(wheel, dx=case.dx or ELEMENT, dy=case.dy or ELEMENT, conformal=chosen).solve(**usual)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if x.size and case.conformal == "auto":
+            first = balance.wheels(x, on_elements)
+            surfaces |= {each.case.side: each.case.conformal is True for each in first}
+        if x.size and case.dx is None and case.dy is None:
+            tol = max(tol, NEAR)
+            x = corrected(x, on_elements, tol)
+        if x.size:
+            x = corrected(x, solver, tol)
+    return _solution(balance, x, solver, solved, inverse)
+
+
+def estimate_wheel_set(
+    case: WheelSetOnTrack, normal: str, tangential: str, tol: float, options: dict[str, Any]
+) -> WheelSetSolution:
+    """See `WheelSetOnTrack.estimate`."""
+    solver = _fast(normal, tangential, **options)
+    balance, x = _balanced(case, solver)
+    found = _solution(balance, x, solver, 0, None)
+    if found.imbalance > tol:
+        warnings.warn(
+            f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join",
+            stacklevel=3,
+        )
+    return found
+
+
+def _fast(normal: str = "virtual-penetration", tangential: str = "fastsim", **options: Any) -> Solver:
+    def solver(wheel: WheelOnRail) -> WheelForces:
+        return wheel.estimate(normal, tangential, **options)
+
+    return solver
+
+
+def _solution(
+    balance: _Balance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
+) -> WheelSetSolution:
+    """The wheels at the balance; errors of forces there are errors of what was found."""
+    case, wheels = balance.case, balance.wheels(x, solver)
+    for each in wheels:
+        if not each.patches:
+            reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
+            raise SceneError("roll_moment", case.roll_moment, message=reason)
+        deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
+        softer = float(_fast()(deeper).force[2] - _fast()(replace(each.case, z=each.z)).force[2])
+        if softer < 0:
+            reason = (
+                f"the {each.case.side} wheel is wedged at y = {each.case.position.y:.4g} mm: pressed in deeper, "
+                "friction lifts it by more than its normal force presses it down. Give another position or friction"
+            )
+            raise SceneError("position.y", each.case.position.y, message=reason)
+    missed = np.abs(balance.imbalance(wheels))
+    errors = dict.fromkeys(balance.names, float("nan"))
+    left, right = wheels
+    if inverse is not None and isinstance(left, WheelRailSolution) and isinstance(right, WheelRailSolution):
+        errors = balance.errors(left, right, inverse)
+    return WheelSetSolution(case, left, right, float(missed.max(initial=0.0)), solved, errors)
+
+
+def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarray]:
+    """The balance by the fast way, with the lateral displacement between two from which the wheel set is pushed back.
+
+    Where the wheel set is free to yaw, too, its yaw balances the lateral force, and the displacement, from which the
+    difference of the radii comes, the yaw moment.
+    """
+    from scipy.optimize import brentq
+
+    if "y" not in case.free:
+        balance = _equations(case)
+        return balance, _root(balance, solver)
+    load = "yaw_moment" if "yaw" in case.free else "lateral_force"
+
+    def at(y: float) -> tuple[_Balance, np.ndarray]:
+        balance = _equations(replace(case, position=replace(case.position, y=y)), ("y", load))
+        return balance, _root(balance, solver)
+
+    def net(y: float) -> float:
+        """What moves the wheel set to the side, by the load."""
+        balance, x = at(y)
+        return balance.left_over(balance.wheels(x, solver))[load]
+
+    y, pushed = case.position.y, net(case.position.y)
+    sign = np.sign(pushed)
+    while pushed * sign > 0:
+        before, y = y, y + sign * WALK
+        try:
+            pushed = net(float(y))
+        except (NoContact, SceneError, NotConverged):
+            reason = (
+                f"{load} = {getattr(case, load):g}: no position bears the loads; at y = {before:.4g} mm they push the "
+                f"wheel set outwards still, and {WALK:g} mm farther out a wheel climbs on its rail or leaves it"
+            )
+            raise SceneError(load, getattr(case, load), message=reason) from None
+    if pushed != 0:
+        y = brentq(net, y - sign * WALK, y, xtol=1e-9)
+    part, x = at(float(y))
+    whole = _equations(replace(case, position=replace(case.position, y=float(y))))
+    found = part.values(x) | {"y": float(y)}
+    start = np.array([found[name] for name in whole.names])
+    return whole, _root(whole, solver, (start - whole.origin) / whole.units)
+
+
+def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) -> np.ndarray:
+    """Of the equations by the fast way; forces may jump a little where patches join."""
+    from scipy.optimize import root
+
+    x = np.zeros(len(balance.names)) if start is None else start
+    if not x.size:
+        return x
+    options = {"factor": 1.0, "xtol": 1e-12, "eps": STEP**2}
+    words = f"no balance was found at y = {balance.case.position.y:.4g} mm, where a wheel may climb, fall or be wedged"
+    try:
+        found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), x, options=options)
+    except (NoContact, SceneError) as error:
+        raise NotConverged(f"{words}: {error}", math.nan) from None
+    missed = float(np.abs(found.fun).max())
+    if missed > ROUGH:
+        raise NotConverged(words, missed)
+    return np.asarray(found.x)
+
+
+def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _Balance:
+    """The unknowns and loads, without one of each if named; wheels are as deep in their rails as by Hertz."""
+    radius, half, speed = case.wheelset.radius, case.wheelset.middle, case.velocity.speed
+    stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(radius)
+    load = case.vertical_force
+    if "roll" in case.free:
+        level = case.moved({"roll": 0.0})
+        left, right = (level.wheel(side, 0.0).touching for side in SIGN)
+        roll = (right - left) / (2 * half)
+    else:
+        roll = case.position.roll
+    at = case.moved({"roll": roll})
+    touching = [at.wheel(side, 0.0).touching for side in SIGN]
+    if load is None:
+        assert case.z is not None
+        load = 2 * stiffness * max(case.z - max(touching), 1e-3) ** 1.5
+    depth = (load / 2 / stiffness) ** (2 / 3)
+    origin = {"z": float(np.mean(touching)) + depth, "roll": roll, "y": case.position.y, "yaw": case.position.yaw}
+    origin |= {
+        "lateral": case.velocity.lateral,
+        "yaw_rate": case.velocity.yaw_rate,
+        "pitch_rate": -speed / radius,  # not what is given: creep forces may be saturated there
+        "speed": speed,
+    }
+    units = {"z": depth, "roll": depth / half, "y": SIDEWAYS, "yaw": CREEPAGE, "lateral": CREEPAGE * speed}
+    units |= {"yaw_rate": CREEPAGE * speed / half, "pitch_rate": CREEPAGE * speed / radius, "speed": CREEPAGE * speed}
+    names = (*(["z"] if case.z is None else []), *case.free)
+    loads = tuple(BALANCED[name] for name in names if BALANCED[name] != without[1])
+    names = tuple(name for name in names if name != without[0])
+    if case.track.stiffness is not None:
+        for side in SIGN:
+            for name, each, pushed in zip("yz", case.track.stiffness, (0.0, load / 2), strict=True):
+                names = (*names, f"{side}_{name}")
+                origin[f"{side}_{name}"], units[f"{side}_{name}"] = pushed / each, depth
+        origin["z"] += load / 2 / case.track.stiffness[1]
+    chosen = [np.array([table[name] for name in names]) for table in (origin, units)]
+    return _Balance(case, names, loads, load, float(depth), *chosen)

@@ -1,0 +1,207 @@
+"""Wheel set on a track: loads, what is prescribed and what is free, and the balance of forces that it reaches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import Law
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wheel_on_rail import MIDDLE, ROLLING, STEEL, WheelOnRail
+
+if TYPE_CHECKING:
+    from varcontact.solving.options import CertifyName
+    from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
+
+BALANCED = {
+    "y": "lateral_force",
+    "lateral": "lateral_force",
+    "z": "vertical_force",
+    "roll": "roll_moment",
+    "yaw": "yaw_moment",
+    "yaw_rate": "yaw_moment",
+    "pitch_rate": "torque",
+    "speed": "longitudinal_force",
+}
+"""The load that each free quantity comes to balance."""
+
+
+@checks.named(axle_load="vertical_force", load="vertical_force", rail="track", wheel="wheelset")
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WheelSetOnTrack:
+    """Both wheels of a wheel set on a track, under loads that the rails bear.
+
+    Parameters
+    ----------
+    track : Track
+    wheelset : WheelSet
+    position, velocity : Position, Velocity, optional
+        Those of the middle of the axle; where y is free, the search begins there.
+    vertical_force, z : float
+        Exactly one of the two: the load of the axle [N], or its height, downwards [mm].
+    free : tuple of str
+        What is found from the balance of loads: "y" or "lateral" (velocity) by the lateral force, "roll" by the roll
+        moment, "yaw" or "yaw_rate" by the yaw moment, "pitch_rate" by the torque, or "speed" by the longitudinal
+        force. All others are prescribed. "roll" and "pitch_rate" if not given: free rolling.
+    lateral_force, longitudinal_force : float
+        On the axle, to the right and forwards [N].
+    roll_moment, yaw_moment, torque : float
+        On the axle, along the axes of the wheel set: right side down, to the right, and about the axle [N mm]. As the
+        pitch rate, the torque is negative where it drives the wheels forwards.
+    friction : float, law, or pair of them
+        Of both rails, or of the left and the right one.
+    bodies, dx, dy, join, separate, turn, conformal
+        See `WheelOnRail`.
+
+    Raises
+    ------
+    SceneError
+        Naming the entry, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Position, Profile, Track, WheelSet, WheelSetOnTrack
+    >>> case = WheelSetOnTrack(
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     position=Position(y=3.0), vertical_force=160e3)
+    >>> found = case.estimate()
+    >>> print(f"{found.left.force[2]:.0f} + {found.right.force[2]:.0f} N, roll {1e6 * found.position.roll:.0f} urad")
+    80000 + 80000 N, roll 0 urad
+    """
+
+    track: Track
+    wheelset: WheelSet
+    position: Position = MIDDLE
+    velocity: Velocity = ROLLING
+    vertical_force: float | None = None
+    z: float | None = None
+    free: tuple[str, ...] = ("roll", "pitch_rate")
+    lateral_force: float = 0.0
+    longitudinal_force: float = 0.0
+    roll_moment: float = 0.0
+    yaw_moment: float = 0.0
+    torque: float = 0.0
+    friction: float | Law | tuple[float | Law, float | Law] = 0.3
+    bodies: Bodies = STEEL
+    dx: float | None = None
+    dy: float | None = None
+    join: float = 4.0
+    separate: float = 8.0
+    turn: float | None = None
+    conformal: Literal["auto"] | bool = "auto"
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
+        if self.vertical_force is not None:
+            set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
+        for name in ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque"):
+            set_(self, name, checks.moderate(name, getattr(self, name)))
+        allowed = [name for name in BALANCED if name != "z"]
+        given: Any = self.free
+        if not isinstance(given, tuple | list):
+            raise SceneError("free", given, f"a tuple of names: {', '.join(allowed)}")
+        set_(self, "free", tuple(checks.choice("free", each, allowed) for each in given))
+        loads = [BALANCED[name] for name in self.free]
+        for name, load in zip(self.free, loads, strict=True):
+            if loads.count(load) > 1:
+                raise SceneError("free", self.free, f"one quantity for each load: {name} is not alone with {load}")
+        if {"pitch_rate", "speed"} <= set(self.free):
+            raise SceneError("free", self.free, "pitch_rate or speed: only their ratio counts")
+        for name in ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque"):
+            if getattr(self, name) != 0 and name not in loads:
+                balancing = [each for each, load in BALANCED.items() if load == name]
+                reason = f"{name}: nothing is free to balance it; add {' or '.join(balancing)} to free"
+                raise SceneError(name, getattr(self, name), message=reason)
+        for side in SIGN:
+            friction = self.wheel(side, 0.0).friction  # its entries are checked
+            if friction == 0 and not set(self.free) <= {"y", "roll"}:
+                raise SceneError("free", self.free, "y or roll: without friction nothing else is determined")
+
+    def wheel(self, side: Side, z: float) -> WheelOnRail:
+        """The wheel on a `side`, with the axle at a height `z` [mm]."""
+        friction: Any = self.friction
+        if isinstance(friction, tuple | list):
+            if len(friction) != 2:
+                raise SceneError("friction", friction, "one for both rails, or a pair for the left and the right one")
+            friction = friction[side == "right"]
+        return WheelOnRail(
+            track=self.track,
+            wheelset=self.wheelset,
+            side=side,
+            position=self.position,
+            velocity=self.velocity,
+            z=z,
+            friction=friction,
+            bodies=self.bodies,
+            dx=self.dx,
+            dy=self.dy,
+            join=self.join,
+            separate=self.separate,
+            turn=self.turn,
+            conformal=self.conformal,
+        )
+
+    def moved(self, values: dict[str, float]) -> WheelSetOnTrack:
+        """The case with other `values` of positions and velocities, and of rails moved sideways and down, by name."""
+        at = {name: values[name] for name in ("y", "roll", "yaw") if name in values}
+        moving = {name: values[name] for name in ("lateral", "yaw_rate", "pitch_rate", "speed") if name in values}
+        track = self.track
+        for side in SIGN:
+            if f"{side}_y" in values:
+                given = getattr(track, side)
+                y, z = given.y + values[f"{side}_y"], given.z + values[f"{side}_z"]
+                track = replace(track, **{side: replace(given, y=y, z=z)})
+        position, velocity = replace(self.position, **at), replace(self.velocity, **moving)
+        return replace(self, track=track, position=position, velocity=velocity)
+
+    def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelSetSolution:
+        """Solve all patches of both wheels, with the positions and velocities that balance the loads.
+
+        The search begins with the fast way, see `estimate`; from there a few exact solutions lead to the balance.
+
+        Parameters
+        ----------
+        tol : float
+            Largest imbalance: of forces by the load, of moments by the load and half the distance of the nominal
+            circles, of the torque by the load and the radius. With grids chosen for an accuracy 1e-4 at least.
+        certify : str, optional
+            See `varcontact.solve`.
+        **methods
+            See `WheelOnRail.solve`.
+
+        Raises
+        ------
+        NoContact, SceneError
+            See `WheelOnRail.patches`; where the wheel set falls between the rails, a wheel leaves its rail, or no
+            position bears the loads.
+        NotConverged
+            If a patch is not solved, or the balance is not found.
+        """
+        from varcontact.wheel_rail.equilibrium import solve_wheel_set
+
+        return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
+
+    def estimate(
+        self, normal: str = "virtual-penetration", tangential: str = "fastsim", *, tol: float = 1e-6, **options: Any
+    ) -> WheelSetSolution:
+        """The balance by a fast theory on an ellipse for each patch.
+
+        Parameters
+        ----------
+        normal, tangential, **options
+            See `WheelOnRail.estimate`.
+        tol : float
+            Imbalance above which a warning is given.
+
+        Raises
+        ------
+        NoContact, SceneError, NotConverged
+            See `solve` and `WheelOnRail.estimate`.
+        """
+        from varcontact.wheel_rail.equilibrium import estimate_wheel_set
+
+        return estimate_wheel_set(self, normal, tangential, checks.positive("tol", tol), options)

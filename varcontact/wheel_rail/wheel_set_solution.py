@@ -1,0 +1,164 @@
+"""Solutions of a wheel set on a track: total forces, derailment ratios, and the stiffness by which it is centred."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.results.error_estimate import with_bar
+from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+
+BESIDE = 0.05
+"""Displacement to either side for the gravitational stiffness [mm]."""
+
+
+@dataclass(frozen=True, eq=False)
+class WheelSetSolution:
+    """Both wheels with all patches, where the loads are balanced.
+
+    Attributes
+    ----------
+    case : WheelSetOnTrack
+    left, right : WheelRailSolution or FastWheel
+        The wheels, in the position, velocity and track that were found.
+    imbalance : float
+        Largest one of the loads, see `WheelSetOnTrack.solve`.
+    solved : int
+        How often both wheels were solved exactly.
+    errors : dict
+        Estimated error of each free quantity, by its name: NaN where it was not estimated.
+    """
+
+    case: WheelSetOnTrack
+    left: WheelForces
+    right: WheelForces
+    imbalance: float
+    solved: int
+    errors: dict[str, float]
+
+    def __repr__(self) -> str:
+        Fx, Fy, Fz = self.force
+        at = self.position
+        return (
+            f"WheelSetSolution(y={at.y:.4g}, roll={at.roll:.4g}, yaw={at.yaw:.4g}, z={self.z:.6g}, "
+            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}))"
+        )
+
+    @property
+    def wheels(self) -> tuple[WheelForces, WheelForces]:
+        """Left and right."""
+        return self.left, self.right
+
+    @property
+    def position(self) -> Position:
+        """Of the middle of the axle."""
+        return self.left.case.position
+
+    @property
+    def velocity(self) -> Velocity:
+        """Of the middle of the axle."""
+        return self.left.case.velocity
+
+    @property
+    def z(self) -> float:
+        """Height of the axle, downwards [mm]."""
+        return self.left.z
+
+    @property
+    def track(self) -> Track:
+        """With the rails as they have yielded."""
+        return self.left.case.track
+
+    @property
+    def force(self) -> np.ndarray:
+        """(Fx, Fy, Fz) on the rails in track coordinates [N]."""
+        return np.asarray(self.left.force + self.right.force)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Estimated errors of `force` against the continuum [N]: 0 where a load balances it, NaN if not estimated."""
+        if not isinstance(self.left, WheelRailSolution) or not isinstance(self.right, WheelRailSolution):
+            return np.full(3, np.nan)
+        free = self.case.free
+        balanced = ["speed" in free, "y" in free or "lateral" in free, self.case.vertical_force is not None]
+        return np.where(balanced, 0.0, self.left.error + self.right.error)
+
+    @property
+    def force_on_wheelset(self) -> np.ndarray:
+        """Along the axes of the wheel set [N]."""
+        return np.asarray(self.left.force_on_wheelset + self.right.force_on_wheelset)
+
+    @property
+    def moment_on_wheelset(self) -> np.ndarray:
+        """About the middle of the axle, along the axes of the wheel set: roll, pitch (torque) and yaw [N mm]."""
+        return np.asarray(self.left.moment_on_wheelset + self.right.moment_on_wheelset)
+
+    @property
+    def steering_moment(self) -> float:
+        """Yaw moment of the longitudinal forces on the wheel set, positive to the right [N mm]."""
+        arms = [each.frame.origin[1] - self.position.y for wheel in self.wheels for each in wheel.patches]
+        pulls = [each.force_on_track[0] for wheel in self.wheels for each in wheel.patches]
+        return float(np.dot(arms, pulls))
+
+    @property
+    def power(self) -> float:
+        """Power that the contacts take from the moving wheel set: friction power, where no rail moves [W]."""
+        body = self.left.case.body(self.z)
+        velocity, turning = (body.rotation.T @ each for each in (body.velocity, body.angular_velocity))
+        return -float(self.force_on_wheelset @ velocity + self.moment_on_wheelset @ turning) / 1e3
+
+    def y_over_q(self, side: Side) -> float:
+        """Lateral by vertical force of the wheel on a `side`, positive where it pushes its rail outwards [-]."""
+        force = getattr(self, side).force
+        return float(SIGN[side] * force[1] / force[2])
+
+    def nadal(self, side: Side) -> float:
+        """Y/Q by Nadal's limit, ``(tan d - f)/(1 + f tan d)`` with the flange's greatest angle d, on a `side`.
+
+        M. J. Nadal, Annales des Mines 10 (1896) 232.
+        """
+        wheel = getattr(self, side).case
+        steepest = np.tan(np.abs(wheel.wheelset.wheel.running.angles(wheel.wheelset.wheel.running.s)).max())
+        f = float(wheel.friction)
+        return self.y_over_q(side) * (1 + f * steepest) / (steepest - f)
+
+    def gravitational_stiffness(self) -> float:
+        """Lateral force of the normal forces by displacement, by which the load centres the wheel set [N/mm].
+
+        From the fast way without friction, beside the position that was found, with the same vertical force.
+        """
+        found = []
+        for y in (self.position.y - BESIDE, self.position.y + BESIDE):
+            at = replace(self.position, y=y)
+            free: dict[str, Any] = {"free": ("roll",), "lateral_force": 0.0, "longitudinal_force": 0.0, "torque": 0.0}
+            case = replace(
+                self.case, position=at, track=self.track, friction=0.0, yaw_moment=0.0, z=None,
+                vertical_force=float(self.force[2]), **free,
+            )  # fmt: skip
+            found.append(float(case.estimate().force[1]))
+        return (found[1] - found[0]) / (2 * BESIDE)
+
+    def report(self) -> str:
+        """Positions, forces and ratios in words, with their errors where they were estimated."""
+        at, moving = self.position, self.velocity
+        values = {"y": at.y, "roll": at.roll, "yaw": at.yaw, "lateral": moving.lateral, "yaw_rate": moving.yaw_rate}
+        values |= {"z": self.z, "pitch_rate": moving.pitch_rate or 0.0, "speed": moving.speed}
+        found = [f"{name} = {with_bar(values[name], each)}" for name, each in self.errors.items() if name in values]
+        names = ("Fx", "Fy", "Fz")
+        forces = [
+            f"{name} = {with_bar(value, bar)} kN"
+            for name, value, bar in zip(names, self.force / 1e3, self.error / 1e3, strict=True)
+        ]
+        lines = [f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, z = {self.z:.6g} mm"]
+        lines += [f"found: {', '.join(found)}"] if found else []
+        lines += [f"forces on the rails: {', '.join(forces)}"]
+        for side in SIGN:
+            wheel = getattr(self, side)
+            ratios = f"{side}: Y/Q = {self.y_over_q(side):.4g}"
+            lines += wheel.report().splitlines() if isinstance(wheel, WheelRailSolution) else [repr(wheel)]
+            lines.append(ratios)
+        return "\n".join(lines)
