@@ -59,7 +59,11 @@ class SceneError(VarcontactError):
 
     def __init__(self, field: str, value: Any, allowed: str = "", *, message: str = "") -> None:
         self.field, self.value, self.allowed = field, value, allowed
-        super().__init__(message or _refusal(field, value, allowed))
+        if value is None and allowed.startswith("given"):
+            message = message or f"{field} is missing{allowed.removeprefix('given')}"
+        elif allowed.startswith("left out"):
+            message = message or f"{field} = {shortened(value)} must be {allowed}"
+        super().__init__(message or f"{field} = {shortened(value)} is not allowed: must be {allowed}")
 
 
 class NoContact(SceneError):
@@ -205,14 +209,6 @@ def _again(kind: type[VarcontactError], args: tuple[Any, ...], attributes: dict[
     error.args = args
     error.__dict__.update(attributes)
     return error
-
-
-def _refusal(field: str, value: Any, allowed: str) -> str:
-    if value is None and allowed.startswith("given"):
-        return f"{field} is missing{allowed.removeprefix('given')}"
-    if allowed.startswith("left out"):
-        return f"{field} = {shortened(value)} must be {allowed}"
-    return f"{field} = {shortened(value)} is not allowed: must be {allowed}"
 
 
 def shortened(value: Any, longest: int = 80) -> str:

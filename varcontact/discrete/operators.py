@@ -96,15 +96,12 @@ class Operators:
     @cached_property
     def around(self) -> Operators:
         """Those of the lattice with one more element on every side, where one looks whether the contact goes on."""
-        return self.on(self.lattice.extended())
+        return Operators(self.lattice.extended(), self.medium)
 
     def divided(self, cells: Cells) -> Operators:
         if cells not in self._divided:
-            self._divided[cells] = self.on(self.lattice.divided(cells))
+            self._divided[cells] = Operators(self.lattice.divided(cells), self.medium)
         return self._divided[cells]
-
-    def on(self, lattice: Grid) -> Operators:
-        return Operators(lattice, self.medium)
 
     def forget(self) -> None:
         """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.

@@ -99,21 +99,19 @@ class _Iterated:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
-        return np.array([self._energy(b) for b in right])
-
-    def _energy(self, right: np.ndarray) -> float:
-        """``x'b + x'r + r'S^-1 r`` with the residual r of an approximate solution x, and ``r'Q r`` for the last."""
-        if not right.any():
-            return 0.0
-        run = _conjugate_gradients(
-            self.symmetric, self.inverse, right, lambda weight, energy: weight <= SLACK * self.relative * energy
-        )
-        if run is None:
-            return np.inf
-        solution, _ = run
-        residual = right - self.symmetric.apply(solution)
-        open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
-        return float(np.sum(solution * (right + residual)) + open_)
+        found = np.zeros(len(right))
+        for i in np.flatnonzero(right.any(axis=(1, 2))):
+            run = _conjugate_gradients(
+                self.symmetric, self.inverse, right[i], lambda weight, energy: weight <= SLACK * self.relative * energy
+            )
+            if run is None:
+                found[i] = np.inf
+                continue
+            solution, _ = run  # x'b + x'r + r'S^-1 r with its residual r, and r'Q r for the last
+            residual = right[i] - self.symmetric.apply(solution)
+            open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
+            found[i] = np.sum(solution * (right[i] + residual)) + open_
+        return found
 
 
 PositiveDefinite = _Factored | _Iterated

@@ -198,18 +198,16 @@ class Mirror:
         return kept[self.signs]
 
 
-def mirror(
-    elements: np.ndarray,
-    columns: int,
-    rigid_shift: np.ndarray,
-    bound: np.ndarray,
-    force: tuple[float | None, ...] = (None, None),
-) -> Mirror | None:
+def mirror_of(problem: TangentialProblem) -> Mirror | None:
     """The mirror of a tangential problem, or None where it has none or a row of elements lies on the line.
 
     Influence numbers have every such symmetry: xx and yy are even in y, xy is odd.
     """
-    if len(rigid_shift) != 2 or elements.size == 0:
+    operator, elements, bound = problem.operator.grid_operator, problem.operator.elements, problem.bound
+    rigid_shift, columns = problem.rigid_shift, operator.shape[1]
+    if elements.size == 0 or len(rigid_shift) != 2:
+        return None
+    if not operator.has_mirror(elements[0] // columns, elements[-1] // columns):
         return None
     row, column = np.divmod(elements, columns)
     reflected = row.min() + row.max() - row
@@ -223,14 +221,6 @@ def mirror(
         return None
     for signs, odd in (((1.0, -1.0), 1), ((-1.0, 1.0), 0)):
         unlike = rigid_shift[:, images] - np.array(signs)[:, None] * rigid_shift
-        if force[odd] is None and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max():
+        if problem.force[odd] is None and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max():
             return Mirror(half, images[half], signs)
     return None
-
-
-def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    operator, elements = problem.operator.grid_operator, problem.operator.elements
-    columns = operator.shape[1]
-    if elements.size and not operator.has_mirror(elements[0] // columns, elements[-1] // columns):
-        return None
-    return mirror(elements, columns, problem.rigid_shift, problem.bound, problem.force)

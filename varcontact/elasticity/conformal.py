@@ -141,7 +141,13 @@ def conformal_operator(
     steps = np.arange(1 - angles.size, angles.size)
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
     shape = len(rows), len(columns), *table.table.shape[2:]
-    alike = GridOperator(table.shape, _summed(harmonics, shape, -slope * steps[:, None]))
+    angle, summed = -slope * steps[:, None], np.zeros(shape)  # of the mean curvature: by the offset alone
+    for (half_turns, i, j), (cosine, sine) in harmonics.items():
+        if cosine is not None:
+            summed[i, j] += np.cos(half_turns * angle / 2) * cosine
+        if sine is not None:
+            summed[i, j] += np.sin(half_turns * angle / 2) * sine
+    alike = GridOperator(table.shape, summed)
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return alike
     return ConformalOperator(table.shape, alike.table, angles, harmonics)
@@ -164,17 +170,6 @@ def _harmonics_of(
     if row == column:
         return [(0, half if row == "y" else -half, None), (2, mean, skew)]
     return [(0, even, None), (2, skew, -mean) if row == "y" else (2, -skew, mean)]
-
-
-def _summed(harmonics: Harmonics, shape: tuple[int, ...], angle: np.ndarray) -> np.ndarray:
-    """The table by offset, where the angle t depends on the offset alone."""
-    table = np.zeros(shape)
-    for (half_turns, i, j), (even, odd) in harmonics.items():
-        if even is not None:
-            table[i, j] += np.cos(half_turns * angle / 2) * even
-        if odd is not None:
-            table[i, j] += np.sin(half_turns * angle / 2) * odd
-    return table
 
 
 @dataclass(frozen=True, eq=False)

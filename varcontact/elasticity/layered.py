@@ -72,7 +72,12 @@ class Stack:
         """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
         if not self.layers:
             return _for_each(self.surface, k.size)
-        state, f, load = _at_base(self.base, k.size)
+        # two states that the base admits, and displacement and load across the wave vector
+        F = np.zeros(4) if isinstance(self.base, str) else half_space(*self.base)
+        state, f, load = _states(_for_each(F[:3], k.size)), F[3], 1.0
+        if self.base == "smooth":
+            state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
+            f, load = 1.0, 0.0
         for h, G, nu in reversed(self.layers):
             state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
             (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
@@ -92,16 +97,6 @@ def half_space(G: float, nu: float) -> np.ndarray:
 def _for_each(F: np.ndarray, n: int) -> np.ndarray:
     """Compliances for each of n wave numbers."""
     return np.broadcast_to(F.reshape(len(F), -1), (len(F), n))
-
-
-def _at_base(base: tuple[float, float] | str, n: int) -> tuple[np.ndarray, np.ndarray | float, float]:
-    """Two states (4, 2, n) that the base admits, and displacement and load across the wave vector."""
-    F = np.zeros(4) if isinstance(base, str) else half_space(*base)
-    state = _states(_for_each(F[:3], n))
-    if base != "smooth":
-        return state, F[3], 1.0
-    state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
-    return state, 1.0, 0.0
 
 
 def _states(F: np.ndarray) -> np.ndarray:

@@ -324,18 +324,13 @@ def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
 
 
 def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
-    estimate = replace(estimate, values=_within_friction(estimate.values, solution))
     known = estimate.values
+    if {"Fx", "Fy"} <= set(known) and not solution.scene.conformal:  # where the pressure bears a part of Fy
+        size, limit = math.hypot(known["Fx"], known["Fy"]), friction_limit(solution)
+        part = limit / size if size > limit else 1.0  # extrapolated, a force may be beyond what friction carries
+        known = known | {name: part * known[name] for name in ("Fx", "Fy")}
+        estimate = replace(estimate, values=known)
     names = creepage_names(solution)
     first, second, third = (known.get(name, own) for name, own in zip(names, solution.creepage, strict=True))
     approach = known.get("approach", solution.approach)
     return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
-
-
-def _within_friction(values: dict[str, float], solution: Solution) -> dict[str, float]:
-    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little."""
-    if solution.scene.conformal or not {"Fx", "Fy"} <= set(values):  # there the pressure bears a part of Fy
-        return values
-    size, limit = math.hypot(values["Fx"], values["Fy"]), friction_limit(solution)
-    part = limit / size if size > limit else 1.0
-    return values | {name: part * values[name] for name in ("Fx", "Fy")}

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.operators import Operators
 from varcontact.discrete.residuals import magnitude, project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
@@ -220,7 +221,7 @@ def _way(disc: Discretisation) -> tuple[int, float]:
     whole, rest = divmod(round(disc.step / dx, 9), 1.0)
     if rest == 0:
         return int(whole), 0.0
-    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1))
+    pair = Operators(replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1), disc.operators.medium)
     at_centres, between = (
         np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
         for table in (pair.tangential(), pair.carrying(rest * dx))

@@ -90,15 +90,13 @@ def _solved(
                 raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     finally:
         march.disc.operators.forget()
-    return history if transient(scene).control is None else replace(history, scene=_as_controlled(history))
-
-
-def _as_controlled(history: History) -> Scene:
-    """The scene of a history with the numbers that its control gave."""
-    steps = [sol.scene for sol in history]
-    given: dict[str, Any] = {name: [getattr(each, name) for each in steps] for name in ("normal_force", "approach")}
-    given |= {name: [getattr(each.motion, name) for each in steps] for name in CONTROLLED.keys() - given.keys()}
-    return replace(history.scene, motion=replace(transient(history.scene), control=None, **given))
+    if transient(scene).control is None:
+        return history
+    solved = [sol.scene for sol in history]  # with the numbers that the control gave
+    given: dict[str, Any] = {name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")}
+    given |= {name: [getattr(each.motion, name) for each in solved] for name in CONTROLLED.keys() - given.keys()}
+    motion = replace(transient(scene), control=None, **given)
+    return replace(history, scene=replace(scene, motion=motion))
 
 
 def bytes_of_steps(motion: Transient, elements: int) -> float:

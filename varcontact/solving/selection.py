@@ -109,7 +109,16 @@ def select(
     if effect and isinstance(bodies, Bodies):
         scene = replace(scene, bodies=bodies.alike)
     preset = _preset(scene, wanted)
-    plan, reasons = _chosen(scene, wanted, preset)
+    reasons = {"method": WHY[method]}
+    of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
+    of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
+    plan = Plan(of_normal, of_tangential, "none", method=method)
+    loop, reasons["coupling"] = _coupling(scene, wanted, plan)
+    allowed, default, _ = _formulations(scene, plan, formulation)
+    program, reasons["formulation"] = allowed[0], default
+    if formulation != "auto":
+        program, reasons["formulation"] = formulation, "requested"
+    plan = replace(plan, coupling=loop, formulation=program)
     for error in _refusals(scene, wanted, plan):
         raise error
     if effect:
@@ -202,20 +211,6 @@ def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
         return NEWTON
     most = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
     return NEWTON_TRACTIONS if count > most and not scene.frictionless else None
-
-
-def _chosen(scene: Scene, wanted: dict[str, str], preset: Preset) -> tuple[Plan, dict[str, str]]:
-    method = wanted["method"]
-    reasons = {"method": WHY[method]}
-    normal, reasons["normal"] = _normal(scene, wanted["normal"], preset, method)
-    tangential, reasons["tangential"] = _tangential(scene, wanted["tangential"], preset)
-    plan = Plan(normal, tangential, "none", method=method)
-    coupling, reasons["coupling"] = _coupling(scene, wanted, plan)
-    allowed, default, _ = _formulations(scene, plan, wanted["formulation"])
-    formulation, reasons["formulation"] = allowed[0], default
-    if wanted["formulation"] != "auto":
-        formulation, reasons["formulation"] = wanted["formulation"], "requested"
-    return replace(plan, coupling=coupling, formulation=formulation), reasons
 
 
 def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str, str]:

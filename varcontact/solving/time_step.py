@@ -170,7 +170,17 @@ class March:
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
         """Step k by itself, with the displacement differences ``u' = C p'`` that the particles bring along."""
-        disc, scene = self.disc, self._posed(k, before)
+        disc, history = self.disc, transient(self.scene)
+        if history.control is None:
+            scene = self.scene.step(k, disc.grid)
+        else:
+            try:
+                given = history.control(k, before)
+            except Exception as error:  # the user's own code runs here
+                message = f"motion.control failed: {type(error).__name__}: {error}"
+                raise SceneError("motion.control", k, "a function that works in every step", message=message) from error
+            alone = history.alone(k, disc.grid.sides[0], given)
+            scene = replace(self.scene, motion=alone).step(0, disc.grid)
         motion = scene.motion
         assert isinstance(motion, TimeStep)
         if before is None:
@@ -186,18 +196,6 @@ class March:
             came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
         return scene, step.with_loading(previous_step=replace(came, friction=remembered(step, before)))
-
-    def _posed(self, k: int, before: Solution | None) -> Scene:
-        """Step k, with what a control gives it after the step before."""
-        motion, grid = transient(self.scene), self.disc.grid
-        if motion.control is None:
-            return self.scene.step(k, grid)
-        try:
-            given = motion.control(k, before)
-        except Exception as error:  # the user's own code runs here
-            message = f"motion.control failed: {type(error).__name__}: {error}"
-            raise SceneError("motion.control", k, "a function that works in every step", message=message) from error
-        return replace(self.scene, motion=motion.alone(k, grid.sides[0], given)).step(0, grid)
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
         """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""

@@ -206,11 +206,19 @@ class ScaledCoupled:
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
+        operator = in_blocks(
+            [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
+        )
+        kernels: CoupledKernel | ConformalKernel
+        if operator is None:
+            kernels = CoupledKernel(shape, _symbols(problem), part)
+        else:
+            kernels = ConformalKernel(operator, units.astype(np.float32), part)
         split = int(0 in free)
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
-            _kernel(problem, part),
+            kernels,
             known,
             NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
             TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
@@ -243,16 +251,6 @@ class ConformalKernel:
         scale[0] = 1.0
         product: np.ndarray = self.operator.apply_in_single_precision(traction * scale) / (self.units * scale)
         return product
-
-
-def _kernel(problem: CoupledProblem, load: float) -> CoupledKernel | ConformalKernel:
-    blocks = [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
-    operator = in_blocks(blocks)
-    if operator is None:
-        return CoupledKernel(problem.distance.shape, _symbols(problem), load)
-    units = np.full((operator.table.shape[0], 1, 1), unit(problem.tangential), np.float32)
-    units[0] = unit(problem.normal)
-    return ConformalKernel(operator, units, load)
 
 
 def _symbols(problem: CoupledProblem) -> np.ndarray:

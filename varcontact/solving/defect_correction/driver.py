@@ -23,7 +23,6 @@ from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import creepage_names, units
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -172,7 +171,11 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
     assert hertz is not None
     coarser = Grid(nx=round(hertz.a / dx), ny=round(hertz.b / dy), margin=1)
     coarser = within(coarser.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), scene.surface)
-    scene = replace(scene, grid=coarser, friction=_friction_on(scene, grid, coarser))
+    friction = scene.friction
+    if isinstance(friction, np.ndarray):  # the means by overlap
+        (x, y), (other_x, other_y) = grid.lines, coarser.lines
+        friction = overlaps(other_y, y) @ friction.reshape(grid.shape) @ overlaps(other_x, x).T
+    scene = replace(scene, grid=coarser, friction=friction)
     loose = replace(loosely(solver), stats=SolveStats())
     other = discretise(scene, coarser, coupled=False)
     try:
@@ -180,14 +183,6 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
         return _corrected(other, state, loose, replace(loose, tol=solver.tol))
     finally:
         other.operators.forget()
-
-
-def _friction_on(scene: Scene, grid: Grid, other: Grid) -> float | np.ndarray | Law | None:
-    """The friction of a scene on another grid: of elements the means by overlap."""
-    if not isinstance(scene.friction, np.ndarray):
-        return scene.friction
-    (x, y), (other_x, other_y) = grid.lines, other.lines
-    return overlaps(other_y, y) @ scene.friction.reshape(grid.shape) @ overlaps(other_x, x).T
 
 
 def overlaps(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
