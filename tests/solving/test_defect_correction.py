@@ -15,8 +15,14 @@ from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.defect_correction.driver import overlaps
-from varcontact.solving.defect_correction.edge_singularity import root_means
-from varcontact.solving.defect_correction.fine_grid import FineGrid, Shape, held_behind, interpolated, reconstructed
+from varcontact.solving.defect_correction.fine_grid import (
+    FineGrid,
+    Shape,
+    held_behind,
+    interpolated,
+    reconstructed,
+    root_means,
+)
 
 DATA = Path(__file__).parents[1] / "data"
 X = np.linspace(-1.5, 1.5, 31)

@@ -25,7 +25,6 @@ from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings, TangentialSolver, counted
-from varcontact.solvers.marching import march
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
@@ -39,6 +38,9 @@ NEARLY_ROUNDED = 1e-9
 """Residual at which a polished answer is not improved any more."""
 NEWTON_STEPS, NEWTON_STEPS_FROM_START = 60, 8
 """Newton steps of TANG; and from the pass or the step before, until it must have come nearer."""
+MOST_STEPS = 2000
+IDLE_STEPS, NEARLY_STILL = 5, 1e-4
+"""A march ends when it hardly moves, relative to the largest traction, and has come no nearer in this many steps."""
 
 PRODUCTS, DENSE, CVXPY = 900.0, 4.3, 5e-3
 """Bytes of memory at the peak: of Newton's method without a matrix by unknown, with influence numbers and fields; of
@@ -137,6 +139,43 @@ def _by_plan(task: Task, tol: float) -> RawSolution:
         return task.solved(tol)
     solver = partial(_step_of_a_march, task.plan)
     return march(solver, task.problem, replace(task.settings, tol=tol), task.start)
+
+
+def march(
+    solver: TangentialSolver, problem: TangentialProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    """Steady rolling without the gap program: transient steps, from no traction at all, until nothing changes.
+
+    Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
+
+    In a step the displacements ``u' = C p'`` of the step before are known, and the `solver` takes a problem like that
+    of a shift with the rigid shift ``W - u'``: symmetric, and an optimisation. `status` is "Steady", "MaxSteps", or the
+    solver's own word where it gave no number, or failed in a last step short of the tolerance.
+    """
+    assert problem.instant is not None
+    inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
+    at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
+    iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
+    for _ in range(MOST_STEPS):
+        previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
+        shift = problem.rigid_shift - previous
+        step = replace(problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None)
+        raw = solver(step, inner, at)
+        iterations += raw.iterations
+        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+            status = raw.status
+            break
+        change = float(np.abs(raw.traction - at.traction).max())
+        at = raw
+        residual = tangential_residual(problem, raw.traction, raw.rigid)
+        idle = 0 if residual < least else idle + 1
+        least = min(least, residual)
+        still = change <= NEARLY_STILL * float(np.abs(raw.traction).max())
+        if residual <= settings.tol or (still and idle >= IDLE_STEPS):  # the solver comes no nearer
+            # A solver that fails may give back its start: then nothing changes either.
+            status = "Steady" if residual <= settings.tol or raw.solved else raw.status
+            break
+    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady", at.solver)
 
 
 def _step_of_a_march(

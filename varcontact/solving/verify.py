@@ -103,31 +103,14 @@ def with_verified_steps(stored: Stored) -> Stored:
 
 
 @one_blas_thread()
-def _verified(disc: Discretisation, stored: Solution) -> Solution:
+def _verified(disc: Discretisation, sol: Solution) -> Solution:
     """A solution from a file, verified by the discretisation of its scene, or of its step of a history."""
-    if not stored.pressure.any():
-        if not without_load(disc, closed_form=stored.plan.closed_form):
+    if not sol.pressure.any():
+        if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
-        return stored
-    disc = with_subgrid(_as_corrected(disc, stored), stored.pressure_on_parts)
-    # creepages and approach that go with the fields, before they were extrapolated
-    known = {} if stored.error_estimate is None else stored.error_estimate.on_grid
-    creepages = zip(creepage_names(stored), stored.creepage, strict=True)
-    first, second, third = (known.get(name, own) for name, own in creepages)
-    sol = replace(stored, creepage=(first, second, third), approach=known.get("approach", stored.approach))
-    # the dimensionless state; what is undetermined in line contact follows from slip and distance
-    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
-    approach = (sol.approach - disc.base) / disc.scales.displacement
-    state = ContactState(pressure, 0.0, traction, np.zeros(2))
-    if np.isnan(approach):
-        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
-    rigid = np.zeros(2)
-    if disc.loading.motion is not None and not disc.loading.frictionless:
-        rigid = (np.array(sol.creepage) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
-        if np.isnan(rigid).any():
-            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
-            rigid = np.where(np.isnan(rigid), moved, rigid)
-    state = replace(state, approach=approach, rigid=rigid, friction=sol.friction)
+        return sol
+    disc = with_subgrid(_as_corrected(disc, sol), sol.pressure_on_parts)
+    state = _state(disc, sol)
     if disc.loading.motion is None or disc.loading.frictionless:
         density = np.zeros(sol.grid.shape)
     elif sol.refinement is not None:
@@ -139,17 +122,17 @@ def _verified(disc: Discretisation, stored: Solution) -> Solution:
         density = friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
     _check_fields(disc, sol, state, density)
     if np.isnan(sol.power_density).any():  # an earlier file's
-        stored = replace(stored, power_density=density)
+        sol = replace(sol, power_density=density)
     if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
     rounding = _rounding(disc, state)
     if not any(getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES):  # NaN: unknown
-        return stored
+        return sol
     certificate = certificate_of(disc, state, sol.plan.closed_form, sol.certificate.level)
     if not sol.plan.has_moment:
         certificate = certificate.without_moment()
-    return replace(stored, certificate=certificate, converged=False, note=ANEW)
+    return replace(sol, certificate=certificate, converged=False, note=ANEW)
 
 
 def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
@@ -164,6 +147,27 @@ def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
     came = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
     disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
     return disc.with_loading(coefficient=known * found.share) if np.any(found.share != 1) else disc
+
+
+def _state(disc: Discretisation, sol: Solution) -> ContactState:
+    """The dimensionless state of a solution, with creepages and approach as they were before they were extrapolated.
+
+    What is undetermined in line contact follows from slip and distance.
+    """
+    on_grid = {} if sol.error_estimate is None else sol.error_estimate.on_grid
+    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
+    approach = (on_grid.get("approach", sol.approach) - disc.base) / disc.scales.displacement
+    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    if np.isnan(approach):
+        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
+    rigid = np.zeros(2)
+    if disc.loading.motion is not None and not disc.loading.frictionless:
+        creepages = [on_grid.get(name, own) for name, own in zip(creepage_names(sol), sol.creepage, strict=True)]
+        rigid = (np.array(creepages) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
+        if np.isnan(rigid).any():
+            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
+            rigid = np.where(np.isnan(rigid), moved, rigid)
+    return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
 
 
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:

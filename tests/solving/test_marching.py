@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete.problems import RawSolution
-from varcontact.solvers.marching import march
+from varcontact.solving.pipeline import march
 
 GRID = vc.Grid(nx=8, ny=8)
 MOTIONS = [vc.Steady(vx=0.05, vy=-0.02, spin=0.03), vc.Steady(Fx=-0.15, vy=-0.02), vc.Steady(Fx=-0.1, Fy=0.1)]
