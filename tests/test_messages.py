@@ -342,7 +342,7 @@ MESSAGES = [
     ),
     (
         lambda folder: vc.converge(scene(), [8, 16], store=folder),
-        "store = '{folder}': tables are written as CSV, and the name must end in .csv",
+        "store = '{folder}': the name must end in .csv",
     ),
     (
         lambda folder: vc.scan(scene(motion=None), [(0.0, 0.0, 0.0)]),

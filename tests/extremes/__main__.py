@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.extremes.harness import FAILED, as_json, extremes, report
 from varcontact.errors import Interrupted, VarcontactError
-from varcontact.system.files import check_ending, check_writable
+from varcontact.system.files import check_writable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,8 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     show = as_json if chosen.json else report
     try:
         if chosen.out is not None:
-            check_ending("--out", chosen.out, ".csv")
-            check_writable("--out", chosen.out)
+            check_writable("--out", chosen.out, (".csv",))
         table = extremes(short=chosen.short, only=chosen.only, store=chosen.out, progress=_tell)
     except Interrupted as stopped:
         if len(stopped.partial):

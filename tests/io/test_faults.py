@@ -274,7 +274,7 @@ def test_pictures_that_need_latex(tmp_path, monkeypatch):
     (tmp_path / "scene.toml").write_text(SCENE)
     done = run("solve", "scene.toml", "--plot", "p.pgf", folder=tmp_path)
     assert done.returncode == 2
-    assert "its ending must be one of" in done.stderr and ".pgf," not in done.stderr
+    assert "the name must end in" in done.stderr and ".pgf," not in done.stderr
 
 
 def test_no_warning_where_sizes_are_at_their_bounds(rolling):

@@ -78,7 +78,7 @@ def test_only_our_files_are_replaced(tmp_path):
         BALL.save(path)
     assert path.read_text().startswith("# by hand")
     BALL.save(path, overwrite=True)
-    with pytest.raises(vc.OutputError, match=r"scenes are written as TOML, and the name must end in \.toml"):
+    with pytest.raises(vc.OutputError, match=r"the name must end in \.toml"):
         BALL.save(tmp_path / "scene.json")
     assert os.listdir(tmp_path) == ["scene.toml"]
 

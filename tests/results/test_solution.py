@@ -84,7 +84,7 @@ def test_endings_of_no_format_are_refused(sol, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(vc.OutputError) as refused:
         sol.save(name)
-    allowed = "solutions are written as .nc, .csv, .vtu, .vti, .mat; the name must end in one of these"
+    allowed = "the name must end in .nc, .csv, .vtu, .vti, .mat, .html"
     assert str(refused.value) == f"path = {name!r}: {allowed}"
     assert not list(tmp_path.iterdir())
 

@@ -64,7 +64,7 @@ def scan(
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
-        check_replaceable("--out", out, "table", lambda path: begins_with(path, *HEADINGS), force)
+        check_replaceable("--out", out, (".csv",), "table", lambda path: begins_with(path, *HEADINGS), force)
     described, options = read_scene(scene)
     for name in ("start", "refine"):
         if name in options:
@@ -217,7 +217,7 @@ def curve(
     from varcontact.study.scan import creep_curve
     from varcontact.system.files import write_whole
 
-    check_outputs(out, plot, [scene], force, ".nc")
+    check_outputs(out, plot, [scene], force, (".nc",))
     described, _ = read_scene(scene)
     ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
     found = with_progress(lambda progress: creep_curve(described, names_of(methods), progress=progress, **ranges))

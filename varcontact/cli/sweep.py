@@ -50,7 +50,7 @@ def sweep(
     from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.study.sweep import sweep as sweep_over
 
-    check_outputs(out, None, [scene], False, ".nc")
+    check_outputs(out, None, [scene], False, (".nc",))
     described, over, options = read_sweep_scene(scene)
     if "start" in options:
         raise SceneError("solve.start", options["start"], "left out: a sweep has its own starts")

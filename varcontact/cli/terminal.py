@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -112,19 +112,15 @@ def check_outputs(
     plot: Path | None,
     inputs: list[Path],
     force: bool,
-    ending: str | tuple[str, ...] = ".csv",
+    endings: Iterable[str] = (".csv",),
     name_of_out: str = "--out",
 ) -> None:
-    """Refuse files that cannot, or must not, be written; `ending` has the suffixes that `out` may have."""
+    """Refuse files that cannot, or must not, be written; `endings` are the suffixes that `out` may have."""
     from varcontact.plotting.style import check_picture
-    from varcontact.system.files import check_ending, check_one_of_endings, check_writable
+    from varcontact.system.files import check_writable
 
     if out is not None:
-        if isinstance(ending, tuple):
-            check_one_of_endings(name_of_out, out, "solutions", ending)
-        else:
-            check_ending(name_of_out, out, ending)
-        check_writable(name_of_out, out, inputs)
+        check_writable(name_of_out, out, endings, inputs)
     if plot is not None:
         check_picture(plot, inputs if out is None else [*inputs, out], force)
 

@@ -21,7 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
-from varcontact.system.files import check_ending, check_replaceable, check_writable, write_whole
+from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.table_book import (
     HALFWAY,
@@ -163,9 +163,7 @@ def make_table_book(
 
 def check_out(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which a book cannot be written, or that is something else."""
-    check_ending(field, path, ".nc")
-    check_writable(field, path)
-    check_replaceable(field, path, "table book", _is_book, overwrite)
+    check_replaceable(field, path, (".nc",), "table book", _is_book, overwrite)
 
 
 def stores(out: Path) -> tuple[Path, ...]:

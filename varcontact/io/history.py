@@ -42,7 +42,6 @@ from varcontact.scene.scene import Scene
 from varcontact.system.files import (
     PATIENCE,
     begins_with,
-    check_ending,
     check_replaceable,
     check_writable,
     first_line,
@@ -69,8 +68,7 @@ class Stored(Sequence[Solution]):
     @contextmanager
     def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
         """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history."""
-        check_ending("store", path, ".nc")
-        check_writable("store", path)
+        check_writable("store", path, (".nc",))
         stored = cls(path, scene, plan, settings)
         with only_writer("store", path):
             if path.exists() and path.stat().st_size > 0:
@@ -169,9 +167,7 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
 
 def check_history_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no history may be written, see `save`."""
-    check_ending(field, path, ".nc")
-    check_writable(field, path)
-    check_replaceable(field, path, "history", _is_whole, overwrite)
+    check_replaceable(field, path, (".nc",), "history", _is_whole, overwrite)
 
 
 def _is_whole(path: Path) -> bool:

@@ -31,7 +31,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.system.files import check_ending, check_writable, only_writer, reading, replacing
+from varcontact.system.files import check_writable, only_writer, reading, replacing
 
 MAGIC = b"CDF\x02"
 COUNT_AT = 4
@@ -193,8 +193,7 @@ class SweepFile:
     @contextmanager
     def opened(cls, path: Path, described: dict[str, Any], scenes: int) -> Iterator[SweepFile]:
         """The file at `path`, for nobody else meanwhile: a new one, or that of the same sweep."""
-        check_ending("store", path, ".nc")
-        check_writable("store", path)
+        check_writable("store", path, (".nc",))
         record = record_type(described["settings"])
         with only_writer("store", path):
             header = _sweep_header(described, len(_sweep_header(described, 0)))

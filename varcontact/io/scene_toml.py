@@ -26,9 +26,7 @@ from varcontact.scene.units import Units
 from varcontact.system.files import (
     SCENE_BYTES,
     begins_with,
-    check_ending,
     check_replaceable,
-    check_writable,
     first_line,
     text_of,
     write_whole,
@@ -320,9 +318,7 @@ def scene_text(scene: Scene) -> str:
 def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
     """Write a scene file, whole or not at all, see `Scene.save`."""
     path = checks.file_name("path", path)
-    check_ending("path", path, ".toml")
-    check_writable("path", path)
-    check_replaceable("path", path, "scene", lambda each: begins_with(each, WRITTEN.encode()), overwrite)
+    check_replaceable("path", path, (".toml",), "scene", lambda each: begins_with(each, WRITTEN.encode()), overwrite)
     write_whole("path", path, scene_text(scene).encode())
 
 

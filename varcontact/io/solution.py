@@ -33,9 +33,7 @@ from varcontact.scene.units import Units
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import (
     begins_with,
-    check_one_of_endings,
     check_replaceable,
-    check_writable,
     first_line,
     reading,
     regular,
@@ -164,10 +162,9 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no solution may be written, see `save`."""
-    check_one_of_endings(field, path, "solutions", ENDINGS)
-    check_writable(field, path)
     export = EXPORTS.get(path.suffix.lower())
-    check_replaceable(field, path, "solution", is_solution if export is None else export.ours, overwrite)
+    ours = is_solution if export is None else export.ours
+    check_replaceable(field, path, ENDINGS, "solution", ours, overwrite)
 
 
 def is_solution(path: Path) -> bool:

@@ -40,7 +40,7 @@ from varcontact.plotting.style import (
 from varcontact.plotting.unit_labels import measure, measure_of
 from varcontact.results.finest_fields import finest_fields
 from varcontact.results.history import History
-from varcontact.system.files import check_replaceable, check_writable, write_whole
+from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import need
 
 FRAMES_PER_SECOND = 10.0
@@ -163,13 +163,9 @@ def animate(
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
-    kind = path.suffix.lower()
-    if kind not in KINDS:
-        raise OutputError(field, path, f"its ending must be one of {', '.join(KINDS)}")
-    if kind == ".mp4" and which("ffmpeg") is None:
+    check_replaceable(field, path, KINDS, "picture", is_ours, overwrite, inputs)
+    if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
-    check_writable(field, path, inputs)
-    check_replaceable(field, path, "picture", is_ours, overwrite)
 
 
 def _frames(history: History) -> Iterator[np.ndarray]:

@@ -23,7 +23,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
-from varcontact.system.files import check_replaceable, check_writable, first_line, write_whole
+from varcontact.system.files import check_replaceable, first_line, write_whole
 
 COLUMN, PAGE = 3.54, 7.48
 """Widths of one column and of a page of two columns of a journal [inch]: 90 and 190 mm."""
@@ -204,13 +204,10 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
     `inputs` are files that have to stay; `overwrite` is for a file that is no picture which varcontact drew.
     """
     mpl.use("Agg")
-    check_writable(FIELD, path, inputs)
     kinds = set(FigureCanvasAgg.get_supported_filetypes())
     if which(mpl.rcParams["pgf.texsystem"]) is None:
         kinds.discard("pgf")  # LaTeX draws it
-    if path.suffix[1:].lower() not in kinds:
-        raise OutputError(FIELD, path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}")
-    check_replaceable(FIELD, path, "picture", is_ours, overwrite)
+    check_replaceable(FIELD, path, [f".{kind}" for kind in sorted(kinds)], "picture", is_ours, overwrite, inputs)
 
 
 def write_picture(figure: Figure, path: Path) -> None:

@@ -16,7 +16,7 @@ from varcontact.errors import OutputError, SceneError
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.report import known
 from varcontact.scene.scene import Scene
-from varcontact.system.files import check_ending, check_writable, only_writer, replacing
+from varcontact.system.files import check_writable, only_writer, replacing
 from varcontact.system.process import imported
 
 if TYPE_CHECKING:
@@ -55,8 +55,7 @@ class Table:
             yield cls(None, columns)
             return
         path = checks.file_name("store", store)
-        check_ending("store", path, ".csv")
-        check_writable("store", path)
+        check_writable("store", path, (".csv",))
         with only_writer("store", path):
             rows = _read_rows(path, columns, words, what)
             yield cls(path, columns, rows, path.read_bytes() if path.exists() else None)

@@ -27,24 +27,19 @@ from filelock import FileLock, Timeout
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError, shortened
 
-FORMATS = {
-    ".nc": "sweeps, table books, solutions and histories are written as netCDF",
-    ".csv": "tables are written as CSV",
-    ".toml": "scenes are written as TOML",
-    ".html": "reports are written as web pages",
-}
 PATIENCE = 10.0
 """Seconds for which a file that is written at once waits for another that is just being written in its place."""
 
 
-def check_ending(field: str, path: Path, ending: str) -> None:
-    """Refuse a name that promises another format than the one that is written."""
-    if path.suffix.lower() != ending:
-        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
+def check_ending(field: str, path: Path, *endings: str) -> None:
+    """Refuse a name that promises another format than can be written."""
+    if path.suffix.lower() not in endings:
+        raise OutputError(field, path, f"the name must end in {', '.join(endings)}")
 
 
-def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
+def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Iterable[Path] = ()) -> None:
     """Refuse what could not, or must not, be written, before any work is done for it."""
+    check_ending(field, path, *endings)
     try:
         target = path.resolve()
         folder = target.parent
@@ -67,8 +62,17 @@ def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
         raise _unwritable(field, path, error) from None
 
 
-def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], bool], overwrite: bool) -> None:
-    """Refuse to write over a file that varcontact did not write, unless that is wanted."""
+def check_replaceable(
+    field: str,
+    path: Path,
+    endings: Iterable[str],
+    kind: str,
+    ours: Callable[[Path], bool],
+    overwrite: bool,
+    inputs: Iterable[Path] = (),
+) -> None:
+    """The same, and refuse to write over a file that varcontact did not write, unless that is wanted."""
+    check_writable(field, path, endings, inputs)
     overwrite = checks.flag("overwrite", overwrite)
     try:
         if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
@@ -83,13 +87,6 @@ def begins_with(path: Path, *heads: bytes) -> bool:
     """Whether a file has one of these beginnings."""
     with path.open("rb") as file:
         return file.read(max(map(len, heads))).startswith(heads)
-
-
-def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[str]) -> None:
-    """Refuse a name whose ending is that of none of several formats."""
-    known = list(endings)
-    if path.suffix.lower() not in known:
-        raise OutputError(field, path, f"{kind} are written as {', '.join(known)}; the name must end in one of these")
 
 
 @contextmanager
