@@ -36,6 +36,7 @@ from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.grid import Grid
+from .scene.interface import ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
@@ -100,6 +101,7 @@ __all__ = [
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
+    "ThirdBody",
     "TimeStep",
     "TooLarge",
     "Tradeoff",

@@ -178,7 +178,7 @@ def _rough(rng: Random, base: Base, h: np.ndarray) -> np.ndarray:
     return np.where(missing, h + 10 ** rng.uniform(1, 4) * depth, h)
 
 
-def _load(rng: Random, base: Base, surface: Any) -> dict[str, float]:
+def _load(rng: Random, base: Base, surface: Any) -> dict[str, Any]:
     """The normal force, or the approach where that means something."""
     contact, rough = base.contact, isinstance(surface, vc.SampledDistance)
     if rng.random() < 0.7 or (base.line and (surface.reference_depth is None or rough)):

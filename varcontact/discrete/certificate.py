@@ -16,12 +16,11 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite
-from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem, magnitude
 from varcontact.discrete.residuals import (
     ROUNDING,
     coupling_residual,
     gap,
-    magnitude,
     normal_gap,
     normal_residual,
     project,
@@ -31,6 +30,7 @@ from varcontact.discrete.residuals import (
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
+from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import html_table
 from varcontact.system.process import one_blas_thread
@@ -158,6 +158,7 @@ def certificate_of(
     where the pressure is a closed form that is asked for. The `level` is one of `LEVELS`, or "auto"; `lazily` bounds
     on forces are left to when they are asked for.
     """
+    disc = with_yield_stress(disc, state)
     normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
     normal_error = normal_residual(normal, pressure, approach)
     tangential = None if disc.loading.frictionless else disc.tangential_problem(state.pressure, acting=state.traction)
@@ -216,7 +217,8 @@ def _of_tractions(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the pressure, (3,) each."""
     not_known = np.full(3, np.nan)
-    if disc.K != 0 or disc.loading.law is not None:
+    hardens = disc.hardening != 0 and (disc.loading.steady or disc.hardening < 0)
+    if disc.K != 0 or disc.loading.law is not None or hardens:
         return unknown(outputs_of(tangential)), not_known
     tractions, shifts = tangential.of_grid(state.traction, state.rigid)
     if closed_form:
@@ -306,9 +308,11 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
     error = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None]) / np.sqrt(definite.least)
     if problem.no_slip:
         return float(np.sqrt(definite.energies(shift[None])[0])) + error
-    parts = np.maximum(shares(problem.bound, traction, shift), 0.0)
+    parts = np.maximum(shares(problem.bound, traction, shift, problem.yielding), 0.0)
     error += ROUNDING * np.sqrt(problem.bound @ length)
     taken = length**2 < problem.operator.diagonal * parts
+    if problem.yielding is not None:
+        taken &= magnitude(traction) <= problem.yielding.stress
     changed = definite.energies(np.where(taken, shift, 0.0)[None])[0]
     return float(min(np.sqrt(parts.sum()), np.sqrt(parts[~taken].sum()) + np.sqrt(changed)) + error)
 

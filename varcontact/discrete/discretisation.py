@@ -15,7 +15,7 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.operators import Operators, medium_of
-from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
@@ -23,6 +23,7 @@ from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.interface import ThirdBody
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
@@ -69,6 +70,7 @@ class PreviousStep:
     corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
     Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
     particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
+    Of a third body that yields their plastic displacement and yield stress (3, ny, nx).
     """
 
     displacement: np.ndarray
@@ -77,6 +79,7 @@ class PreviousStep:
     left: np.ndarray | None = None
     distance: np.ndarray | None = None
     friction: np.ndarray | None = None
+    plastic: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,9 @@ class Loading:
     """What acts on a contact, physical: force or approach, motion, friction; in a history also the step before.
 
     Without a motion it is normal contact only. The coefficient of friction is one number or one for each element,
-    (ny, nx); under a law it is that taken at the moment, the static one where nothing is known of slip.
+    (ny, nx); under a law it is that taken at the moment, the static one where nothing is known of slip. So is the yield
+    stress of a third body, dimensionless (ny, nx): that with which particles arrive; of one that does not harden, that
+    which holds.
     """
 
     normal_force: float | None
@@ -93,6 +98,8 @@ class Loading:
     law: Law | None
     coefficient: float | np.ndarray | None
     previous_step: PreviousStep | None = None
+    third_body: ThirdBody | None = None
+    yield_stress: np.ndarray | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> Loading:
@@ -101,7 +108,7 @@ class Loading:
         law = friction if isinstance(friction, Law) else None
         coefficient = friction if not isinstance(friction, Law) else friction.static
         motion = None if isinstance(motion, Transient) else motion
-        return cls(scene.normal_force, scene.approach, motion, law, coefficient)
+        return cls(scene.normal_force, scene.approach, motion, law, coefficient, third_body=scene.third_body)
 
     @property
     def steady(self) -> bool:
@@ -222,6 +229,21 @@ class Discretisation:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
 
+    @property
+    def hardening(self) -> float:
+        """Dimensionless k of a third body that yields; zero where there is none."""
+        layer = self.loading.third_body
+        return 0.0 if layer is None else layer.k_tau * self.scales.displacement / self.scales.pressure
+
+    @property
+    def known_yield_stress(self) -> np.ndarray:
+        """Dimensionless yield stress (ny, nx) at the beginning of a step: of fresh material, or what it brings."""
+        layer, before = self.loading.third_body, self.loading.previous_step
+        assert layer is not None
+        if before is not None and before.plastic is not None:
+            return np.asarray(before.plastic[2])
+        return np.full(self.grid.shape, layer.tau_c0 / self.scales.pressure)
+
     @cached_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
@@ -327,6 +349,13 @@ class Discretisation:
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
             friction = np.broadcast_to(np.asarray(self.loading.coefficient), pressure.shape).ravel()
             bound = friction * np.maximum(pressing, 0.0)
+        yielding, layer = None, self.loading.third_body
+        if layer is not None and layer.yields:
+            stress = self.known_yield_stress if self.loading.yield_stress is None else self.loading.yield_stress
+            if self.hardening > 0:
+                yielding = Yielding(stress, self.hardening)
+            else:
+                bound = np.minimum(bound, stress.ravel())
         bears = (pressing > 0) & (bound > 0)
         if possible is not None:
             bears |= possible.ravel() & (friction > 0)
@@ -355,6 +384,7 @@ class Discretisation:
             symmetric=not self.loading.steady,
             instant=instant,
             directions=directions,
+            yielding=None if yielding is None else yielding.on(elements),
         )
 
     def tangential_on(self, elements: np.ndarray, directions: tuple[int, ...] = (0, 1)) -> RestrictedOperator:
@@ -427,8 +457,10 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     medium = medium_of(scene.bodies, length, free, coupled, scene.speed)
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
         medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
-    operators = Operators(grid.scaled(length), medium)
-    if known is not None and (known.lattice, known.medium) == (operators.lattice, operators.medium):
+    third_body = scene.third_body
+    layer = 0.0 if third_body is None else third_body.compliance * scales.modulus / length
+    operators = Operators(grid.scaled(length), medium, layer)
+    if known is not None and known.same(operators):
         operators = known
     return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)
 

@@ -40,6 +40,7 @@ class Operators:
 
     lattice: Grid
     medium: Medium
+    layer: float = 0.0  # elastic compliance of a third body, on the diagonal
     _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
     _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False)
@@ -79,7 +80,7 @@ class Operators:
         if key not in self._parts:
             for oldest in list(self._parts)[: max(len(self._parts) + 1 - KEPT_MEDIA, 0)]:
                 del self._parts[oldest]
-            self._parts[key] = Operators(*key)
+            self._parts[key] = Operators(*key, self.layer if lattice is None else 0.0)
         return self._parts[key]
 
     @property
@@ -100,7 +101,7 @@ class Operators:
 
     def divided(self, cells: Cells) -> Operators:
         if cells not in self._divided:
-            self._divided[cells] = Operators(self.lattice.divided(cells), self.medium)
+            self._divided[cells] = Operators(self.lattice.divided(cells), self.medium, self.layer)
         return self._divided[cells]
 
     def forget(self) -> None:
@@ -112,6 +113,10 @@ class Operators:
             operator.forget()
         for operators in (*self._divided.values(), *self._parts.values()):
             operators.forget()
+
+    def same(self, other: Operators) -> bool:
+        """Whether these are of the same lattice and bodies."""
+        return (self.lattice, self.medium, self.layer) == (other.lattice, other.medium, other.layer)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0
@@ -128,7 +133,22 @@ class Operators:
                 self._tables[key] = self.medium.operator(self.lattice, rows, columns, **step)
             else:
                 self._tables[key] = influence_operator(self.lattice, rows, columns, medium=self.medium, **step)
+            if self.layer:
+                self._tables[key] = self._with_layer(self._tables[key], rows, columns, lag, offset)
         return self._tables[key]
+
+    def _with_layer(
+        self, operator: GridOperator, rows: str, columns: str, lag: float | None, offset: float
+    ) -> GridOperator:
+        """The same with the layer's own shear, ``layer p``, between elements by the mean of the two around."""
+        table, middle = operator.table.copy(), (operator.table.shape[2] // 2, operator.table.shape[3] // 2)
+        for at, sign in ((offset, 1.0), *(((offset + lag, -1.0),) if lag else ())):
+            whole, part = divmod(round(at / self.lattice.sides[0], 9), 1.0)
+            for ahead, weight in ((int(whole), 1 - part), (int(whole) + 1, part)):
+                for i, name in enumerate(rows):
+                    if name in "xy" and name in columns and weight and abs(ahead) <= middle[1]:
+                        table[i, columns.index(name), middle[0], middle[1] - ahead] += sign * weight * self.layer
+        return GridOperator(operator.shape, table)
 
 
 def medium_of(

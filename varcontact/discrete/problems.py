@@ -45,6 +45,44 @@ class NormalProblem:
 
 
 @dataclass(frozen=True, eq=False)
+class Yielding:
+    """A hardening layer: elements flow along their traction, by ``(|p| - stress)/hardening``, from a stress on.
+
+    Tractions are then those with least ``(|p| - stress)_+^2/(2 hardening)``, of which `projected` is the proximal map.
+    """
+
+    stress: np.ndarray  # (n,) or (ny, nx) the yield stress tau_v that particles bring along
+    hardening: float  # k, positive
+
+    def flow(self, traction: np.ndarray) -> np.ndarray:
+        """Plastic shift (c, ...) under tractions."""
+        size = magnitude(traction)
+        beyond = np.maximum(size - self.stress, 0.0) / self.hardening
+        return np.asarray(traction * (beyond / np.where(size > 0, size, 1.0)))
+
+    def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
+        """Sizes of tractions from those of trial tractions ``p - E/weight``, before friction limits them."""
+        ratio = 1 / (self.hardening * weight)
+        return np.where(size > self.stress, (size + ratio * self.stress) / (1 + ratio), size)
+
+    def tangent(self, traction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the flow by the traction, along it and across it; zero where nothing flows."""
+        size = magnitude(traction)
+        flows = size > self.stress
+        across = np.where(flows, 1 - self.stress / np.where(flows, size, 1.0), 0.0) / self.hardening
+        return flows / self.hardening, across
+
+    def on(self, elements: np.ndarray) -> Yielding:
+        """That of some elements."""
+        return replace(self, stress=self.stress.ravel()[elements])
+
+
+def magnitude(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors."""
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
+
+
+@dataclass(frozen=True, eq=False)
 class TangentialProblem:
     """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n elements in contact.
 
@@ -61,6 +99,7 @@ class TangentialProblem:
     symmetric: bool = False  # whether M is symmetric (a shift, or one step of a history)
     instant: RestrictedOperator | None = None  # A of steady rolling, for time stepping; then ``A - M`` is C
     directions: tuple[int, ...] = (0, 1)  # which direction (0: x, 1: y) each component has
+    yielding: Yielding | None = None  # elements flow before they slip
 
     @property
     def size(self) -> int:
@@ -100,6 +139,19 @@ class TangentialProblem:
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""
         return self.operator.apply(traction) + self.rigid_shift + rigid[:, None]
+
+    def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Tractions of the natural map, from trial tractions ``p - E/weight``: within the bound, less what flows."""
+        size = magnitude(trial)
+        most = self.bound if self.yielding is None else np.minimum(self.yielding.sizes(size, weight), self.bound)
+        beyond = size > most
+        return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
+
+    def slips(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Where trial tractions ``p - E/weight`` are beyond the bound, (n,)."""
+        size = magnitude(trial)
+        beyond: np.ndarray = (size if self.yielding is None else self.yielding.sizes(size, weight)) > self.bound
+        return beyond
 
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of the grid."""
@@ -177,6 +229,7 @@ class Mirror:
             instant=None if instant is None else self._folded(instant),
             rigid_shift=problem.rigid_shift[:, self.half],
             bound=problem.bound[self.half],
+            yielding=None if problem.yielding is None else problem.yielding.on(self.half),
             points=problem.points[:, self.half],
             force=(None if along_x is None else along_x / 2, None if along_y is None else along_y / 2),
         )
@@ -216,9 +269,10 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     images = np.minimum(images, elements.size - 1)
     if 2 * half.size != elements.size or np.any(elements[images] != reflected * columns + column):
         return None
-    largest = np.max(bound, initial=0.0)
-    if np.isfinite(largest) and np.abs(bound - bound[images]).max() > ROUNDING * largest:
-        return None
+    for even in (bound,) if problem.yielding is None else (bound, problem.yielding.stress):
+        largest = np.max(even, initial=0.0)
+        if np.isfinite(largest) and np.abs(even - even[images]).max() > ROUNDING * largest:
+            return None
     for signs, odd in (((1.0, -1.0), 1), ((-1.0, 1.0), 0)):
         unlike = rigid_shift[:, images] - np.array(signs)[:, None] * rigid_shift
         if problem.force[odd] is None and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max():

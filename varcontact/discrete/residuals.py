@@ -13,8 +13,9 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import positive_definite
-from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding, magnitude
 from varcontact.discrete.state import ContactState, normal_as_solved
+from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import SceneError
 from varcontact.system.process import one_blas_thread
 
@@ -30,6 +31,7 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
     The third is what the normal one does to the tractions of unlike bodies. All are relative to the largest pressure
     or traction.
     """
+    disc = with_yield_stress(disc, state)
     normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
     tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     return (
@@ -81,10 +83,6 @@ def coupling_residual(
     part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
     under_image = disc.tangential_problem(image, acting=state.traction)
     return part * residual_on_grid(under_image, replace(state, rigid=rigid))
-
-
-def magnitude(vectors: np.ndarray) -> np.ndarray:
-    return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
 
 
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
@@ -150,7 +148,8 @@ def tangential_residual(
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
     with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
-        image = project(traction - shift / problem.operator.diagonal, problem.bound)
+        own = problem.operator.diagonal
+        image = problem.projected(traction - shift / own, own)
     size = worst(magnitude(traction).max(), magnitude(image).max())
     residual = relative(float(magnitude(traction - image).max()), float(size))
     for i in problem.free:
@@ -193,15 +192,18 @@ def gap(
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
         return error * problem.area, relative(error, work)
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
-    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift), 0.0)))
+    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift, problem.yielding), 0.0)))
     return total * problem.area, relative(total, float(work))
 
 
-def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.ndarray:
+def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray, yielding: Yielding | None = None) -> np.ndarray:
     """What each element has of the gap, ``g |E| + p'E``, (n,), without the cancellation of that form.
 
     It is ``(g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the shift, the second part is the square
     of their vector product by ``|p| |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one.
+
+    A yielding layer has phi(p) and its conjugate, ``p'E + phi(p) + phi*(-E)``: where it flows, the square of what
+    ``|p|`` is off ``stress + k |E|``, by 2 k.
     """
     size, length = magnitude(traction), magnitude(shift)
     with np.errstate(invalid="ignore"):  # infinite bounds
@@ -210,7 +212,15 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
     across = traction[0] * shift[1] - traction[1] * shift[0] if len(traction) == 2 else np.zeros_like(size)
     against = along < 0
     turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
-    return np.asarray(slack * length + turned)
+    if yielding is None:
+        return np.asarray(slack * length + turned)
+    k, stress = yielding.hardening, yielding.stress
+    hardened = np.minimum(k * length, np.maximum(bound - stress, 0.0))
+    held, excess = np.minimum(bound, stress + hardened), size - stress
+    slips = length > hardened / k
+    off = (hardened - np.maximum(excess, 0.0)) ** 2 + 2 * hardened * np.maximum(-excess, 0.0)
+    slack = np.where(np.abs(held - size) <= ROUNDING * held, 0.0, held - size)
+    return np.asarray(slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned)
 
 
 @one_blas_thread()

@@ -43,6 +43,7 @@ class ContactState:
     slips: np.ndarray | None = None  # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
     # (ny, nx) Under a law of friction: the coefficient of the next pass, and where the search began
     friction: np.ndarray | None = None
+    yield_stress: np.ndarray | None = None  # (ny, nx) Of a third body, in the next pass
     branch: str = ""
 
 

@@ -1,42 +1,154 @@
-"""Where a contact state sticks and where it slips, by how much, and the work that friction takes."""
+"""Where a contact state sticks, flows and slips, by how much, and the work that friction takes.
+
+A third body that yields flows before it slips: its yield stress goes with the particles, and the local shift of the
+bodies is that of the slip less what flows.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.problems import Yielding
 from varcontact.discrete.state import ContactState
 
-EXTERIOR, STICK, SLIP = 0, 1, 2
+EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
 
 
 def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
-    """Local shift E in the contact, (2, ny, nx), dimensionless, and 0, 1, 2 for exterior, stick, slip, (ny, nx).
+    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick, slip, plastic.
 
     An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
-    bound and slip opposes it.
+    bound and slip opposes it. The slip is the local shift E, less what a third body flows.
     """
-    contact = state.pressure > 0
+    shift, contact = local_shift(disc, state), state.pressure > 0
     areas = contact.astype(np.int8)
-    shift = np.zeros((2, *contact.shape))
     if disc.loading.motion is None:
         return shift, areas
+    if state.slips is not None:
+        areas[contact & state.slips] = SLIP
+    elif not disc.loading.no_slip:
+        own, disc = own_influence(disc), with_yield_stress(disc, state)
+        limit, stress = np.asarray(disc.loading.coefficient) * state.pressure, disc.loading.yield_stress
+        trial = state.traction - shift / own
+        size, noise, flows = np.hypot(*trial), 1e-12 * np.abs(trial).max(), np.zeros_like(contact)
+        bound = limit if stress is None or disc.hardening > 0 else np.minimum(limit, stress)
+        if stress is not None and disc.hardening > 0:
+            flows = size > stress * (1 + 1e-8) + noise
+            size = Yielding(stress, disc.hardening).sizes(size, own)
+        slips = size > bound * (1 + 1e-8) + noise
+        areas[contact & flows] = PLASTIC
+        areas[contact & slips] = SLIP
+        areas[contact & slips & (bound < limit)] = PLASTIC
+    if disc.loading.third_body is None:
+        return shift, areas
+    return shift + plastic_flow(disc, state, shift, areas), areas
+
+
+def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Local shift E in the contact, (2, ny, nx), dimensionless."""
+    contact = state.pressure > 0
+    shift = np.zeros((2, *contact.shape))
+    if disc.loading.motion is None:
+        return shift
     shift[:] = disc.known_shift + state.rigid[:, None, None]
     if not disc.loading.frictionless:
         shift += disc.shift_by_tractions(state.traction)
     if disc.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
-    if state.slips is not None:
-        areas[contact & state.slips] = SLIP
-    elif not disc.loading.no_slip:
-        bound = np.asarray(disc.loading.coefficient) * state.pressure
-        trial = state.traction - shift / own_influence(disc)
-        noise = 1e-12 * np.abs(trial).max()
-        areas[contact & (np.hypot(*trial) > bound * (1 + 1e-8) + noise)] = SLIP
-    return shift, areas
+    return shift
+
+
+def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisation:
+    """The same with the yield stress that goes with the tractions of a state, where a third body yields.
+
+    In steady rolling particles harden along their rows, from the leading edge; one that softens does so in the step.
+    """
+    layer = disc.loading.third_body
+    if layer is None or not layer.yields:
+        return disc
+    stress, fresh = disc.known_yield_stress, layer.tau_c0 / disc.scales.pressure
+    if disc.hardening > 0 and disc.loading.steady:
+        stress = arriving(disc, _along_rows(disc, fresh, np.hypot(*state.traction), np.maximum), fresh)
+    elif disc.hardening < 0:
+        flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
+        softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
+        stress = np.where(flows, softened, stress)
+    return disc.with_loading(yield_stress=stress)
+
+
+def plastic_flow(disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """What a third body flows in a step, (2, ny, nx), dimensionless, under the local shift of a state."""
+    layer = disc.loading.third_body
+    if layer is None or not layer.yields or disc.loading.frictionless:
+        return np.zeros_like(shift)
+    if disc.hardening <= 0:
+        return np.where(areas == PLASTIC, -shift, 0.0)
+    stress = with_yield_stress(disc, state).loading.yield_stress
+    assert stress is not None
+    return Yielding(stress, disc.hardening).flow(state.traction)
+
+
+def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | None:
+    """Plastic displacement and yield stress of the particles at the end of a step, (3, ny, nx), dimensionless."""
+    layer = disc.loading.third_body
+    if layer is None or not layer.yields:
+        return None
+    shift, (_, areas) = local_shift(disc, state), shift_and_areas(disc, state)
+    stress = with_yield_stress(disc, state).loading.yield_stress
+    assert stress is not None
+    if disc.hardening > 0:
+        stress = np.maximum(stress, np.hypot(*state.traction))
+    flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step
+    if disc.loading.steady:
+        whole, part = _passed(disc)
+        flow = _along_rows(disc, 0.0, flow / (1.0 if whole else part), np.add)
+    elif before is not None and before.plastic is not None:
+        flow = flow + before.plastic[:2]
+    return np.concatenate([flow, stress[None]])
+
+
+def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
+    """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
+    whole, part = _passed(disc)
+    if disc.loading.motion is not None and disc.loading.motion.rolls < 0:
+        return np.asarray(_moved(field[..., ::-1], whole, part, fresh)[..., ::-1])
+    return _moved(field, whole, part, fresh)
+
+
+def _moved(field: np.ndarray, whole: int, part: float, fresh: float) -> np.ndarray:
+    nx = field.shape[-1]
+    room = [(0, 0)] * (field.ndim - 1) + [(0, nx + 1)]
+    padded, first = np.pad(field, room, constant_values=fresh), min(whole, nx)
+    near, far = padded[..., first : first + nx], padded[..., first + 1 : first + 1 + nx]
+    return np.asarray(near + part * (far - near))
+
+
+def _along_rows(
+    disc: Discretisation, fresh: float, found: np.ndarray, join: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """What particles have gathered on their way along the rows (..., ny, nx), from what each step adds."""
+    whole, part = _passed(disc)
+    nx, motion, way = found.shape[-1], disc.loading.motion, min(max(whole, 1), found.shape[-1])
+    assert motion is not None
+    forwards = slice(None, None, -1 if motion.rolls < 0 else 1)
+    padded = np.pad(found[..., forwards], [(0, 0)] * (found.ndim - 1) + [(0, nx + 1)], constant_values=fresh)
+    for i in range(nx - 1, -1, -1):
+        near, far = padded[..., i + way], padded[..., i + way + 1]
+        padded[..., i] = join(near + (part if whole else 0.0) * (far - near), padded[..., i])
+    return np.asarray(padded[..., :nx][..., forwards])
+
+
+def _passed(disc: Discretisation) -> tuple[int, float]:
+    """Whole elements that particles pass in a step, and the rest."""
+    if disc.step is None:
+        return 0, 0.0
+    whole, part = divmod(round(disc.step / disc.lattice.sides[0], 9), 1.0)
+    return int(whole), part
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
@@ -49,6 +161,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     motion, before, traction = disc.loading.motion, disc.loading.previous_step, state.traction
     unknown = before is not None and before.traction is None
     if motion is None or motion.rolls == 0 or disc.loading.frictionless or unknown:
+        shift = shift if disc.loading.third_body is None else local_shift(disc, state)
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
     rolled, (x, y), scales = motion.rolls * disc.step, disc.points, disc.scales

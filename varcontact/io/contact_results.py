@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +131,9 @@ class ContactResult:
         h = self.columns["H"]
         approach = float((h + self.columns["UN"])[touching].mean())
         h = np.where(np.isnan(h), approach, h)
-        load = {"normal_force": self.normal_force / self.values["DY"]} if self.grid.line else {"approach": approach}
+        load: dict[str, Any] = (
+            {"normal_force": self.normal_force / self.values["DY"]} if self.grid.line else {"approach": approach}
+        )
         x, y = (self.values.get(name, 0.0) for name in ("SPINXO", "SPINYO"))
         if isinstance(motion, Steady):
             motion = replace(motion, dq=self.dq, vx=motion.vx + motion.spin * y, vy=motion.vy - motion.spin * x)

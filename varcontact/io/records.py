@@ -119,6 +119,8 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
         sizes |= {name: place[1].size for name, place in places.items()}
         if sol.memory is not None:
             sizes |= {"relaxation": len(sol.memory), "axis": 3}
+        if sol.plastic is not None:
+            sizes["flow"] = 3
         file.createDimension("step", None)
         for name, size in sizes.items():
             file.createDimension(name, size)

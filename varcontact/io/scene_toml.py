@@ -19,6 +19,7 @@ from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelast
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
+from varcontact.scene.interface import ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
@@ -136,6 +137,8 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
         entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
     if isinstance(entries.get("grid", "auto"), Mapping):
         entries["grid"] = make("grid", Grid, entries["grid"])
+    if "third_body" in entries:
+        entries["third_body"] = make("third_body", ThirdBody, table_of("third_body", entries["third_body"]))
     if "units" in entries:
         entries["units"] = make("units", Units, table_of("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):

@@ -15,7 +15,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS, Certificate, ForceBounds
-from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -53,7 +53,7 @@ FIELDS = {
     "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
     "power_density": (("y", "x"), "pressure", "work lost by friction by area, by distance rolled"),
     "distance": (("y", "x"), "length", "deformed distance"),
-    "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip"),
+    "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
     "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
     "normal_force": ((), "force", "total compressive force"),
     "force": (("component",), "force", "total tangential force on body 1"),
@@ -63,11 +63,13 @@ FIELDS = {
 }
 WEAKENING = "weakening"
 MEMORY = "memory"
+PLASTIC_STATE = "plastic"
 AT_TIMES = {
     WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip"),
     MEMORY: (("relaxation", "axis", "y_around", "x_around"), "pressure", "tractions that viscoelastic bodies remember"),
+    PLASTIC_STATE: (("flow", "y", "x"), "1", "third body: plastic displacement [length], yield stress [pressure]"),
 }
-"""Fields of histories: under laws of friction, and of viscoelastic bodies."""
+"""Fields of histories: under laws of friction, and of viscoelastic bodies; of a third body that yields."""
 
 IN_PLACE = {"slip": "length", "power_density": "line force"}
 """Quantities of a shift, where they are others."""
@@ -291,6 +293,7 @@ def check_schema(sol: Solution) -> None:
     shape, certificate = sol.grid.shape, sol.certificate
     fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
     shapes = {"traction": (2, *shape), "slip": (2, *shape), MEMORY: np.asarray(sol.memory).shape}
+    shapes[PLASTIC_STATE] = (3, *shape)
     if any(each.shape != shapes.get(name, shape) for name, each in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(each.dtype.kind not in "iuf" for each in fields.values()):
@@ -300,8 +303,11 @@ def check_schema(sol: Solution) -> None:
     sizes = [np.abs(each).max() for name, each in fields.items() if name != "power_density"]
     if np.nanmax(np.abs([*sizes, sol.approach, *sol.creepage])) > checks.LARGE**2:
         raise ValueError("numbers beyond those that can be computed with")
-    if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
+    known = (EXTERIOR, STICK, SLIP, *((PLASTIC,) if sol.plastic is not None else ()))
+    if not np.isin(sol.state, known).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
         raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
+    if (sol.plastic is not None) != (sol.scene.third_body is not None and sol.scene.third_body.yields):
+        raise ValueError("a plastic state of a third body that is missing, or should be")
     if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
         raise ValueError("a weakening of friction that is not between 0 and 1")
     if (sol.memory is not None) != (sol.scene.bodies.relaxes and isinstance(sol.motion, TimeStep)):

@@ -17,9 +17,8 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.plotting.style import (
     BOUND_COLOUR,
     LATERAL_COLOUR,
+    LOOKS,
     ROLLING,
-    SLIP_LOOK,
-    STICK_LOOK,
     TRACTION_COLOUR,
     area_patches,
     colour_bar,
@@ -114,10 +113,10 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
     lengths, field = lengths_of(sol), finest_fields(sol)
     state = _without_leading_edge(field.state) if isinstance(sol.motion, Steady) else field.state
-    for number, name, look in ((STICK, "stick", STICK_LOOK), (SLIP, "slip", SLIP_LOOK)):
+    for number, (name, look) in list(LOOKS.items())[: 2 + (sol.plastic is not None)]:
         outline = _elements_path(state == number, field.grid, lengths.factor)
         ax.add_patch(PathPatch(outline, gid=name, **look))
-    handles: list[Any] = [*area_patches()]
+    handles: list[Any] = [*area_patches(sol.plastic is not None)]
     size = np.hypot(*field.traction).max(initial=0.0)
     scale = size if largest is None else largest
     if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, scale):
@@ -308,7 +307,7 @@ def draw_line_field(ax: Axes, sol: Solution, name: str) -> None:
 
 def _line_areas(ax: Axes, sol: Solution, field: FinestFields) -> None:
     edges = lengths_of(sol)(field.grid.lines[0])
-    for number, name, look in ((STICK, "stick", STICK_LOOK), (SLIP, "slip", SLIP_LOOK)):
+    for number, (name, look) in LOOKS.items():
         label = name
         for left, right in edges[runs(field.state[0] == number)]:
             ax.axvspan(left, right, zorder=0, label=label, **look)

@@ -26,6 +26,7 @@ from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_line_
 from varcontact.plotting.style import (
     COLUMN,
     MARK,
+    PLASTIC_LOOK,
     SLIP_COLOUR,
     SLIP_LOOK,
     STICK_COLOUR,
@@ -129,17 +130,18 @@ def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
     areas = np.array([sol.state[row] for sol in history]).T
     left, right, _, _ = history.grid.box
     across = lengths(np.linspace(left, right, history.grid.nx + 1))
-    colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR])
-    ax.pcolormesh(along.edges, across, np.ma.masked_equal(areas, 0), cmap=colours, vmin=1, vmax=2)
+    colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR, PLASTIC_LOOK["facecolor"]])
+    ax.pcolormesh(along.edges, across, np.ma.masked_equal(areas, 0), cmap=colours, vmin=1, vmax=3)
     slips = [
         (left, right, across[low], across[high])
         for left, right, column in zip(along.edges, along.edges[1:], areas.T, strict=False)
         for low, high in runs(column == SLIP)
     ]
     ax.add_patch(PathPatch(rectangles_path(slips), gid="slip", **SLIP_LOOK | {"facecolor": "none"}))
+    plastic = any(sol.plastic is not None for sol in history)
     readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=lengths.label("x" if history.scene.line else "x, middle row"))
-    legend_beside(ax, area_patches())
+    legend_beside(ax, area_patches(plastic))
 
 
 def animate(

@@ -34,6 +34,10 @@ HATCH = "//////"
 """Of slip: its colour and that of stick are the same grey in print."""
 SLIP_LOOK: dict[str, Any] = {"facecolor": SLIP_COLOUR, "edgecolor": SLIP_INK, "hatch": HATCH, "linewidth": 0}
 STICK_LOOK: dict[str, Any] = {"facecolor": STICK_COLOUR, "linewidth": 0}
+PLASTIC_LOOK: dict[str, Any] = {"facecolor": "#d9c7e3", "edgecolor": "#7d5f91", "hatch": "....", "linewidth": 0}
+"""Where a third body flows."""
+LOOKS = {1: ("stick", STICK_LOOK), 2: ("slip", SLIP_LOOK), 3: ("plastic", PLASTIC_LOOK)}
+"""Names and looks of areas by their state."""
 
 ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
@@ -105,9 +109,9 @@ def check_axes(ax: Any) -> None:
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
 
 
-def area_patches() -> list[Patch]:
-    """Entries of a legend for stick and slip."""
-    return [Patch(label="stick", **STICK_LOOK), Patch(label="slip", **SLIP_LOOK)]
+def area_patches(plastic: bool = False) -> list[Patch]:
+    """Entries of a legend for stick and slip, and where a third body flows."""
+    return [Patch(label=name, **look) for name, look in list(LOOKS.values())[: 2 + plastic]]
 
 
 def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 3) -> None:

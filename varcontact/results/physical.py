@@ -10,7 +10,7 @@ import numpy as np
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import Discretisation, discretise, undeformed_distance
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.stick_slip import friction_work, plastic_state, shift_and_areas, unit_slip
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -35,6 +35,9 @@ def solution_of(
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
+    plastic = plastic_state(disc, state)
+    if plastic is not None:
+        plastic *= np.array([scale, scale, disc.scales.pressure])[:, None, None]
     rolled = unit_slip(disc)
     unknown = scene.approach_undetermined and scene.approach is None
     density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
@@ -61,6 +64,7 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=calls,
+        plastic=plastic,
         pressure_on_parts=None if disc.subgrid is None else disc.subgrid.pressure * disc.scales.pressure,
     )
 

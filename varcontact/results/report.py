@@ -99,7 +99,7 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
     size = f"{sol.areas['contact']:.4g}{unit('area')}" + (" wide" if sol.scene.line else "")
     text = f"{count['contact']} elements, {size}"
     if sol.scene.motion is not None:
-        text += f": {count['stick']} stick, {count['slip']} slip"
+        text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
     return [("contact", text)]
 
 
@@ -199,6 +199,8 @@ def no_guarantee(sol: Solution) -> str:
         return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
         return "the coefficient of friction depends on the slip, and there may be several solutions"
+    if sol.scene.third_body is not None and sol.scene.third_body.k_tau != 0:
+        return "the yield stress of the third body depends on the solution"
     dx, dy = sol.grid.sides
     step = sol.scene.motion.dq if isinstance(sol.scene.motion, Steady) else None
     return (

@@ -47,6 +47,9 @@ def check_linear(sol: Solution) -> None:
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         allowed = "a number or StaticKinetic: it must not fall with slip velocity"
         raise SceneError("friction", scene.friction, allowed)
+    if scene.third_body is not None and scene.third_body.yields:
+        allowed = "inf: sensitivities are for layers that do not yield"
+        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
     if scene.conformal:
         raise SceneError("surface.inclination", "given", "left out: sensitivities are for bodies that meet on a plane")
 

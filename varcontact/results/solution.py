@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.html import html_table
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
@@ -60,7 +60,7 @@ class Solution:
     distance : ndarray, shape (ny, nx)
         Deformed distance at the elements' centres [length].
     state : int8 ndarray, shape (ny, nx)
-        0 exterior, 1 stick, 2 slip.
+        0 exterior, 1 stick, 2 slip, 3 plastic: a third body flows.
     approach : float
         Approach of the bodies [length]; NaN in line contact without a reference depth.
     creepage : tuple of float
@@ -93,6 +93,9 @@ class Solution:
         In a history under a law of friction: the part of ``static - kinetic`` that particles have lost by slip [-].
     memory : ndarray, shape (relaxations, 3, rows, columns), or None
         Of viscoelastic bodies, in a history: tractions that particles on and around the grid remember [force/area].
+    plastic : ndarray, shape (3, ny, nx), or None
+        Of a third body that yields: plastic displacement of the particles, x and y [length], and their yield stress
+        [force/area], at the end of the step.
 
     Examples
     --------
@@ -132,6 +135,7 @@ class Solution:
     pressure_on_parts: np.ndarray | None = None
     weakening: np.ndarray | None = None
     memory: np.ndarray | None = None
+    plastic: np.ndarray | None = None
 
     @property
     def normal_force(self) -> float:
@@ -226,9 +230,10 @@ class Solution:
 
     @property
     def elements(self) -> dict[str, int]:
-        """Numbers of elements: contact, stick, slip."""
+        """Numbers of elements: contact, stick, slip; with a third body that yields also plastic."""
         stick, slip = int(np.sum(self.state == STICK)), int(np.sum(self.state == SLIP))
-        return {"contact": stick + slip, "stick": stick, "slip": slip}
+        plastic = {} if self.plastic is None else {"plastic": int(np.sum(self.state == PLASTIC))}
+        return {"contact": stick + slip + sum(plastic.values()), "stick": stick, "slip": slip, **plastic}
 
     @property
     def areas(self) -> dict[str, float]:

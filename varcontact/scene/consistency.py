@@ -17,6 +17,7 @@ from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.grid import Grid
+from varcontact.scene.interface import ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
@@ -263,6 +264,27 @@ def check_conformal(scene: Scene) -> None:
         raise SceneError("motion.Fy", motion.Fy, allowed)
 
 
+def check_third_body(scene: Scene) -> None:
+    """One that softens has a history, one that yields friction to slip at last."""
+    layer, motion = scene.third_body, scene.motion
+    if layer is None:
+        return
+    _instance("third_body", layer, (ThirdBody,))
+    if layer.k_tau < 0 and isinstance(motion, Steady):
+        message = (
+            "third_body.k_tau: a layer that softens has no unique steady state; solve a history (Transient), or give "
+            "the stress that is left as tau_c0, with k_tau = 0"
+        )
+        raise SceneError("third_body.k_tau", layer.k_tau, "zero or positive in steady rolling", message=message)
+    if layer.yields and scene.no_slip:
+        raise SceneError("friction", math.inf, "finite with a third_body that yields")
+    if scene.conformal:
+        raise SceneError("third_body", layer, "left out in conformal contact")
+    if scene.edge == "softened" or getattr(motion, "slip_difference", "first-order") != "first-order":
+        message = 'third_body: elements and slip of second order are for bodies alone; use "centres" and "first-order"'
+        raise SceneError("third_body", layer, "left out with second-order discretisations", message=message)
+
+
 def _problems(scene: Scene) -> Iterator[_Problem]:
     """The problems that a scene poses, one after the other; one for all steps that are the same."""
     motion = scene.motion
@@ -309,6 +331,8 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     found: list[str] = []
     surface, motion, units, G = scene.surface, scene.motion, scene.units, scene.bodies.combined_G
     radii: tuple[float, ...] = (surface.R,) if isinstance(surface, Cylinders) else ()
+    if scene.third_body is not None and scene.third_body.k_tau < 0:
+        found.append("the third body softens (k_tau < 0): the history need not be the only one")
     if isinstance(surface, Paraboloids):
         radii = surface.Rx, surface.Ry
     # moduli in pascals beside lengths in millimetres, or the other way round

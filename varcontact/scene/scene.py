@@ -20,6 +20,7 @@ from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
+from varcontact.scene.interface import ThirdBody
 from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
@@ -68,6 +69,8 @@ class Scene(Generic[MotionT_co]):
         Coefficient of friction; a number (``inf``: no slip at all), a law (`StaticKinetic`, `LinearFalling`,
         `RationalFalling`, `ExponentialFalling`), or one number per element of an explicit
         grid. Needed where there is a motion.
+    third_body : ThirdBody, optional
+        A layer between the bodies, which shears and yields.
     motion : Steady, Shift or Transient, optional
         None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
     grid : Grid or "auto"
@@ -98,6 +101,7 @@ class Scene(Generic[MotionT_co]):
     normal_force: float | None = None
     approach: float | None = None
     friction: float | np.ndarray | Law | None = None
+    third_body: ThirdBody | None = None
     motion: MotionT_co = None  # type: ignore[assignment]
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
@@ -113,6 +117,7 @@ class Scene(Generic[MotionT_co]):
             normal_force: float | None = None,
             approach: float | None = None,
             friction: float | np.ndarray | Law | None = None,
+            third_body: ThirdBody | None = None,
             motion: None = None,
             grid: Grid | Literal["auto"] = "auto",
             units: Units | None = None,
@@ -127,6 +132,7 @@ class Scene(Generic[MotionT_co]):
             normal_force: float | None = None,
             approach: float | None = None,
             friction: float | np.ndarray | Law | None = None,
+            third_body: ThirdBody | None = None,
             motion: MotionT_co,
             grid: Grid | Literal["auto"] = "auto",
             units: Units | None = None,
@@ -161,6 +167,7 @@ class Scene(Generic[MotionT_co]):
         consistency.check_carried(self)
         consistency.check_conformal(self)
         consistency.check_depth(self)
+        consistency.check_third_body(self)
 
     @property
     def line(self) -> bool:

@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.discrete.residuals import normal_residual, project, tangential_residual
+from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.system.process import interruptible
 
@@ -37,7 +37,7 @@ _Residual = Callable[[np.ndarray, np.ndarray], float]
 class Constraints:
     """What p (n,) may be, and what is prescribed of it: ``totals @ p = sums`` (k,), with multipliers added to W."""
 
-    project: Callable[[np.ndarray], np.ndarray]
+    project: Callable[[np.ndarray, float], np.ndarray]  # by the weight
     totals: np.ndarray
     sums: np.ndarray
 
@@ -45,15 +45,15 @@ class Constraints:
     def of_normal(cls, problem: NormalProblem) -> Constraints:
         """The multiplier of a prescribed force is minus the approach."""
         sums = np.array([] if problem.force is None else [problem.force / problem.area])
-        return cls(lambda p: np.maximum(p, 0.0), np.ones((sums.size, problem.distance.size)), sums)
+        return cls(lambda p, _: np.maximum(p, 0.0), np.ones((sums.size, problem.distance.size)), sums)
 
     @classmethod
     def of_tangential(cls, problem: TangentialProblem) -> Constraints:
         """Tractions x before y; the multipliers of prescribed forces are the rigid shifts."""
-        shape, bound = problem.rigid_shift.shape, problem.bound
+        shape = problem.rigid_shift.shape
         totals = np.kron(np.eye(problem.components)[problem.free], np.ones(problem.size))
         sums = np.array([F / problem.area for F in problem.force if F is not None])
-        return cls(lambda p: project(p.reshape(shape), bound).ravel(), totals, sums)
+        return cls(lambda p, weight: problem.projected(p.reshape(shape), weight).ravel(), totals, sums)
 
     def beside(self, other: Constraints) -> Constraints:
         """Both, on the unknowns of one after those of the other."""
@@ -61,7 +61,11 @@ class Constraints:
         totals = np.zeros((k + len(other.totals), m + other.totals.shape[1]))
         totals[:k, :m], totals[k:, m:] = self.totals, other.totals
         sums = np.concatenate([self.sums, other.sums])
-        return Constraints(lambda p: np.concatenate([self.project(p[:m]), other.project(p[m:])]), totals, sums)
+
+        def project(p: np.ndarray, weight: float) -> np.ndarray:
+            return np.concatenate([self.project(p[:m], weight), other.project(p[m:], weight)])
+
+        return Constraints(project, totals, sums)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +105,7 @@ class Splitting:
         multipliers = np.zeros(self.constraints.sums.size)
         for _ in range(rounds):
             check_time(deadline)
-            p = self.constraints.project(at)
+            p = self.constraints.project(at, self.weight)
             right = np.concatenate([self.weight * (2 * p - at) - self.shift, self.constraints.sums])
             step = lu_solve(self.factors, right, check_finite=False)
             at, multipliers = at + step[: p.size] - p, step[p.size :]
@@ -119,7 +123,7 @@ class Splitting:
         while best is None or (least > tol and count < MOST_ROUNDS and count - reached < PATIENCE):
             at, multipliers = self.moved(at, ROUNDS, settings.deadline)
             count += ROUNDS
-            found = answer(self.constraints.project(at), multipliers)
+            found = answer(self.constraints.project(at, self.weight), multipliers)
             error = residual(*found)
             if best is None or error < least:
                 best, least, reached = found, error, count

@@ -13,6 +13,7 @@ from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means, unloaded
+from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import NotConverged, Saturated, VarcontactError
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -121,34 +122,57 @@ class ContactSolver:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
-            problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
-            _check_force(problem, disc.scales.force)
-            in_passes = self.plan.loops or disc.loading.law is not None
-            settings = self._settings(self._enough_traction(disc, state, in_passes), in_passes)
-            raw = self._tractions(problem, state, settings)
-            if (
-                isinstance(disc.loading.motion, Steady)
-                and disc.loading.slip_difference == "second-order"
-                and not raw.solved
-            ):
-                first = disc.with_loading(
-                    motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
-                )
-                easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
-                # on elements much longer than wide this is monotone where the slip of second order may not be
-                easy = self._solved(easier, None, settings)
-                again = self._solved(problem, easy, settings) if easy.solved else raw
-                count = raw.iterations + easy.iterations + again.iterations * easy.solved
-                raw = replace(again if again.solved else raw, iterations=count)
-            if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
-                raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
-            traction, rigid = problem.on_grid(raw.traction, raw.rigid)
-            return replace(
-                state,
-                traction=traction,
-                rigid=rigid,
-                **_answered(state, "tangential", raw),
+            if disc.hardening < 0 or (disc.hardening > 0 and disc.loading.steady):
+                return self._hardened(disc, state)
+            return self._under_yield_stress(disc, state)
+
+    def _hardened(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state whose tractions go with the yield stress that they leave: passes until that stays."""
+        known, passes = disc.known_yield_stress if state.yield_stress is None else state.yield_stress, state.passes
+
+        def one(state: ContactState) -> tuple[ContactState, float]:
+            trial = disc.with_loading(yield_stress=state.yield_stress)
+            after = self._under_yield_stress(trial, state)
+            then = with_yield_stress(disc, after)
+            return replace(after, yield_stress=then.loading.yield_stress), residuals(then, after)[1]
+
+        first, residual = one(replace(state, yield_stress=known))
+        limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW)
+        found = FixedPoint(first, residual, Unknown("yield_stress", least=0.0), limits)
+        while found.goes_on:
+            found.add(*one(found.state))
+        return replace(found.best, passes=passes)
+
+    def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The tractions under a known yield stress, where a third body has one."""
+        problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
+        _check_force(problem, disc.scales.force)
+        in_passes = self.plan.loops or disc.loading.law is not None
+        settings = self._settings(self._enough_traction(disc, state, in_passes), in_passes)
+        raw = self._tractions(problem, state, settings)
+        if (
+            isinstance(disc.loading.motion, Steady)
+            and disc.loading.slip_difference == "second-order"
+            and not raw.solved
+        ):
+            first = disc.with_loading(
+                motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
             )
+            easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
+            # on elements much longer than wide this is monotone where the slip of second order may not be
+            easy = self._solved(easier, None, settings)
+            again = self._solved(problem, easy, settings) if easy.solved else raw
+            count = raw.iterations + easy.iterations + again.iterations * easy.solved
+            raw = replace(again if again.solved else raw, iterations=count)
+        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+            raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
+        traction, rigid = problem.on_grid(raw.traction, raw.rigid)
+        return replace(
+            state,
+            traction=traction,
+            rigid=rigid,
+            **_answered(state, "tangential", raw),
+        )
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.

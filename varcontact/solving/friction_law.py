@@ -18,7 +18,8 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.residuals import magnitude, project
+from varcontact.discrete.problems import magnitude
+from varcontact.discrete.residuals import project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
 from varcontact.errors import SceneError

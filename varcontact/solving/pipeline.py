@@ -18,8 +18,8 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.discrete.residuals import magnitude, normal_residual, tangential_residual
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem, magnitude
+from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded

@@ -190,6 +190,9 @@ def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
     if not steps and coupling == "newton":
         return NEWTON
     together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
+    hardens = scene.third_body is not None and scene.third_body.k_tau > 0 and isinstance(scene.motion, Steady)
+    if hardens and not (steps or scene.coupled):
+        return NEWTON_TRACTIONS  # passes over the yield stress are many
     many = None if steps else _preset_of_many(scene, together)
     return many or PRESETS["convex" if coupling == "joint" else "auto"]
 
@@ -277,6 +280,8 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
     """Why Newton's method is not for pressure and tractions together; nothing where it is."""
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
+    if scene.third_body is not None and scene.third_body.yields:
+        return "the yield stress of a third body does not follow the pressure"
     if wanted["formulation"] == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"
     solvers = {"normal": plan.normal, "tangential": plan.tangential}

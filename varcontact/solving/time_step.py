@@ -19,6 +19,7 @@ from varcontact.discrete.discretisation import Discretisation, PreviousStep, dis
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
+from varcontact.discrete.stick_slip import arriving
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
@@ -97,7 +98,7 @@ def marching_on(scene: Scene, largest: Scene, grid: Grid, solver: ContactSolver)
     rows, numbers = grid.rows + 2, 8 * 3 * transient(scene).steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
-    return March(scene, replace(disc, operators=Operators(disc.lattice, medium)), solver, columns)
+    return March(scene, replace(disc, operators=Operators(disc.lattice, medium, disc.operators.layer)), solver, columns)
 
 
 def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
@@ -130,14 +131,15 @@ class March:
         if start is None:
             return None
         relaxes, memory = self.scene.bodies.relaxes, start.memory
+        alone = relaxes or start.plastic is not None  # what particles bring along is known on the start's own grid
         if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
             message = "motion.start is no step of a history of these viscoelastic bodies: their past is not known"
             raise SceneError("motion.start", type(start.motion).__name__, "a step of such a history", message=message)
         if same_lattice(start.grid, grid):
             more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
             return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
-        if not motion.interpolate or start.grid.line != grid.line or relaxes:
-            remedy = "" if start.grid.line != grid.line or relaxes else ", or interpolate = True"
+        if not motion.interpolate or start.grid.line != grid.line or alone:
+            remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
             raise SceneError(
                 "motion.start",
                 f"Solution on {_words(start.grid)}",
@@ -186,7 +188,7 @@ class March:
         if before is None:
             return scene, disc.at_step(scene, None)
         fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
-        if before.memory is None and not fields.any():
+        if before.memory is None and before.plastic is None and not fields.any():
             return scene, disc.at_step(scene, None)
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
@@ -195,7 +197,8 @@ class March:
         if before.memory is not None:
             came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
-        return scene, step.with_loading(previous_step=replace(came, friction=remembered(step, before)))
+        came = replace(came, friction=remembered(step, before), plastic=_plastic(step, before))
+        return scene, step.with_loading(previous_step=came)
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
         """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
@@ -308,6 +311,15 @@ def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) ->
     exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
+
+
+def _plastic(step: Discretisation, before: Solution) -> np.ndarray | None:
+    """Plastic displacement and yield stress of a third body (3, ny, nx) that particles bring along, dimensionless."""
+    layer, scales = step.loading.third_body, step.scales
+    if layer is None or before.plastic is None:
+        return None
+    moved = arriving(step, before.plastic[:2], 0.0) / scales.displacement
+    return np.concatenate([moved, arriving(step, before.plastic[2:], layer.tau_c0) / scales.pressure])
 
 
 def _tractions(solution: Solution) -> np.ndarray:

@@ -41,6 +41,8 @@ def why_not(name: str, scene: Scene) -> str:
     """Why a theory of `THEORIES` cannot treat a scene, as the end of a sentence about it; empty where it can."""
     if not isinstance(scene.bodies, Bodies):
         return "it is for half-spaces, and the bodies are none"
+    if scene.third_body is not None:
+        return "it is for bodies that touch, and there is a third body"
     if scene.bodies.coupled:
         return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
     if scene.line or isinstance(scene.surface, SampledDistance):

@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem
-from varcontact.discrete.residuals import magnitude, project, tangential_residual
+from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude
+from varcontact.discrete.residuals import project, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible
@@ -78,6 +78,11 @@ class Equations:
         rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
         jacobian = np.zeros((k + len(free), k + len(free)))
         jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+        if problem.yielding is not None:
+            _, along, direction = flow_of(problem, at)
+            for i, j in np.ndindex(c, c):
+                block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
+                jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
         jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
         slip_rows = np.arange(c * h, k)
         jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
@@ -99,6 +104,8 @@ class Equations:
         H, c, free, shift = np.flatnonzero(self.sticks), problem.components, problem.free, shift_of(problem, at)
         forces = [F / problem.area for F in problem.force if F is not None]
         lacking = np.array(forces) - at.traction[free].sum(axis=1)
+        if problem.yielding is not None:
+            shift = shift + flow_of(problem, at)[0]
         error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
         step = np.zeros(error.size)
         if self.factors is not None:
@@ -120,6 +127,19 @@ def shift_of(problem: TangentialProblem, at: Point) -> np.ndarray:
     """E by the dense matrix, which Newton's method needs anyway, (c, n)."""
     elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
     return elastic + problem.rigid_shift + at.rigid[:, None]
+
+
+def flow_of(problem: TangentialProblem, at: Point) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+    """The plastic shift linearised where the natural map leads, at a point (c, n); its derivatives; its direction."""
+    assert problem.yielding is not None
+    weight = problem.operator.row_size
+    trial = _trial(problem, at)
+    size = magnitude(trial)
+    direction = trial / np.where(size > 0, size, 1.0)
+    image = direction * problem.yielding.sizes(size, weight)
+    (along, across), missing = problem.yielding.tangent(image), at.traction - image
+    turned = across * missing + (along - across) * np.sum(direction * missing, axis=0) * direction
+    return problem.yielding.flow(image) + turned, (along, across), direction
 
 
 def turns(problem: TangentialProblem, sticks: np.ndarray, at: Point) -> tuple[np.ndarray, np.ndarray]:
@@ -157,7 +177,7 @@ def tang(
     if start is not None:
         at = Point(start.traction, start.rigid)
         trial = _trial(problem, at)
-        sticks = magnitude(trial) <= problem.bound
+        sticks = ~problem.slips(trial, problem.operator.row_size)
         at = _on_bound(problem, sticks, at, trial)
     seen: set[bytes] = set()
     best, count, status = start or _better(problem, None, at), 0, "MaxIterations"
@@ -170,7 +190,8 @@ def tang(
             at, steps, solved = _on_areas(problem, sticks, at, enough, deadline)
             count += steps
             beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
-            forward = ~sticks & (np.sum(at.traction * shift_of(problem, at), axis=0) > 0)  # point 5
+            flow = 0.0 if problem.yielding is None else problem.yielding.flow(at.traction)
+            forward = ~sticks & (np.sum(at.traction * (shift_of(problem, at) + flow), axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
                 break
         best = _better(problem, best, at)
@@ -237,7 +258,7 @@ def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterat
             moved, multipliers = splitting.moved(begin, rounds, settings.deadline)
             rigid = at.rigid.copy()
             rigid[problem.free] = multipliers
-            at = Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
+            at = Point(problem.projected(moved.reshape(at.traction.shape), splitting.weight), rigid)
             settings.stats.iterated("splitting", rounds)
         yield at, 0
 
@@ -318,6 +339,8 @@ def _on_areas(
         count, before = count + 1, error
         at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
         shift, (T, across) = shift_of(problem, at), turns(problem, sticks, at)
+        if problem.yielding is not None:
+            shift = shift + problem.yielding.flow(at.traction)
         turned = np.sum(across * shift[:, T], axis=0)
         error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
     return at, count, bool(error < max(enough, ROUNDING))
@@ -331,7 +354,7 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
     while count < max_steps and idle < STALLED and residual > ENOUGH:
         check_time(deadline)
         count += 1
-        sticks = magnitude(trial) <= problem.bound
+        sticks = ~problem.slips(trial, problem.operator.row_size)
         begin = _on_bound(problem, sticks, at, trial)
         if equations is None or not falls or (sticks != equations.sticks).any():
             equations = Equations.of(problem, sticks, begin)
@@ -357,7 +380,7 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
 
 
 def _merit(problem: TangentialProblem, at: Point, trial: np.ndarray) -> float:
-    return float(np.linalg.norm(at.traction - project(trial, problem.bound)))
+    return float(np.linalg.norm(at.traction - problem.projected(trial, problem.operator.row_size)))
 
 
 def _better(problem: TangentialProblem, best: RawSolution | None, at: Point) -> RawSolution:

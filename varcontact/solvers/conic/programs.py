@@ -203,11 +203,12 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rigid = np.zeros(c)
-        rigid[free] = z[height:] * scale * bound.max() / problem.bound.sum()
-        return (x * bound).reshape(c, n), rigid
+        rigid[free] = z[height : height + len(free)] * scale * bound.max() / problem.bound.sum()
+        return (x[: c * n] * bound).reshape(c, n), rigid
 
     cones = [("second_order", 1 + c)] * n + [("zero", len(free))] * bool(free)
-    return ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
+    program = ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
+    return _with_flow(program, problem, of_traction=True)
 
 
 def gap_program(problem: TangentialProblem) -> ConicProgram:
@@ -246,7 +247,8 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
         rigid[free] = x[height : height + len(free)] * scale
         return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + [("zero", len(free))] * bool(free), recover)
+    cones = [("second_order", 1 + c)] * (2 * n) + [("zero", len(free))] * bool(free)
+    return _with_flow(ConicProgram(P, q, A, b, cones, recover), problem, of_traction=True, of_shift=True)
 
 
 def shift_potential(problem: TangentialProblem) -> ConicProgram:
@@ -268,10 +270,65 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rigid = np.zeros(c)
-        rigid[free] = x[height:] * scale
+        rigid[free] = x[height : height + len(free)] * scale
         return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * n, recover)
+    return _with_flow(ConicProgram(P, q, A, b, [("second_order", 1 + c)] * n, recover), problem, of_shift=True)
+
+
+def _with_flow(
+    program: ConicProgram, problem: TangentialProblem, of_traction: bool = False, of_shift: bool = False
+) -> ConicProgram:
+    """The program of a layer that hardens, whose tractions are the first columns, and shifts E in the first cones.
+
+    Of the traction ``s^2/(2 k)``, with ``s + stress >= |p|``. Of the shift a plastic part e comes off, which costs
+    ``stress t + k t^2/2`` with ``t >= |e|``: the least of that and ``g |E - e|`` is the conjugate.
+    """
+    from scipy.sparse import block_diag, bmat, csc_matrix
+
+    if problem.yielding is None:
+        return program
+    n, c, k = problem.size, problem.components, problem.yielding.hardening
+    y = np.flatnonzero(problem.yielding.stress < problem.bound)
+    m, scale, most = y.size, shift_scale(problem), float(problem.bound.max())
+    bound, stress = problem.bound[y], problem.yielding.stress[y]
+    each, vectors = np.arange(m), _cone_rows(m, c)
+    size = m * of_traction + (1 + c) * m * of_shift
+    wide, height = program.A.shape[1], program.b.size
+    below = (1 + c) * m * (of_traction + of_shift)
+    own_rows, own_columns, rows, columns = [], [], [], []
+    squares, costs, level = [], [], []
+    if of_traction:
+        own_rows, own_columns = [(1 + c) * each], [each]
+        rows, columns = [vectors], [(n * np.arange(c)[:, None] + y).ravel()]
+        squares, costs = [bound**2 / (k * scale * most)], [np.zeros(m)]
+        level = [np.stack([stress / bound, *np.zeros((c, m))], axis=1).ravel()]
+    upper = csc_matrix((height, size))
+    if of_shift:
+        first, start = m * of_traction, (1 + c) * m * of_traction
+        own_rows += [start + (1 + c) * each, start + vectors]
+        own_columns += [first + each, first + m + np.arange(c * m)]
+        squares += [np.full(m, k * scale / most), np.zeros(c * m)]
+        costs += [stress / most, np.zeros(c * m)]
+        level += [np.zeros((1 + c) * m)]
+        shifted = np.concatenate([(1 + c) * y + 1 + i for i in range(c)])
+        upper = csc_matrix((np.ones(c * m), (shifted, first + m + np.arange(c * m))), (height, size))
+    left = csc_matrix(_ones_at(rows, columns), (below, wide))
+    return ConicProgram(
+        P=block_diag([program.P, csc_matrix((np.concatenate(squares), 2 * (np.arange(size),)), (size, size))], "csc"),
+        q=np.concatenate([program.q, *costs]),
+        A=bmat([[program.A, upper], [left, csc_matrix(_ones_at(own_rows, own_columns), (below, size))]], "csc"),
+        b=np.concatenate([program.b, *level]),
+        cones=program.cones + [("second_order", 1 + c)] * (m * (of_traction + of_shift)),
+        recover=program.recover,
+    )
+
+
+def _ones_at(rows: list[np.ndarray], columns: list[np.ndarray]) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Entries of -1: a variable that is itself in a cone."""
+    places = (np.concatenate([[], *each]).astype(np.int32) for each in (rows, columns))
+    row, column = places
+    return -np.ones(row.size), (row, column)
 
 
 def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> ConicProgram:
@@ -288,6 +345,7 @@ def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling
     energy = displacement**2 / normal.operator.diagonal
     part = shift_scale(tangential) * tangential.bound.max() / energy  # the programs count energies in their own units
     cross = csc_matrix(coupling * (bound / displacement))
+    cross.resize(cross.shape[0], below.q.size)
     m, rows = normal.distance.size, above.b.size
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

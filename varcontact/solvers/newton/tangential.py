@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
@@ -56,6 +56,7 @@ class TangentialConditions:
     known: np.ndarray
     bound: np.ndarray
     forces: Forces
+    yielding: Yielding | None = None
 
     @cached_property
     def contact(self) -> np.ndarray:
@@ -73,22 +74,26 @@ class TangentialConditions:
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         size = _lengths(trial)
-        beyond = size > self.bound
-        return trial * np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0)
+        most = self.bound if self.yielding is None else np.minimum(self.yielding.sizes(size, 1.0), self.bound)
+        beyond = size > most
+        return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        return self.projected(traction)
+        return replace(self, yielding=None).projected(traction)
 
     def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
         free = list(self.forces.components)
         trial = trial - self.forces.displacement(self.forces.spread(change, len(trial)))
         size = _lengths(trial)
-        beyond = size > self.bound
-        held = np.where(beyond, self.bound, size) * self.contact
-        part = np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0) * self.contact
+        sizes = size if self.yielding is None else self.yielding.sizes(size, 1.0)
+        beyond = sizes > self.bound
+        held = np.where(beyond, self.bound, sizes) * self.contact
+        part = np.where(size > held, held / np.where(size > held, size, 1.0), 1.0) * self.contact
         across = np.array([-trial[1], trial[0]]) / np.where(size > 0, size, 1.0) if len(trial) == 2 else None
         work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
+        if self.yielding is not None:
+            work -= float(np.sum(np.maximum(held - self.yielding.stress, 0.0) ** 2)) / (2 * self.yielding.hardening)
         lacking = self.forces.sums - self.forces.of(part * trial)
         stuck = np.where(beyond, 0.0, part)
         square = 1.0 if self.forces.scale is None else self.forces.scale**2
@@ -102,7 +107,7 @@ class TangentialConditions:
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
     ) -> TangentialSystem:
         size = _lengths(trial)
-        slip = self.contact & (size > self.bound)
+        slip = self.contact & ((size if self.yielding is None else self.yielding.sizes(size, 1.0)) > self.bound)
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
@@ -110,7 +115,29 @@ class TangentialConditions:
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
-        return TangentialSystem(self, right, stick, along, across, held, damping)
+        if self.yielding is None:
+            return TangentialSystem(self, right, stick, along, across, held, damping)
+        image = self.projected(trial)
+        direction = trial / np.where(size > 0, size, 1.0)
+        stiff, turning = (stick * each for each in self.yielding.tangent(image))
+        missing = traction - image
+        flow = stick * self.yielding.flow(image) + turning * missing
+        flow += (stiff - turning) * dot(direction, missing) * direction
+        flows = Flows(*(each.astype(np.float32) for each in (stiff, turning, direction)))
+        return TangentialSystem(self, right - flow, stick, along, across, held, damping, flows)
+
+
+@dataclass(frozen=True, eq=False)
+class Flows:
+    """Derivatives of the plastic shift, along the traction and across it (ny, nx), and its direction (c, ny, nx)."""
+
+    along: np.ndarray
+    across: np.ndarray
+    direction: np.ndarray
+
+    def __call__(self, step: np.ndarray) -> np.ndarray:
+        turned: np.ndarray = (self.along - self.across) * dot(self.direction, step) * self.direction
+        return turned + self.across * step
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +155,7 @@ class TangentialSystem:
     across: np.ndarray
     held: np.ndarray
     damping: float
+    flows: Flows | None = None
 
     @cached_property
     def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -140,6 +168,8 @@ class TangentialSystem:
         stick, along, across, held, own = self._single
         turned = held * dot(across, image) + own * dot(across, step)
         stuck: np.ndarray = image + np.float32(self.damping) * step if self.damping else image
+        if self.flows is not None:
+            stuck = stuck + self.flows(step)
         rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
         return rows
 
@@ -164,10 +194,14 @@ class TangentialSystem:
         """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
         contact, circulant = self.conditions.contact, self.conditions.kernel.circulant
         slip = contact & ~self.stick
+        if self.flows is not None:
+            slip |= self.flows.along > 0
         if not slip.any():
             weights = contact.astype(np.float32)[None]
             return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
         slope = np.where(slip, 1 / self.held - 1, 0.0)
+        if self.flows is not None:
+            slope = slope + np.minimum((self.flows.along + self.flows.across) / 2, STEEP)
         place = int(QUANTILE * (np.count_nonzero(slip) - 1))
         shift = max(float(np.partition(slope[slip], place)[place]), LEAST_SHIFT)
         inverses = np.stack([circulant.stick, circulant.inverse(shift)], axis=1)
@@ -203,12 +237,17 @@ class ScaledTangential:
         load = min(moved, float(problem.bound.max()))
         box, displacement, softening = Box.around(problem.operator), own * load, problem.operator.softening
         sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
+        yielding = problem.yielding
+        if yielding is not None:
+            stress = np.where(box.field(problem.bound) > 0, box.field(yielding.stress) / load, np.inf)
+            yielding = Yielding(stress, yielding.hardening * displacement / load)
         conditions = _scaled(
             kernel_on(problem.operator, box.shape),
             None if softening is None else box.field(softening) / own,
             box.field(problem.rigid_shift) / displacement,
             box.field(problem.bound) / load,
             Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size)),
+            yielding,
         )
         return cls(problem, box, load, displacement, conditions, settings)
 
@@ -217,7 +256,7 @@ class ScaledTangential:
 
         In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
         """
-        if not has_coarser(fine.bound.shape) or np.isinf(self.problem.bound).any():
+        if not has_coarser(fine.bound.shape) or np.isinf(self.problem.bound).any() or fine.yielding is not None:
             return None
         known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.kernel.circulant.rolling else 0.5)
         each = parts(fine.bound.shape)
@@ -279,10 +318,11 @@ def _scaled(
     known: np.ndarray,
     bound: np.ndarray,
     forces: Forces,
+    yielding: Yielding | None = None,
 ) -> TangentialConditions:
     """Conditions whose tractions and displacements are scaled as softened elements count them."""
     if softening is None:
-        return TangentialConditions(of_box, known, bound, forces)
+        return TangentialConditions(of_box, known, bound, forces, yielding)
     softened = SoftenedKernel(of_box, softening.astype(np.float32))
     scale = softened.scale.astype(float)
     return TangentialConditions(softened, known * scale, bound / scale, replace(forces, scale=scale))

@@ -90,6 +90,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
 
 def _why_not(scene: Scene, plan: Plan) -> str:
     """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
+    if scene.third_body is not None:
+        return "it corrects contacts without a third body"
     if scene.motion is None:
         return "it is for tractions, and without a motion there are none: leave refine out"
     if scene.frictionless:

@@ -1,0 +1,248 @@
+"""Third-body layers: one element by hand, CONTACT's results, Carter's problem, limits, and two solvers."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import lqmn
+
+import varcontact as vc
+
+CASES = json.loads((Path(__file__).parents[1] / "data" / "third_body.json").read_text())["cases"]
+BODIES = vc.Bodies(G=82e3, nu=0.28)
+LAYER = vc.ThirdBody(h=0.02, G=820.0, tau_c0=100.0, k_tau=2000.0)
+GRID = vc.Grid(nx=14, ny=14, dx=1.1, dy=1.1, x0=-7.7, y0=-7.7)
+
+
+def ball(motion, layer=LAYER, **changes):
+    return vc.Scene(
+        bodies=BODIES,
+        surface=vc.Paraboloids(625.0, 625.0),
+        normal_force=1e5,
+        friction=0.3,
+        third_body=layer,
+        motion=motion,
+        **{"grid": GRID} | changes,
+    )
+
+
+def one_element(shifts, layer):
+    distance = np.ones((3, 3))
+    distance[1, 1] = 0.0
+    return vc.solve(
+        vc.Scene(
+            bodies=BODIES,
+            surface=vc.SampledDistance(h=distance),
+            normal_force=900.0,
+            friction=0.7,
+            third_body=layer,
+            motion=vc.Transient(steps=len(shifts), dq=0.0, ux=[-shift for shift in shifts]),
+            grid=vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
+        )
+    )
+
+
+def test_element_of_clay_hardens_as_by_hand():
+    steps = one_element([0.04] * 4 + [0.036], clay := vc.ThirdBody(0.02, 106.25, 200.0, 435.0))
+    # Alone an element gives way by 0.001 mm for 84.966015 MPa; with the layer at yield by 1/k more.
+    elastic = 0.001 / 84.96601523936 + clay.compliance
+    expected = [0.04 / elastic]
+    shifts = np.cumsum([0.04, 0.04, 0.04, 0.04, 0.036])[1:]
+    expected += [(shift + 200.0 / 435.0) / (elastic + 1 / 435.0) for shift in shifts]
+    assert np.allclose(steps.force[:, 0], expected, rtol=1e-11)
+    assert [int(step.state[1, 1]) for step in steps] == [1, 3, 3, 3, 3]
+    last = steps[-1].plastic[:, 1, 1]
+    assert np.allclose(last, [(expected[-1] - 200.0) / 435.0, 0.0, expected[-1]], rtol=1e-11)
+    # unloading is elastic, and the next yield begins where the last ended
+    there = one_element([0.08, -0.03, 0.03, 0.01], clay)
+    assert there[1].Fx == pytest.approx(there[0].Fx - 0.03 / elastic, rel=1e-11)
+    assert there[2].Fx == pytest.approx(there[0].Fx, rel=1e-11)
+    assert there[3].Fx == pytest.approx(there[0].Fx + 0.01 / (elastic + 1 / 435.0), rel=1e-11)
+
+
+def test_softening_is_a_history_with_a_warning():
+    steps = one_element([0.04, 0.04, 0.04], soft := vc.ThirdBody(0.02, 106.25, 200.0, -435.0))
+    elastic = 0.001 / 84.96601523936 + soft.compliance
+    expected = [(shift - 200.0 / 435.0) / (elastic - 1 / 435.0) for shift in (0.08, 0.12)]
+    assert np.allclose(steps.force[1:, 0], expected, rtol=1e-8)
+    assert "need not be the only one" in steps.report()
+    with pytest.raises(vc.SceneError, match="history"):
+        ball(vc.Steady(vx=1e-3), soft)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_steady_rolling_is_that_of_contact(case):
+    layer = vc.ThirdBody(case["h"], case["G"], case["tau_c0"] or np.inf, case["k_tau"])
+    n, dx, x0 = case["n"], case["dx"], case["x0"]
+    scene = ball(vc.Steady(vx=case["vx"]), layer, grid=vc.Grid(nx=n, ny=n, dx=dx, dy=dx, x0=x0, y0=x0))
+    sol = vc.solve(scene, normal="norm")
+    assert abs(sol.Fx - case["Fx"]) < 1e-9 * 0.3e5
+    assert "".join(".*SP"[k] for k in sol.state.ravel()) == case["elements"]
+    assert sol.friction_work == pytest.approx(sol.power, rel=1e-9)
+
+
+@pytest.mark.parametrize(("k_tau", "part"), [(4018e3, 0.6562), (123e3, 0.6420), (0.0, 0.5959)])
+def test_carter_with_plasticity(k_tau, part):
+    scene = vc.Scene(
+        bodies=BODIES,
+        surface=vc.Cylinders(500.0),
+        normal_force=178.9,
+        friction=0.5,
+        third_body=vc.ThirdBody(0.0, 82e3, 35.0, k_tau),
+        motion=vc.Steady(vx=-4e-4),
+        grid=vc.Grid(nx=30, dx=0.08, x0=-1.2),
+    )
+    assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
+
+
+def adhesion(compliance, a, terms=60):
+    """Force by creepage of a strip in adhesion: ``L p' - 2 (1 - nu)/(pi G) PV int p/(x - xi) = vx``, p = 0 in front.
+
+    With Legendre's polynomials, whose Cauchy integrals are twice the functions of the second kind.
+    """
+    x, _ = np.polynomial.legendre.leggauss(terms)
+    P = np.polynomial.legendre.Legendre
+    slopes = np.array([[P.basis(n).deriv()(t) for n in range(terms + 1)] for t in x]) / a
+    second = np.array([lqmn(0, terms, t)[0][0] for t in x])
+    system = compliance * slopes - 4 * (1 - BODIES.combined_nu) / (np.pi * BODIES.combined_G) * second
+    system = np.vstack([system, np.ones(terms + 1)])
+    return 2 * a * np.linalg.solve(system, np.append(np.ones(terms), 0.0))[0]
+
+
+@pytest.mark.parametrize("ratio", [0.3, 3.0])
+def test_adhesion_of_a_strip_with_a_layer_converges_to_quadrature(ratio):
+    a = 1.0
+    compliance = ratio * a / BODIES.combined_G
+    exact = adhesion(compliance, a)
+    errors = []
+    for n in (40, 80, 160):
+        scene = vc.Scene(
+            bodies=BODIES,
+            surface=vc.Cylinders(500.0),
+            normal_force=vc.reference.line_contact(500.0, BODIES, a=a).force,
+            friction=1e3,
+            third_body=vc.ThirdBody(compliance * 100.0, 100.0),
+            motion=vc.Steady(vx=1e-6),
+            grid=vc.Grid(nx=n, dx=2 * a / n, x0=-a),
+        )
+        errors.append(vc.solve(scene).Fx / 1e-6 - exact)
+    assert abs(errors[-1]) < 0.01 * abs(exact)
+    assert 0.8 < np.log2(errors[0] / errors[1]) < 1.2 and 0.8 < np.log2(errors[1] / errors[2]) < 1.2
+
+
+def test_limits_of_a_layer():
+    rolling = vc.Steady(vx=2e-3, vy=5e-4)
+    bare = vc.solve(ball(rolling, None)).force
+    off = [np.abs(vc.solve(ball(rolling, vc.ThirdBody(h, 820.0))).force - bare).max() for h in (2e-5, 1e-5)]
+    assert off[0] / off[1] == pytest.approx(2.0, rel=0.02) and off[1] < 1e-3 * np.hypot(*bare)
+    elastic = vc.solve(ball(rolling, vc.ThirdBody(0.02, 820.0))).force
+    strong = vc.solve(ball(rolling, vc.ThirdBody(0.02, 820.0, 1e4, 100.0))).force
+    assert np.allclose(strong, elastic, rtol=1e-9)
+    shift = vc.Shift(ux=0.02, uy=0.004)
+    cap = vc.solve(ball(shift, vc.ThirdBody(0.02, 820.0, 100.0))).force
+    off = [np.abs(vc.solve(ball(shift, vc.ThirdBody(0.02, 820.0, 100.0, k))).force - cap).max() for k in (2.0, 1.0)]
+    assert off[0] / off[1] == pytest.approx(2.0, rel=0.02)
+
+
+@pytest.mark.parametrize("motion", [vc.Shift(ux=0.02, uy=0.004), vc.Shift(Fx=-1.5e4, uy=0.003)])
+@pytest.mark.parametrize("k_tau", [1e5, 500.0])
+def test_programs_newton_and_active_sets_agree(motion, k_tau):
+    scene = ball(motion, replace(LAYER, k_tau=k_tau))
+    found = [vc.solve(scene, tangential=name) for name in ("newton", "tang-safeguarded", "clarabel")]
+    found += [vc.solve(scene, tangential="clarabel", polish=False, formulation="complementary", tol=1e-7)]
+    found += [vc.solve(scene, tangential="clarabel", polish=False, formulation="potential", tol=1e-6)]
+    found += [vc.solve(scene, tangential="clarabel", polish=False, formulation="gap", tol=1e-7)]
+    for sol in found:
+        assert sol.certificate.relative_gap < 1e-8
+        assert np.all(np.abs(sol.force - found[0].force) < 1e-8 * 0.3e5)
+        assert np.all(np.abs(sol.traction - found[0].traction) < 1e-5 * 0.3 * sol.max_pressure)
+    assert {2, 3} <= set(found[0].state.ravel())
+
+
+def test_gap_bounds_the_distance_of_any_tractions():
+    from varcontact.discrete.discretisation import discretise
+    from varcontact.discrete.residuals import gap
+
+    scene = ball(vc.Shift(ux=0.02, uy=0.004))
+    exact = vc.solve(scene, normal="norm")
+    disc = discretise(scene, exact.grid)
+    problem = disc.tangential_problem(exact.pressure / disc.scales.pressure)
+    best = problem.of_grid(exact.traction / disc.scales.pressure, np.zeros(2))[0]
+    rng = np.random.default_rng(1)
+    for size in (1e-8, 1e-4, 1e-1):
+        tried = problem.projected(best + size * rng.normal(size=best.shape), np.inf)
+        apart = (tried - best).ravel()
+        energy = problem.area * float(apart @ problem.operator.matrix @ apart)
+        assert 0 < energy <= gap(problem, tried, np.zeros(2))[0]
+
+
+def test_history_goes_over_into_steady_rolling():
+    grid = vc.Grid(nx=8, ny=8, dx=1.95, dy=1.95, x0=-7.8, y0=-7.8)
+    steady = vc.solve(ball(vc.Steady(vx=3e-3, vy=1e-3, dq=1.4), grid=grid))
+    steps = vc.solve(ball(vc.Transient(steps=60, vx=3e-3, vy=1e-3, dq=1.4), grid=grid))
+    assert np.allclose(steps[-1].force, steady.force, rtol=1e-6)
+    assert np.allclose(steps[-1].plastic, steady.plastic, rtol=1e-5, atol=1e-5 * np.abs(steady.plastic[:2]).max())
+    back = vc.solve(ball(vc.Transient(steps=9, vx=-3e-3, vy=-1e-3, dq=1.4, direction=-1), grid=grid))
+    assert np.allclose(back[-1].force, -steps[8].force, rtol=1e-9)
+
+
+def test_units_do_not_matter():
+    mm = vc.solve(ball(vc.Steady(vx=3e-3, spin=1e-4)))
+    layer = vc.ThirdBody(h=2e-5, G=820e6, tau_c0=100e6, k_tau=2000e9)
+    metre = vc.Scene(
+        bodies=vc.Bodies(G=82e9, nu=0.28),
+        surface=vc.Paraboloids(0.625, 0.625),
+        normal_force=1e5,
+        friction=0.3,
+        third_body=layer,
+        motion=vc.Steady(vx=3e-3, spin=0.1),
+        grid=vc.Grid(nx=14, ny=14, dx=1.1e-3, dy=1.1e-3, x0=-7.7e-3, y0=-7.7e-3),
+    )
+    assert np.allclose(vc.solve(metre).force, mm.force, rtol=1e-7)
+
+
+def test_files_keep_the_layer_and_what_it_has_flowed(tmp_path):
+    for scene in (ball(vc.Steady(vx=3e-3)), ball(vc.Transient(steps=4, vx=4e-3, dq=1.3))):
+        found = vc.solve(scene)
+        found.save(tmp_path / "layer.nc", overwrite=True)
+        again = vc.load(tmp_path / "layer.nc")
+        last, stored = (found, again) if isinstance(found, vc.Solution) else (found[-1], again[-1])
+        assert stored.scene.third_body == LAYER and not stored.note
+        assert np.array_equal(stored.plastic, last.plastic) and np.array_equal(stored.state, last.state)
+        assert stored.elements["plastic"] == np.sum(last.state == 3) > 0
+        assert "plastic" in stored.report()
+    scene.save(tmp_path / "layer.toml")
+    assert vc.read_scene(tmp_path / "layer.toml")[0].third_body == LAYER
+
+
+def test_unlike_bodies_by_two_couplings():
+    wide = vc.Grid(nx=14, ny=14, dx=1.3, dy=1.3, x0=-9.1, y0=-9.1)
+    scene = replace(ball(vc.Shift(ux=0.02), grid=wide), bodies=vc.Bodies((82e3, 30e3), (0.28, 0.35)))
+    turns = vc.solve(scene, coupling="panagiotopoulos")
+    joint = vc.solve(scene, coupling="joint", tangential="clarabel")
+    assert np.all(np.abs(turns.force - joint.force) < 1e-7 * 0.3e5)
+
+
+@pytest.mark.parametrize(
+    ("entries", "name"),
+    [
+        ({"h": -1.0, "G": 1.0}, "h"),
+        ({"h": 1.0, "G": 0.0}, "G"),
+        ({"h": 1.0, "G": 1.0, "tau_c0": -5.0}, "tau_c0"),
+        ({"h": 1.0, "G": 1.0, "k_tau": 5.0}, "k_tau"),
+    ],
+)
+def test_layers_that_cannot_be(entries, name):
+    with pytest.raises(vc.SceneError, match=f"third_body.{name}"):
+        vc.ThirdBody(**entries)
+
+
+def test_layers_where_they_do_not_belong():
+    with pytest.raises(vc.SceneError, match="friction"):
+        replace(ball(vc.Shift(ux=0.1)), friction=np.inf)
+    with pytest.raises(vc.SceneError, match="third body"):
+        vc.solve(ball(vc.Steady(vx=1e-3)), tangential="vermeulen-johnson")
+    with pytest.raises(vc.SceneError, match="third_body"):
+        vc.solve(ball(vc.Steady(vx=1e-3), grid="auto"), accuracy=0.01)
