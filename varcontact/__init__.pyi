@@ -47,6 +47,7 @@ from .solving.verify import load
 from .study.compare import Comparison, compare
 from .study.converge import converge
 from .study.convergence import Convergence
+from .study.many import solve_many
 from .study.references import ContinuumValues, Reference, continuum_values, references
 from .study.scan import creep_curve, scan
 from .study.sweep import Standing, read_sweep, sweep
@@ -134,6 +135,7 @@ __all__ = [
     "references",
     "scan",
     "solve",
+    "solve_many",
     "standard_bank",
     "stress",
     "stress_below",

@@ -262,6 +262,24 @@ def hertz(
     return _contact(a, b, Rx, Ry, bodies, force, approach)
 
 
+def semi_axes(
+    Rx: np.ndarray, Ry: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Semi-axes along x and y of many contacts at once, as of `hertz`, with combined constants G and nu."""
+    from scipy.special import elliprd, elliprg
+
+    log_radii = np.abs(np.log(Rx / Ry))
+    log_ratio, change = -0.5 * log_radii, 1.0
+    while change > 4 * np.finfo(float).eps * (1 + log_radii.max()):  # contracts by a third or more
+        k2 = np.exp(2 * log_ratio)
+        new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
+        change, log_ratio = np.abs(new - log_ratio).max(), np.minimum(new, 0.0)
+    ratio = np.exp(log_ratio)
+    E, curvature = 2 * elliprg(0, ratio**2, 1), 0.5 / Rx + 0.5 / Ry
+    minor = (3 * (1 - nu) / (2 * math.pi * G) * force * E * ratio / curvature) ** (1 / 3)
+    return np.where(Rx <= Ry, minor, minor / ratio), np.where(Rx <= Ry, minor / ratio, minor)
+
+
 def hertz_ellipse(
     a: float, b: float, bodies: CombinedConstants, *, force: float | None = None, approach: float | None = None
 ) -> HertzContact:

@@ -162,16 +162,22 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     return ErrorEstimate(best, errors, how, solves, target.accuracy, target.time_budget, fine.values, bars)
 
 
+def coarsest(line: bool, accuracy: float | None, part: float = FLOOR_PART) -> int:
+    """Elements across on the first grid, with which the floor takes a part of the accuracy on the third one."""
+    n = FIRST_IN_LINE if line else FIRST
+    if accuracy is None:
+        return n
+    return max(n, math.ceil((FLOOR / (part * accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
+
+
 def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
     """Elements across on the first grid: on the last of three the floor is half of the accuracy.
 
     Where that does not fit, as many as the floor allows at all; refused if these do not fit.
     """
-    n = last = 0.0
+    last = 0.0
     for part in (FLOOR_PART, 1.0):
-        n = FIRST_IN_LINE if scene.line else FIRST
-        if target.accuracy is not None:
-            n = max(n, math.ceil((FLOOR / (part * target.accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
+        n = coarsest(scene.line, target.accuracy, part)
         last = n * RATIO ** (GRIDS - 1)
         if _fits(scene, options, last):
             return n

@@ -1,0 +1,225 @@
+"""Thousands of contacts at once: every scene as `solve` has it, whatever stands beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.elasticity.operators import edge_compliance, influence_operator
+from varcontact.reference.hertz import hertz, semi_axes
+from varcontact.scene.grid import Grid
+from varcontact.solvers.batched.newton import solve_batch
+from varcontact.solvers.batched.problem import BatchedProblem
+
+KINDS = ("steady", "second-order", "forces", "force", "shift", "shift by force", "line")
+
+
+def scene(kind, rng, grid="auto", unit=1.0):
+    """A Hertzian contact of any shape, stiffness and size, from nearly full adhesion to full slip."""
+    G, length = np.exp(rng.uniform(0, 20)) * unit, np.exp(rng.uniform(-5, 5)) * unit
+    ratio, friction = np.exp(rng.uniform(-1, 1)), rng.uniform(0.05, 0.6)
+    load = rng.uniform(0.5e-3, 2e-3) * G * length**2
+    limit, v = friction * load, rng.normal(size=3) * np.exp(rng.uniform(-3, 1)) * friction * 5e-4
+    part = rng.uniform(-0.6, 0.6, size=2) * limit
+    surface = vc.Paraboloids(ratio * length, length / ratio)
+    if kind == "line":
+        surface, load, v = vc.Cylinders(length), load / length, 20 * v
+    elif rng.uniform() < 0.5:
+        surface = vc.Ellipse(0.1 * ratio * length, 0.1 * length / ratio)
+    motion = {
+        "steady": vc.Steady(vx=v[0], vy=v[1], spin=v[2] / length),
+        "second-order": vc.Steady(vx=v[0], vy=v[1], spin=v[2] / length).second_order(),
+        "forces": vc.Steady(Fx=part[0], Fy=part[1], spin=0.1 * v[2] / length),
+        "force": vc.Steady(vx=v[0], Fy=part[1], spin=v[2] / length),
+        "shift": vc.Shift(ux=v[0] * length, uy=v[1] * length, rotation=v[2]),
+        "shift by force": vc.Shift(Fx=part[0], uy=v[1] * length),
+        "line": vc.Steady(vx=v[0], vy=v[1]),
+    }[kind]
+    bodies = vc.Bodies(G, rng.uniform(0, 0.5))
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=load, friction=friction, motion=motion, grid=grid)
+
+
+def check_same(found, i, sol):
+    """Forces and moment by f Fz, creepages by the largest of them."""
+    limit, (dx, _) = sol.scene.friction * sol.normal_force, sol.grid.sides
+    assert abs(float(found.Fx[i]) - sol.Fx) < 1e-8 * limit
+    assert abs(float(found.Fy[i]) - sol.Fy) < 1e-8 * limit
+    if not sol.grid.line:
+        assert abs(float(found.Mz[i]) - sol.Mz) < 1e-8 * limit * dx * sol.grid.nx
+    np.testing.assert_allclose(
+        [found.vx[i], found.vy[i]], [sol.vx, sol.vy], rtol=0, atol=3e-8 * abs(sol.vx) + abs(sol.vy) * 3e-8
+    )
+    assert float(found.normal_force[i]) == pytest.approx(sol.normal_force)
+
+
+@pytest.mark.parametrize("edge", ["centres", "touched", "softened"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_scenes_on_a_grid(kind, edge):
+    if edge == "softened" and "shift" in kind:
+        return
+    rng = np.random.default_rng(KINDS.index(kind))
+    nx, ny = (int(n) for n in rng.integers(5, 19, size=2))
+    grid = vc.Grid(nx=nx, ny=None if kind == "line" else ny, edge=edge)
+    scenes = [scene(kind, rng, grid) for _ in range(5)]
+    found = vc.solve_many(scenes)
+    assert set(found.by.values) == {"batched"}
+    assert found.ok.all()
+    assert found.residual.max() <= 1e-8
+    assert found.gap.max() <= 1e-8
+    for i, each in enumerate(scenes):
+        check_same(found, i, vc.solve(each))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "second-order"])
+def test_scenes_to_an_accuracy_have_the_values_and_bars_of_solve(kind):
+    rng = np.random.default_rng(20 + KINDS.index(kind))
+    scenes = [scene(kind, rng) for _ in range(3)]
+    found = vc.solve_many(scenes, accuracy=0.03)
+    assert set(found.by.values) == {"batched"}
+    for i, each in enumerate(scenes):
+        sol = vc.solve(each, accuracy=0.03)
+        limit = each.friction * sol.normal_force
+        np.testing.assert_allclose([found.Fx[i], found.Fy[i]], sol.force, rtol=0, atol=1e-5 * limit)
+        for name, bar in sol.error_estimate.bars.items():
+            name = {"ux": "vx", "uy": "vy"}.get(name, name)
+            assert float(found[f"{name}_error"][i]) == pytest.approx(bar, rel=3e-3)
+
+
+def test_neighbours_order_and_units_change_nothing():
+    rng, grid = np.random.default_rng(1), vc.Grid(nx=9, ny=12)
+    scenes = [scene(KINDS[i % 4], rng, grid) for i in range(60)]
+    together = vc.solve_many(scenes)
+    limit = np.array([each.friction * each.normal_force for each in scenes])
+    order = rng.permutation(60)
+    shuffled = vc.solve_many([scenes[i] for i in order])
+    np.testing.assert_allclose(shuffled.Fx / limit[order], (together.Fx / limit)[order], rtol=0, atol=2e-8)
+    alone = vc.solve_many(scenes[7:8])
+    assert float(alone.Mz[0]) == pytest.approx(float(together.Mz[7]), abs=2e-8 * limit[7])
+    one, other = (scene("forces", np.random.default_rng(2), grid, unit) for unit in (1.0, 1e3))
+    found = vc.solve_many([one, other])
+    np.testing.assert_allclose(found.vx[1], found.vx[0], rtol=1e-7)
+
+
+def test_what_fits_no_batch_is_solved_by_itself():
+    rng, grid = np.random.default_rng(3), vc.Grid(nx=8, ny=8)
+    plain = scene("steady", rng, grid)
+    x = np.linspace(-1, 1, 41) * 0.2
+    sampled = vc.SampledDistance(x[None, :] ** 2 + x[:, None] ** 2, x=x, y=x)
+    others = [
+        replace(plain, friction=0.0),
+        replace(plain, friction=np.inf),
+        replace(plain, motion=None),
+        replace(plain, motion=replace(plain.motion, dq=plain.hertz.a / 3)),
+        replace(
+            plain, bodies=vc.Bodies(G=(1.0, 2.0), nu=(0.0, 0.4)), surface=vc.Paraboloids(1.0, 1.0), normal_force=1e-3
+        ),
+        replace(plain, friction=vc.StaticKinetic(0.4, 0.3)),
+        replace(plain, bodies=vc.Bodies(1.0, 0.3), surface=sampled, normal_force=1e-3),
+    ]
+    found = vc.solve_many([plain, *others])
+    assert list(found.by.values) == ["batched", *["solve"] * len(others)]
+    assert found.ok.all()
+    for i, each in enumerate(others, 1):
+        sol = vc.solve(each)
+        assert float(found.Fx[i]) == pytest.approx(sol.Fx, rel=1e-9, abs=1e-12)
+        assert float(found.normal_force[i]) == pytest.approx(sol.normal_force)
+
+
+def test_a_bad_scene_is_named_and_the_others_are_solved():
+    rng, grid = np.random.default_rng(4), vc.Grid(nx=8, ny=8)
+    scenes = [scene("steady", rng, grid) for _ in range(5)]
+    limit = scenes[3].friction * scenes[3].normal_force
+    scenes[3] = replace(scenes[3], motion=vc.Steady(Fx=1.2 * limit))
+    with pytest.raises(vc.Saturated, match=r"scenes\[3\]: motion"):
+        vc.solve_many(scenes)
+    found = vc.solve_many(scenes, failures="keep")
+    assert list(found.ok.values) == [True, True, True, False, True]
+    assert np.isnan(found.Fx[3])
+    assert "cannot be carried" in str(found.message[3].values)
+    good = vc.solve_many([*scenes[:3], scenes[4]])
+    np.testing.assert_array_equal(good.Fx, found.Fx[[0, 1, 2, 4]])
+
+
+@pytest.mark.parametrize(
+    ("scenes", "options", "field"),
+    [
+        ([], {}, "scenes"),
+        (3, {}, "scenes"),
+        (["scene"], {}, r"scenes\[0\]"),
+        ("one", {"failures": "ignore"}, "failures"),
+        ("one", {"accuracy": -1.0}, "accuracy"),
+        ("one", {"tol": 0.0}, "tol"),
+        ("auto", {"fields": True}, "fields"),
+    ],
+)
+def test_bad_input(scenes, options, field):
+    grid = "auto" if scenes == "auto" else vc.Grid(nx=8, ny=8)
+    given = [scene("steady", np.random.default_rng(5), grid)] if isinstance(scenes, str) else scenes
+    with pytest.raises(vc.SceneError, match=field):
+        vc.solve_many(given, **options)
+
+
+def test_histories_are_for_solve():
+    rolling = scene("steady", np.random.default_rng(6), vc.Grid(nx=8, ny=8))
+    with pytest.raises(vc.SceneError, match=r"scenes\[0\]"):
+        vc.solve_many([replace(rolling, motion=vc.Transient(steps=2, vx=1e-3))])
+
+
+def test_no_creepage_no_force():
+    still = replace(scene("steady", np.random.default_rng(7), vc.Grid(nx=8, ny=8)), motion=vc.Steady())
+    found = vc.solve_many([still])
+    assert found.ok.all()
+    assert float(found.Fx[0]) == float(found.Fy[0]) == float(found.residual[0]) == 0.0
+
+
+def test_a_warm_start_ends_at_the_same_tractions():
+    rng, grid = np.random.default_rng(8), vc.Grid(nx=16, ny=16, edge="softened")
+    scenes = [scene(kind, rng, grid) for kind in ("steady", "forces") for _ in range(3)]
+    before = vc.solve_many(scenes, fields=True)
+    later = [replace(each, normal_force=1.02 * each.normal_force) for each in scenes]
+    cold, warm = vc.solve_many(later, fields=True), vc.solve_many(later, fields=True, start=before)
+    most = cold.traction_bound.max(("y", "x"))
+    np.testing.assert_allclose(warm.traction / most, cold.traction / most, rtol=0, atol=1e-6)
+    sol = vc.solve(later[0])
+    np.testing.assert_allclose(cold.traction[0], sol.traction, rtol=0, atol=1e-7 * float(most[0]))
+    np.testing.assert_allclose(cold.traction_bound[0], sol.traction_bound, rtol=1e-12, atol=1e-12 * float(most[0]))
+    np.testing.assert_allclose(cold.x_centre[0], sol.grid.x, rtol=1e-12)
+
+
+@pytest.mark.parametrize("difference", ["first-order", "second-order", None])
+def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
+    """Coulomb's law of the problem as the influence operator of the package poses it."""
+    rng = np.random.default_rng(9)
+    ny, nx, n = 11, 17, 4
+    dx, dy, nu = rng.uniform(0.1, 0.3, n), rng.uniform(0.1, 0.3, n), rng.uniform(0, 0.5, n)
+    bound = np.exp(0.5 * rng.normal(size=(ny, nx, n))) * (rng.uniform(size=(ny, nx, n)) < 0.6)
+    shift, covered = 0.1 * rng.normal(size=(2, 1, 1, n)) + np.zeros((2, ny, nx, n)), rng.uniform(0.3, 1.0, (ny, nx))
+    compliance = edge_compliance(covered)
+    force = np.full((2, n), np.nan)
+    force[0, 0] = 0.3 * bound[..., 0].sum()
+    shift[0, ..., 0] = 0.0
+    found = solve_batch(BatchedProblem(dx, dy, nu, shift, bound, force, difference, compliance=compliance), 1e-9)
+    assert found.converged.all()
+    for i in range(n):
+        grid = Grid(nx=nx, ny=ny, dx=dx[i], dy=dy[i], x0=0.0, y0=0.0)
+        lag = {} if difference is None else {"lag": dx[i], "difference": difference}
+        operator = influence_operator(grid, "xy", "xy", nu=nu[i], **lag)
+        p = found.traction[..., i]
+        own = np.array([operator.table[c, c, ny - 1, nx - 1] for c in (0, 1)])[:, None, None]
+        E = shift[..., i] + found.rigid[:, i, None, None] + operator.apply(p) + own * compliance * p
+        size, slip = np.hypot(*p), np.hypot(*E)
+        assert (size <= bound[..., i] * (1 + 1e-12)).all()
+        assert np.sum(bound[..., i] * slip + np.sum(p * E, axis=0)) < 1e-8 * np.sum(bound[..., i] * slip.max())
+    assert found.traction[0, ..., 0].sum() == pytest.approx(force[0, 0], rel=1e-8)
+
+
+def test_semi_axes_are_those_of_hertz():
+    rng = np.random.default_rng(10)
+    Rx, Ry = np.exp(rng.uniform(-8, 8, (2, 40)))
+    Rx[0] = Ry[0]
+    G, nu, force = np.exp(rng.uniform(-3, 3, 40)), rng.uniform(0, 0.5, 40), np.exp(rng.uniform(-9, 0, 40))
+    a, b = semi_axes(Rx, Ry, G, nu, force)
+    for i in range(40):
+        one = hertz(Rx[i], Ry[i], vc.Bodies(G[i], nu[i]), force=force[i])
+        assert (a[i], b[i]) == (pytest.approx(one.a, rel=1e-12), pytest.approx(one.b, rel=1e-12))

@@ -1,0 +1,1 @@
+"""Many small tangential problems at once, by a batched Newton method."""

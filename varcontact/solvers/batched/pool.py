@@ -1,0 +1,110 @@
+"""The problems in work, their natural maps and linear systems: arrays whose last axis is the problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """The problems in work, each in its own units: tractions by the largest bound, shifts by an element's own."""
+
+    ids: np.ndarray
+    load: np.ndarray  # traction and shift that count as one
+    unit: np.ndarray
+    symbol: np.ndarray  # of the influence numbers, (3, Ky, Kx, n)
+    symbol32: np.ndarray
+    own: np.ndarray  # influence of elements on themselves, (2, n)
+    windowed: np.ndarray  # symbol of the preconditioner
+    stick_inverse: np.ndarray
+    stick_inverse_turned: np.ndarray
+    row_size: np.ndarray
+    rigid_shift: np.ndarray
+    bound: np.ndarray
+    force: np.ndarray
+    free: np.ndarray  # 1 where a force is prescribed, (2, n)
+    per_element: np.ndarray  # 1/sqrt(elements in contact)
+    traction: np.ndarray
+    shift: np.ndarray
+    rigid: np.ndarray
+    damping: np.ndarray
+    rounding: np.ndarray
+    steps: np.ndarray
+
+    @property
+    def size(self) -> int:
+        return len(self.ids)
+
+    def where(self, mask: np.ndarray) -> Pool:
+        """Those that stay."""
+        return Pool(*(np.compress(mask, getattr(self, each.name), axis=-1) for each in fields(self)))
+
+    def joined(self, other: Pool) -> Pool:
+        """With others behind."""
+        return Pool(*(np.concatenate([getattr(each, f.name) for each in (self, other)], -1) for f in fields(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalMap:
+    """Trial tractions ``p - E``, their lengths, forces lacking; of each problem the residual, its norm, the scale."""
+
+    trial: np.ndarray
+    length: np.ndarray
+    lacking: np.ndarray
+    residual: np.ndarray
+    merit: np.ndarray
+    size: np.ndarray
+
+    def where(self, mask: np.ndarray) -> NaturalMap:
+        return NaturalMap(*(np.compress(mask, getattr(self, each.name), axis=-1) for each in fields(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Newton's equations of all problems, in single precision: symmetric 2 x 2 matrices (xx, xy, yy) by element."""
+
+    free: np.ndarray  # projection on what is not along slipping tractions
+    along: np.ndarray
+    own: np.ndarray
+    weights: tuple[np.ndarray, np.ndarray]
+    inverse: tuple[np.ndarray, np.ndarray]
+    slip: np.ndarray
+    normal: np.ndarray
+    across: np.ndarray
+    right: np.ndarray
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    found: np.ndarray = a[0] * b[0] + a[1] * b[1]
+    return found
+
+
+def length_of(a: np.ndarray) -> np.ndarray:
+    found: np.ndarray = np.sqrt(dot(a, a))
+    return found
+
+
+def inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("nb,nb->b", a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1]))
+
+
+def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Symmetric 2 x 2 matrices (xx, xy, yy) times vectors, by element."""
+    found = matrix[::2] * vector
+    found += matrix[1] * vector[::-1]
+    return found
+
+
+def inverse_of(symbol: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inverse (xx, yy, xy) of a symmetric symbol plus a shift: its real part, its imaginary part with both signs."""
+    xx, xy, yy = symbol[0] + shift, symbol[1], symbol[2] + shift
+    determinant = 1 / (xx * yy + xy * xy)  # that of xy has a factor i
+    found = np.stack([yy * determinant, xx * determinant, 1j * xy * determinant])[:, :, None]
+    return found.real.astype(np.float32), np.concatenate([-found.imag, found.imag], 2).astype(np.float32)
+
+
+def projected(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    found: np.ndarray = traction * np.minimum(1.0, bound / np.maximum(length_of(traction), 1e-30))
+    return found

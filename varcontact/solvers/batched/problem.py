@@ -1,0 +1,118 @@
+"""Tangential problems of one shape, with the problem as the last axis of every array, and their solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.elasticity.operators import DIFFERENCES
+
+
+@dataclass(frozen=True, eq=False)
+class BatchedProblem:
+    """Tangential problems of like half-spaces, dimensionless with G = 1; n problems on (ny, nx) elements.
+
+    Attributes
+    ----------
+    dx, dy, nu : ndarray, shape (n,)
+        Sides of the elements, the strips' width in line contact, and Poisson's ratio.
+    rigid_shift : ndarray, shape (2, ny, nx, n)
+        W: of components whose force is prescribed, without what is unknown of it.
+    bound : ndarray, shape (ny, nx, n)
+        Traction bound, zero out of contact.
+    force : ndarray, shape (2, n)
+        Prescribed sums of the tractions over the elements; NaN where the rigid shift is given.
+    difference : str or None
+        Difference over a step of rolling by one element, see `DIFFERENCES`; None in a shift.
+    line : bool
+        Line contact, ny = 1.
+    compliance : ndarray, shape (ny, nx), optional
+        Of softened edges, by the element's own influence.
+    """
+
+    dx: np.ndarray
+    dy: np.ndarray
+    nu: np.ndarray
+    rigid_shift: np.ndarray
+    bound: np.ndarray
+    force: np.ndarray
+    difference: str | None = "first-order"
+    line: bool = False
+    compliance: np.ndarray | None = None
+
+    @property
+    def steps_ahead(self) -> tuple[tuple[int, float], ...]:
+        """Points of the difference, in elements ahead, and their weights."""
+        return ((0, 1.0),) if self.difference is None else DIFFERENCES[self.difference]
+
+    def coarser(self) -> BatchedProblem:
+        """With elements twice as large, and a step of rolling that is so, too."""
+        times = 1.0 if self.difference is None else 2.0
+        shift, bound = times * halved(self.rigid_shift), halved(self.bound)
+        parts, dy = (2, self.dy) if self.line else (4, 2 * self.dy)
+        return replace(
+            self, dx=2 * self.dx, dy=dy, rigid_shift=shift, bound=bound, force=self.force / parts, compliance=None
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class BatchedSolution:
+    """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
+
+    The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
+    """
+
+    traction: np.ndarray
+    rigid: np.ndarray
+    residual: np.ndarray
+    relative_gap: np.ndarray
+    converged: np.ndarray
+    iterations: np.ndarray
+
+
+def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
+    """``pi G A/dx`` of xx, xy and yy by offset from 0 to ny - 1 and to `columns` - 1 elements: (3, ny, columns, n).
+
+    Closed forms (217) as differences over corners, of strips over ends: on few elements nothing cancels that counts.
+    """
+    x = (np.arange(columns + 1) - 0.5)[:, None]
+    nu = problem.nu
+    if problem.line:
+        log = -np.diff(x * np.log(np.abs(x)) - x, axis=0)[None]
+        return np.stack([2 * (1 - nu) * log, 0 * nu * log, 2 * log + 0 * nu])
+    y = (np.arange(problem.bound.shape[0] + 1) - 0.5)[:, None, None] * (problem.dy / problem.dx)
+    R = np.sqrt(x * x + y * y)
+    first, second, mixed = (np.diff(np.diff(f, axis=0), axis=1) for f in (y * np.log(x + R), x * np.log(y + R), R))
+    return np.stack([first + (1 - nu) * second, -nu * mixed, second + (1 - nu) * first])
+
+
+def halved(field: np.ndarray) -> np.ndarray:
+    """Means of 2 x 2 elements (2 in line contact), with zeros beyond an odd end."""
+    for axis in (-3, -2):
+        if field.shape[axis] == 1:
+            continue
+        ends = [(0, 0)] * field.ndim
+        ends[axis] = (0, field.shape[axis] % 2)
+        field = np.pad(field, ends)
+        field = (np.moveaxis(field, axis, 0)[::2] + np.moveaxis(field, axis, 0)[1::2]) / 2
+        field = np.moveaxis(field, 0, axis)
+    return field
+
+
+def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Linear interpolation on elements half as large, over the elements in contact only."""
+
+    def finer(values: np.ndarray) -> np.ndarray:
+        for axis in (-3, -2):
+            if shape[axis + 3] == 1:
+                continue
+            moved = np.moveaxis(values, axis, 0)
+            around = np.concatenate([0 * moved[:1], moved, 0 * moved[:1]])
+            pairs = [0.75 * moved + 0.25 * around[:-2], 0.75 * moved + 0.25 * around[2:]]
+            values = np.moveaxis(np.stack(pairs, 1).reshape(-1, *moved.shape[1:]), 0, axis)
+        return values[..., : shape[0], : shape[1], :]
+
+    weight = finer(contact.astype(float))
+    found: np.ndarray = finer(field * contact) / np.maximum(weight, 1e-9)
+    return found
