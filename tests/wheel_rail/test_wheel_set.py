@@ -11,6 +11,7 @@ from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, manchester,
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.wheel_rail import (
+    FrictionByAngle,
     Irregularity,
     Position,
     Velocity,
@@ -127,6 +128,22 @@ def test_rails_that_yield():
         moved = getattr(found.track, wheel.case.side)
         assert [40e3 * moved.y, 80e3 * moved.z] == pytest.approx(wheel.force[1:], abs=0.5)
     assert found.z - stiff.z == pytest.approx(1.0, abs=0.01)
+
+
+def test_friction_by_region_and_by_side():
+    """As everywhere where all coefficients are one; on a lubricated gauge face, tractions within its cone alone."""
+    plain = wheel_set(8.0, 0.004).solve()
+    alike = wheel_set(8.0, 0.004, friction=(0.3, FrictionByAngle((-0.1, 0.5), (0.3, 0.3)))).solve()
+    assert alike.right.force == pytest.approx(plain.right.force, rel=1e-9)
+    face = FrictionByAngle.regions(tread=0.3, gauge_corner=0.2, gauge_face=0.1)
+    found = wheel_set(8.0, 0.004, friction=(0.3, face)).solve()
+    (each,) = found.right.patches
+    pressure = each.solution.pressure
+    bound = np.asarray(each.solution.scene.friction) * pressure
+    assert (np.hypot(*each.solution.traction) <= bound * (1 + 1e-9) + 1e-9 * pressure.max()).all()
+    used = float(np.hypot(*each.force[:2]) / each.normal_force)
+    assert used < 0.6 * np.hypot(*plain.right.patches[0].force[:2]) / plain.right.patches[0].normal_force
+    assert np.all(np.diff(np.asarray(each.solution.scene.friction)[:, 0]) >= 0)  # the track side is the steeper one
 
 
 def test_gravitational_stiffness_of_circles():

@@ -4,6 +4,7 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in rad
 """
 
 from varcontact.wheel_rail.contact_input import read_contact_input
+from varcontact.wheel_rail.damage import Shakedown, shakedown, wear_down, worn_profile
 from varcontact.wheel_rail.geometry_table import (
     GeometryTable,
     WheelSetForces,
@@ -12,21 +13,25 @@ from varcontact.wheel_rail.geometry_table import (
     rolling_radius_difference,
 )
 from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.result import Archard, PatchSolution, PatchWear, Wear, WheelRailSolution, wear
+from varcontact.wheel_rail.regions import FrictionByAngle
+from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.track import Irregularity, Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap, british_rail_wear, fatigue_damage, sheffield_wear
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 __all__ = [
     "Archard",
+    "ArchardMap",
     "CoarseElements",
     "ConformalContact",
     "ContactPatch",
     "FastPatch",
     "FastWheel",
+    "FrictionByAngle",
     "GeometryTable",
     "Irregularity",
     "PatchSolution",
@@ -34,6 +39,7 @@ __all__ = [
     "Position",
     "Profile",
     "RoughProfile",
+    "Shakedown",
     "Track",
     "Velocity",
     "Wear",
@@ -43,9 +49,15 @@ __all__ = [
     "WheelSetForces",
     "WheelSetOnTrack",
     "WheelSetSolution",
+    "british_rail_wear",
     "equivalent_conicity",
+    "fatigue_damage",
     "geometry_table",
     "read_contact_input",
     "rolling_radius_difference",
+    "shakedown",
+    "sheffield_wear",
     "wear",
+    "wear_down",
+    "worn_profile",
 ]

@@ -21,8 +21,9 @@ from varcontact.scene.friction import LAWS
 from varcontact.study.csv_table import Table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
-from varcontact.wheel_rail.result import Archard, PatchWear, WheelRailSolution, wear
+from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
 from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wear_laws import Archard
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 if TYPE_CHECKING:

@@ -33,6 +33,8 @@ SIDEWAYS = 0.1
 """Unit of the lateral displacement [mm]."""
 WALK = 1.0
 """Step of the lateral displacement in the search for two positions with the balance between them [mm]."""
+FACTORS = 1.0, 0.1
+"""First steps of the search by the fast way, one after the other where it fails."""
 ROUGH = 0.02
 """Largest imbalance of the fast way."""
 NEAR = 1e-4
@@ -281,16 +283,18 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     x = np.zeros(len(balance.names)) if start is None else start
     if not x.size:
         return x
-    options = {"factor": 1.0, "xtol": 1e-12, "eps": STEP**2}
     words = f"no balance was found at y = {balance.case.position.y:.4g} mm, where a wheel may climb, fall or be wedged"
-    try:
-        found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), x, options=options)
-    except (NoContact, SceneError) as error:
-        raise NotConverged(f"{words}: {error}", math.nan) from None
-    missed = float(np.abs(found.fun).max())
-    if missed > ROUGH:
-        raise NotConverged(words, missed)
-    return np.asarray(found.x)
+    missed, why = math.inf, ""
+    for factor in FACTORS:
+        options = {"factor": factor, "xtol": 1e-12, "eps": STEP**2}
+        try:
+            found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), x, options=options)
+            missed = float(np.abs(found.fun).max())
+        except (NoContact, SceneError) as error:
+            why = f": {error}"
+        if missed <= ROUGH:
+            return np.asarray(found.x)
+    raise NotConverged(words if np.isfinite(missed) else words + why, missed)
 
 
 def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _Balance:

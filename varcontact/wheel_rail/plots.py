@@ -10,6 +10,7 @@ from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
+from varcontact.wheel_rail.wear_laws import Archard
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -163,7 +164,8 @@ def plot_wear(worn: Wear) -> Figure:
                 title=f"Patch {i + 1}: T-gamma {each.t_gamma:.4g} N, {each.power:.4g} W",
             )
             if each.archard is not None:
-                ax, law = axes[columns * i + 1], f"k = {each.archard.k:.3g}, H = {each.archard.hardness:.4g} N/mm²"
+                ax, law = axes[columns * i + 1], f"H = {each.archard.hardness:.4g} N/mm²"
+                law = f"k = {each.archard.k:.3g}, {law}" if isinstance(each.archard, Archard) else f"map, {law}"
                 ax.plot(1e6 * each.depth, grid.y)
                 ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
                 ax.set(xlim=(min(0.0, 1e6 * float(each.depth.min())), None), ylim=(bottom, top))

@@ -13,6 +13,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import html_table
+from varcontact.system.files import check_ending, replacing
 from varcontact.wheel_rail.curve import Curve, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 
@@ -185,6 +186,21 @@ class Profile:
         """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright, its points a `step` apart [mm]."""
         y, z = rail_60e1(checks.positive("step", step))
         return cls(y=y, z=z, kind="rail", name="60E1")
+
+    def save(self, path: str | Path) -> None:
+        """Write the points to a file of two columns (.csv) at a `path`, as `read` takes it.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        file = checks.file_name("path", path)
+        check_ending("path", file, ".csv")
+        lines = [f"# {self.name or self.kind}: y to the outside, z down [mm]"]
+        lines += [f"{y:.10g},{z:.10g}" for y, z in zip(self.y, self.z, strict=True)]
+        with replacing("path", file) as opened:
+            opened.write(("\n".join(lines) + "\n").encode())
 
     @cached_property
     def curve(self) -> Curve:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import html_text
 from varcontact.kinematics import Frame
@@ -16,6 +15,7 @@ from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.wheel_rail.track import check_kind
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 if TYPE_CHECKING:
@@ -96,15 +96,23 @@ class PatchSolution:
 
     def _moment_of(self, surface: SampledDistance) -> np.ndarray:
         """Moment about the frame's origin, on a surface curved along y."""
-        solution, (x, s) = self.solution, np.meshgrid(self.solution.grid.x, self.solution.grid.y)
+        solution, x = self.solution, np.meshgrid(self.solution.grid.x, self.solution.grid.y)[0]
         tangential, normal = surface.along_axes(solution.grid, solution.traction, solution.pressure)
         force = np.concatenate([tangential, normal[None]]) * solution.grid.area
-        angle, along = surface.inclination_at(solution.grid), s[:, 0]
-        points = [x]
+        points = [x, *(np.broadcast_to(each[:, None], x.shape) for each in self.rows)]
+        return np.asarray(np.cross(np.array(points), force, axis=0).sum(axis=(1, 2)))
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """y and z in the frame of the rows of elements, whose coordinate is the arc length on a curved surface."""
+        surface, along = self.solution.scene.surface, self.solution.grid.y
+        if not isinstance(surface, SampledDistance) or surface.inclination is None:
+            return along, np.zeros(along.size)
+        angle, places = surface.inclination_at(self.solution.grid), []
         for slope in (np.cos(angle), np.sin(angle)):  # from the origin, where the arc length is 0
             place = np.concatenate([[0.0], np.cumsum(np.diff(along) * (slope[1:] + slope[:-1]) / 2)])
-            points.append(np.broadcast_to((place - np.interp(0.0, along, place))[:, None], x.shape))
-        return np.asarray(np.cross(np.array(points), force, axis=0).sum(axis=(1, 2)))
+            places.append(place - np.interp(0.0, along, place))
+        return places[0], places[1]
 
     @property
     def peak_pressure(self) -> float:
@@ -233,41 +241,6 @@ class WheelRailSolution(WheelForces):
         return plot_wheel_on_rail(self)
 
 
-@dataclass(frozen=True)
-class Archard:
-    """Archard's law: the volume worn off is ``k N s / H`` for a normal force N over a sliding distance s.
-
-    Parameters
-    ----------
-    k : float
-        Coefficient of wear [-]. It depends on pressure, slip velocity, lubrication and the steels; there is no value
-        to assume. Jendel (2002, Wear 253, 215-223) maps it from 1e-4 (mild) to 4e-2 (catastrophic).
-    hardness : float
-        H of the softer body [N/mm^2].
-
-    Raises
-    ------
-    SceneError
-        If a number is not positive.
-
-    Examples
-    --------
-    >>> print(Archard(k=3e-4, hardness=3000.0).by_work)
-    1e-07
-    """
-
-    k: float
-    hardness: float
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "wear", checks.positive, "k", "hardness")
-
-    @property
-    def by_work(self) -> float:
-        """k/H [mm^2/N]."""
-        return self.k / self.hardness
-
-
 @dataclass(frozen=True, eq=False)
 class PatchWear:
     """Indices of wear of one patch.
@@ -275,7 +248,7 @@ class PatchWear:
     Attributes
     ----------
     solved : PatchSolution
-    archard : Archard or None
+    archard : Archard, ArchardMap or None
         Needed for depth and volume alone.
     t_gamma : float
         Energy per distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N]. It is also what friction dissipates, the sum of
@@ -296,7 +269,7 @@ class PatchWear:
     """
 
     solved: PatchSolution
-    archard: Archard | None
+    archard: Archard | ArchardMap | None
     t_gamma: float
     t_gamma_without_spin: float
     area: float
@@ -312,18 +285,27 @@ class PatchWear:
         A particle stays over an element for the time dx/V, and slides ``|s| dx`` meanwhile, see `sliding`. One body
         has all of it: the rail at each passing wheel, or the wheel at each revolution.
         """
-        return self._by_work * self.sliding.sum(axis=1) * self.solved.solution.grid.sides[0]
+        return (self._by_work * self.sliding).sum(axis=1) * self.solved.solution.grid.sides[0]
 
     @property
     def volume(self) -> float:
         """Archard's volume of wear by distance rolled [mm^3/mm]."""
-        return float(self._by_work * self.sliding.sum() * self.solved.solution.grid.area)
+        return float((self._by_work * self.sliding).sum() * self.solved.solution.grid.area)
 
     @property
-    def _by_work(self) -> float:
+    def t_gamma_error(self) -> float:
+        """Estimated error of T-gamma, and so of the friction work, from those of the forces [N]; NaN without them."""
+        rolled, error, estimate = self.solved.patch.creepage, self.solved.error, self.solved.solution.error_estimate
+        turned = (
+            0.0 if estimate is None else estimate.errors.get("Mz", 0.0) * units(self.solved.solution).get("Mz", 0.0)
+        )
+        return float(abs(rolled.vx) * error[0] + abs(rolled.vy) * error[1] + abs(rolled.spin) * turned)
+
+    @property
+    def _by_work(self) -> np.ndarray:
         if self.archard is None:
             raise SceneError("archard", None, "given for depth and volume: wear(found, Archard(k=..., hardness=...))")
-        return self.archard.by_work
+        return self.archard.by_work_of(self.solved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,13 +342,13 @@ class Wear:
         return plot_wear(self)
 
 
-def wear(found: WheelRailSolution, archard: Archard | None = None) -> Wear:
+def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) -> Wear:
     """Indices of wear of a solved wheel on a rail.
 
     Parameters
     ----------
     found : WheelRailSolution
-    archard : Archard, optional
+    archard : Archard or ArchardMap, optional
         For depths and volumes.
 
     Examples
@@ -381,7 +363,7 @@ def wear(found: WheelRailSolution, archard: Archard | None = None) -> Wear:
     """
     check_kind("found", found, WheelRailSolution)
     if archard is not None:
-        check_kind("archard", archard, Archard)
+        check_kind("archard", archard, ArchardMap if isinstance(archard, ArchardMap) else Archard)
     patches = []
     for each in found.patches:
         solution, rolled = each.solution, each.patch.creepage

@@ -16,7 +16,6 @@ from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
@@ -30,7 +29,7 @@ from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.track import check_sides
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
 
 ROUNDS = 30
 """Heights that are tried."""
@@ -92,7 +91,7 @@ def solve_wheel_on_rail(
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     # by default grids are chosen where no argument determines them, and the answer of a grid has an error
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
-    has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
+    has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
     given = (case.dx, case.dy, methods.get("start"))
     by_default = exact and has_friction and all(each is None for each in given) and case.conformal is not True
     if target:
@@ -100,7 +99,9 @@ def solve_wheel_on_rail(
     elif by_default:
         try:
             found = _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
-        except NotConverged:  # with the usual elements there is an answer without an error bar
+        except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
+            if isinstance(error, SceneError) and str(error) != VARIES:
+                raise
             found = _on_elements(case, tol, certify, methods)
     else:
         found = _on_elements(case, tol, certify, methods)
@@ -337,7 +338,10 @@ def _solve_patch(patch: ContactPatch, certify: CertifyName | None, methods: dict
         )
     )
     ellipse = Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE)
-    scene = replace(scene, surface=Ellipse(a, b), approach=None, normal_force=normal.normal_force, grid=ellipse)
+    f: Any = scene.friction
+    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f  # a theory has one: the mean by the pressure
+    hertz: dict[str, Any] = {"surface": Ellipse(a, b), "approach": None, "normal_force": normal.normal_force}
+    scene = replace(scene, **hertz, friction=f, grid=ellipse)
     return solve(scene, certify=certify, **{name: value for name, value in methods.items() if name != "normal"})
 
 

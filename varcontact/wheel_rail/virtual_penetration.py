@@ -119,9 +119,7 @@ def estimate_wheel_on_rail(
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track, stacklevel=4)
     normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
-    friction = case.friction
-    if not isinstance(friction, float):
-        raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")
+    case.friction_at(0.0)  # refused if it is a law
 
     def patches(z: float) -> tuple[FastPatch, ...]:
         found = []
@@ -130,6 +128,7 @@ def estimate_wheel_on_rail(
             approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
             rolled, ellipse = case.creepage(tangent.frame, approach, z), _ellipse(case, group, z, normal)
             Fx = Fy = moment = 0.0
+            friction = case.friction_at(tangent.angle)
             if friction != 0:
                 forces = creep_forces(
                     tangential,

@@ -13,6 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law, coefficient
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -29,6 +30,7 @@ from varcontact.wheel_rail.patches import (
     tangents_of,
     undeformed_distance,
 )
+from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 MIDDLE, ROLLING = Position(), Velocity()
+VARIES = "friction: it varies over a patch, and grids are not chosen for an accuracy then; give dx and dy"
 ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
 
@@ -107,8 +110,8 @@ class WheelOnRail:
         False, it is that of the normal forces alone.
     bodies : Bodies, optional
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
-    friction : float or law
-        See `Scene`.
+    friction : float, law or FrictionByAngle
+        See `Scene`; by the inclination of the rail.
     dx, dy : float, optional
         Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a grid for an accuracy.
     join, separate : float
@@ -147,7 +150,7 @@ class WheelOnRail:
     z: float | None = None
     with_friction: bool = True
     bodies: Bodies = STEEL
-    friction: float | Law = 0.3
+    friction: float | Law | FrictionByAngle = 0.3
     dx: float | None = None
     dy: float | None = None
     join: float = 4.0
@@ -170,7 +173,8 @@ class WheelOnRail:
             set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
         else:
             set_(self, "z", checks.moderate("z", self.z))
-        set_(self, "friction", coefficient("friction", self.friction))
+        if not isinstance(self.friction, FrictionByAngle):
+            set_(self, "friction", coefficient("friction", self.friction))
         set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
         for name in ("dx", "dy", "join", "separate"):
             if getattr(self, name) is not None:
@@ -241,6 +245,8 @@ class WheelOnRail:
             if surface is not None:
                 motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
                 seams = surface.by_arc_length(seams)
+            turned = 0.0 if surface is None else surface.inclination
+            friction = self._friction(frame, grid, tangent.angle + turned, with_grid)
             scene = Scene(
                 bodies=self.bodies,
                 surface=SampledDistance(
@@ -250,7 +256,7 @@ class WheelOnRail:
                     inclination=None if surface is None else surface.inclination,
                 ),
                 approach=approach,
-                friction=self.friction,
+                friction=friction,
                 motion=motion,
                 grid=grid if with_grid else "auto",
                 units=MM_N,
@@ -269,6 +275,33 @@ class WheelOnRail:
             )
             patches.append(patch)
         return tuple(patches)
+
+    def _friction(
+        self, frame: Frame, grid: Grid, turned: np.ndarray | float, with_grid: bool
+    ) -> float | np.ndarray | Law:
+        """Coefficients of the elements; `turned` are the angles of the rows where the surface is curved."""
+        if not isinstance(self.friction, FrictionByAngle):
+            return self.friction
+        if np.ndim(turned) == 0:  # in a plane, those of the rail below
+            below = self.rail.at(frame.origin[1] + grid.y * frame.axes[1, 1])
+            known = np.isfinite(below)
+            angles = np.interp(grid.y, grid.y[known], self.rail.angles(below[known]))
+        else:
+            angles = np.asarray(turned)
+        found = self.friction(-SIGN[self.side] * angles)
+        if np.ptp(found) == 0:
+            return float(found[0])
+        if not with_grid:
+            raise SceneError("friction", None, message=VARIES)
+        return np.repeat(found[:, None], grid.nx, axis=1)
+
+    def friction_at(self, angle: float) -> float:
+        """The coefficient of friction at a contact `angle` [rad]: that of a fast theory, which has one."""
+        if isinstance(self.friction, FrictionByAngle):
+            return float(self.friction(-SIGN[self.side] * angle))
+        if not isinstance(self.friction, float):
+            raise SceneError("friction", self.friction, "a number: fast theories have one coefficient")
+        return self.friction
 
     def body(self, z: float, *, pitching: bool = True) -> RigidBody:
         """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see `Velocity.body`."""

@@ -9,6 +9,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
+from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import MIDDLE, ROLLING, STEEL, WheelOnRail
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
+Friction = float | Law | FrictionByAngle
 BALANCED = {
     "y": "lateral_force",
     "lateral": "lateral_force",
@@ -51,7 +53,7 @@ class WheelSetOnTrack:
     roll_moment, yaw_moment, torque : float
         On the axle, along the axes of the wheel set: right side down, to the right, and about the axle [N mm]. As the
         pitch rate, the torque is negative where it drives the wheels forwards.
-    friction : float, law, or pair of them
+    friction : float, law, FrictionByAngle, or pair of them
         Of both rails, or of the left and the right one.
     bodies, dx, dy, join, separate, turn, conformal
         See `WheelOnRail`.
@@ -84,7 +86,7 @@ class WheelSetOnTrack:
     roll_moment: float = 0.0
     yaw_moment: float = 0.0
     torque: float = 0.0
-    friction: float | Law | tuple[float | Law, float | Law] = 0.3
+    friction: Friction | tuple[Friction, Friction] = 0.3
     bodies: Bodies = STEEL
     dx: float | None = None
     dy: float | None = None

@@ -122,9 +122,10 @@ class WheelSetSolution:
         M. J. Nadal, Annales des Mines 10 (1896) 232.
         """
         wheel = getattr(self, side).case
-        steepest = np.tan(np.abs(wheel.wheelset.wheel.running.angles(wheel.wheelset.wheel.running.s)).max())
-        f = float(wheel.friction)
-        return self.y_over_q(side) * (1 + f * steepest) / (steepest - f)
+        profile = wheel.wheelset.wheel.running
+        steepest = float(np.abs(profile.angles(profile.sampled(0.1))).max())
+        f, slope = wheel.friction_at(-SIGN[side] * steepest), np.tan(steepest)
+        return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))
 
     def gravitational_stiffness(self) -> float:
         """Lateral force of the normal forces by displacement, by which the load centres the wheel set [N/mm].

@@ -1,0 +1,119 @@
+"""Damage: laws of wear, the shakedown diagram, worn profiles that keep the area, and wear that makes profiles fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import circles, wheel
+from varcontact import reference
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import (
+    Archard,
+    ArchardMap,
+    Profile,
+    british_rail_wear,
+    fatigue_damage,
+    shakedown,
+    sheffield_wear,
+    wear,
+    wear_down,
+    worn_profile,
+)
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
+LAW = Archard(k=3e-4, hardness=3000.0)
+
+
+@pytest.fixture(scope="module")
+def flanged():
+    """A right wheel on tread and gauge corner, and the left one as its mirror image."""
+    case = wheel(5.0, yaw=0.004, dx=0.5, dy=0.5)
+    mirrored = replace(case, side="left", position=replace(case.position, y=-5.0, yaw=-0.004))
+    return case.solve(), mirrored.solve()
+
+
+def removed(before, after):
+    """Area between two profiles of the same points."""
+    ring = [np.concatenate([getattr(before, name), getattr(after, name)[::-1]]) for name in "yz"]
+    return abs(float(np.sum(ring[0] * np.roll(ring[1], -1) - ring[1] * np.roll(ring[0], -1)))) / 2
+
+
+@pytest.mark.parametrize("kind", ["rail", "wheel"])
+@pytest.mark.parametrize("smoothing", [0.0, 3.0])
+def test_the_area_that_is_worn_off_is_the_volume_by_distance(flanged, kind, smoothing):
+    right, left = flanged
+    before = right.case.track.rail if kind == "rail" else right.case.wheelset.wheel
+    found = worn_profile([right], LAW, kind, passages=2e4, smoothing=smoothing)
+    assert removed(before, found) == pytest.approx(2e4 * wear(right, LAW).volume, rel=0.02)
+    assert (found.z - before.z).min() >= -1e-12 if kind == "rail" else (found.z - before.z).max() <= 1e-12
+    mirrored = worn_profile([left], LAW, kind, passages=2e4, smoothing=smoothing)
+    assert mirrored.z == pytest.approx(found.z, abs=1e-5)
+    both = worn_profile([left, right], LAW, kind, passages=2e4, smoothing=smoothing)
+    assert removed(before, both) == pytest.approx(2 * removed(before, found), rel=5e-3)
+
+
+def test_a_map_of_one_coefficient_is_archards_law(flanged):
+    alike = ArchardMap(hardness=3000.0, velocities=(100.0,), k=(3e-4, 3e-4), k_seizure=3e-4)
+    one, other = wear(flanged[0], LAW), wear(flanged[0], alike)
+    assert other.volume == pytest.approx(one.volume, rel=1e-12)
+    slow, fast = (replace(alike, k=(1e-4, 3e-4), velocities=(each,)) for each in (1e-3, 1e9))
+    assert wear(flanged[0], slow).volume == pytest.approx(one.volume, rel=1e-2)
+    assert wear(flanged[0], fast).volume == pytest.approx(one.volume / 3, rel=1e-12)
+
+
+def test_functions_of_t_gamma():
+    """Where their pieces meet: continuous but for British Rail's step to catastrophic wear."""
+    assert sheffield_wear(77.2 - 1e-9) == pytest.approx(float(sheffield_wear(77.2)), rel=1e-6)
+    assert british_rail_wear(100 - 1e-9, 900.0) == pytest.approx(float(british_rail_wear(100.0, 900.0)), rel=1e-6)
+    assert british_rail_wear(200.0, 900.0) * 900 == pytest.approx(84.0)
+    assert fatigue_damage([15.0, 65.0, 175.0]) == pytest.approx([0.0, 10.0, 0.0])
+    with pytest.raises(SceneError, match="zero or positive"):
+        sheffield_wear([-1.0])
+
+
+def test_shakedown_of_circles():
+    """Hertz: index = f - 2 pi a b k/(3 Fz), sliding all over with a friction of 0.3."""
+    case = circles(300.0, dx=0.25, dy=0.25)
+    found = replace(case, velocity=replace(case.velocity, pitch_rate=-1.0)).solve()
+    (each,) = found.patches
+    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), case.bodies, force=each.normal_force)
+    place = shakedown(each, 300.0)
+    assert place.utilised == pytest.approx(0.3, rel=1e-4)
+    exact = 0.3 - 2 * np.pi * hertz.a * hertz.b * 300.0 / (3 * each.normal_force)
+    assert place.index == pytest.approx(exact, abs=2e-3)
+    assert np.isnan(place.index_error)
+
+
+def test_error_bars_of_damage():
+    """They hold what a finer grid finds."""
+    found, finer = wheel(3.0, yaw=0.004).solve(accuracy=0.02), wheel(3.0, yaw=0.004, dx=0.15, dy=0.15).solve()
+    (one,), (other,) = wear(found).patches, wear(finer).patches
+    assert 0 < abs(one.t_gamma - other.t_gamma) < 1.5 * one.t_gamma_error < 0.05 * one.t_gamma
+    places = [shakedown(each.patches[0], 300.0) for each in (found, finer)]
+    assert abs(places[0].utilised - places[1].utilised) < 1.5 * places[0].utilised_error
+
+
+def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
+    case = circles(80.0, yaw=4e-3, dx=1.0, dy=0.5)
+    cases = [replace(case, position=replace(case.position, y=y)) for y in (-1.0, 1.0)]
+    worn = wear_down(cases, Archard(k=1e-3, hardness=3000.0), "rail", passages=2e6, steps=3)
+    assert len(worn) == 3
+    depth = [float(np.max(each.z - cases[0].track.rail.z)) for each in worn]
+    assert 0.02 < depth[0] < depth[1] < depth[2]
+    last = [replace(case, track=replace(case.track, rail=worn[-1])).solve().patches[0] for case in cases]
+    assert max(each.peak_pressure for each in last) < 0.9 * cases[0].solve().patches[0].peak_pressure
+    worn[-1].save(tmp_path / "worn.csv")
+    again = Profile.read(tmp_path / "worn.csv", "rail")
+    assert again.z == pytest.approx(worn[-1].z, abs=1e-8)
+
+
+def test_what_is_refused(flanged):
+    right, _ = flanged
+    other = replace(right, case=circles())
+    with pytest.raises(SceneError, match="on one profile"):
+        worn_profile([right, other], LAW, "rail")
+    with pytest.raises(SceneError, match="ascending"):
+        ArchardMap(velocities=(700.0, 200.0))

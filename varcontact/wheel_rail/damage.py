@@ -1,0 +1,199 @@
+"""Damage of wheels and rails: the shakedown diagram, and profiles worn step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution, wear
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+
+SAMPLE = 0.1
+"""Step along a profile in which wear is summed up [mm]."""
+
+
+@dataclass(frozen=True)
+class Shakedown:
+    """Place of a patch in the shakedown diagram, with estimated errors (NaN where forces have none).
+
+    Attributes
+    ----------
+    utilised : float
+        Tangential force by normal force [-].
+    load_factor : float
+        Peak pressure by the yield stress in shear [-].
+    index : float
+        Surface fatigue index, ``utilised - 1/load_factor``: positive where the surface flows with each passage.
+        A. Ekberg, E. Kabo, H. Andersson, Fatigue Fract. Eng. Mater. Struct. 25 (2002) 899-909.
+    utilised_error, index_error : float
+        [-]
+    """
+
+    utilised: float
+    load_factor: float
+    index: float
+    utilised_error: float
+    index_error: float
+
+
+def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
+    """A patch in the shakedown diagram.
+
+    Parameters
+    ----------
+    solved : PatchSolution
+    yield_in_shear : float
+        k of the hardened steel [N/mm^2].
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+    >>> case = WheelOnRail(
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
+    >>> found = shakedown(case.solve().patches[0], yield_in_shear=300.0)
+    >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
+    0.27, 4.7, 0.05
+    """
+    k = checks.positive("yield_in_shear", yield_in_shear)
+    force, error = solved.force, solved.error
+    pull = float(np.hypot(*force[:2]))
+    utilised = pull / force[2]
+    pulled = float(np.abs(force[:2]) @ error[:2]) / pull if pull > 0 else float(np.hypot(*error[:2]))
+    utilised_error = (pulled + utilised * error[2]) / force[2]
+    factor = solved.peak_pressure / k
+    # the peak pressure of Hertz's contact grows by the power 1/3 of the force
+    index_error = utilised_error + error[2] / force[2] / 3 / factor
+    return Shakedown(utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error))
+
+
+def worn_profile(
+    found: Sequence[WheelRailSolution],
+    archard: Archard | ArchardMap,
+    kind: Kind,
+    *,
+    passages: float = 1.0,
+    smoothing: float = 2.0,
+) -> Profile:
+    """The profile of rail or wheel after the wear of solved wheels.
+
+    Parameters
+    ----------
+    found : sequence of WheelRailSolution
+        Wheels on one profile; left ones count as mirror images.
+    archard : Archard or ArchardMap
+    kind : {"rail", "wheel"}
+        Which body wears.
+    passages : float
+        Of each wheel over the rail; of a wheel, its revolutions.
+    smoothing : float
+        Length over which the depth is averaged along the profile, as wheels pass beside each other [mm]; 0: none.
+
+    Returns
+    -------
+    Profile
+        The same points, moved into the material by the depth.
+
+    Raises
+    ------
+    SceneError
+        For no wheels, or wheels on different profiles.
+    """
+    checks.choice("kind", kind, ("rail", "wheel"))
+    times, length = checks.positive("passages", passages), checks.number("smoothing", smoothing)
+    profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
+    if len({id(each) for each in profiles}) != 1:
+        raise SceneError("found", len(profiles), "wheels on one profile, one or more")
+    profile, curve = profiles[0], profiles[0].running
+    at = curve.sampled(SAMPLE)
+    step, along, depth = float(at[1] - at[0]), curve.directions(at), np.zeros(at.size)
+    for wheel in found:
+        for worn in wear(wheel, archard).patches:
+            lateral, down = worn.solved.rows
+            points = worn.solved.frame.globally(np.stack([0.0 * lateral, lateral, down], axis=1))
+            if kind == "rail":
+                y = wheel.case.track.on_rail(points[:, 1:], wheel.case.side)[:, 0]
+            else:
+                y = np.array([wheel.case.on_wheel(point, wheel.case.body(wheel.z))[0] for point in points])
+            s = curve.at(y)
+            order = np.argsort(s)  # rows of the left side run the other way; those beyond the profile last
+            depth += times * np.interp(at, s[order], worn.depth[order], left=0.0, right=0.0)
+    if length > 0:  # a mean over the length: the area is kept
+        count = 2 * round(length / step / 2) + 1
+        depth = np.convolve(depth, np.full(count, 1 / count), mode="same")
+    into = np.stack([-along[:, 1], along[:, 0]]) * (depth if kind == "rail" else -depth)
+    s = curve.at(profile.y)
+    touched = np.isfinite(s)  # and not the back of a flange
+    touched[touched] = np.abs(curve.points(s[touched])[:, 1] - profile.z[touched]) < SAMPLE
+    y, z = (
+        np.array([*each]) + np.where(touched, np.interp(s, at, move), 0.0)
+        for each, move in zip((profile.y, profile.z), into, strict=True)
+    )
+    return replace(profile, y=y, z=z)
+
+
+def wear_down(
+    cases: Sequence[WheelOnRail | WheelSetOnTrack],
+    archard: Archard | ArchardMap,
+    kind: Kind,
+    *,
+    passages: float,
+    steps: int = 5,
+    smoothing: float = 2.0,
+    progress: Callable[[str], None] | None = None,
+    **methods: Any,
+) -> list[Profile]:
+    """Profiles worn step by step: after each, contacts are those of the new profile.
+
+    Parameters
+    ----------
+    cases : sequence of WheelOnRail or WheelSetOnTrack
+        On one profile: positions that come equally often.
+    archard, kind, smoothing
+        See `worn_profile`.
+    passages : float
+        Of each case, in all.
+    steps : int
+        In which these are divided.
+    progress : callable, optional
+        Told how far it is.
+    **methods
+        Of `solve`.
+
+    Returns
+    -------
+    list of Profile
+        After each step.
+
+    Raises
+    ------
+    SceneError, NotConverged
+        See `worn_profile` and `WheelOnRail.solve`; where a step takes off so much that profiles cross themselves.
+    """
+    count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
+    cases = list(cases)
+    for number in range(count):
+        found: list[WheelRailSolution] = []
+        for case in cases:
+            if report is not None:
+                report(f"step {number + 1} of {count}, y = {case.position.y:.4g} mm")
+            solved: Any = case.solve(**methods)
+            found += [solved] if isinstance(solved, WheelRailSolution) else solved.wheels
+        profile = worn_profile(found, archard, kind, passages=passages / count, smoothing=smoothing)
+        profiles.append(profile)
+        if kind == "rail":
+            tracks = {id(case.track): replace(case.track, rail=profile) for case in cases}
+            cases = [replace(case, track=tracks[id(case.track)]) for case in cases]
+        else:
+            axles = {id(case.wheelset): replace(case.wheelset, wheel=profile) for case in cases}
+            cases = [replace(case, wheelset=axles[id(case.wheelset)]) for case in cases]
+    return profiles
