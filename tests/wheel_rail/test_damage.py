@@ -99,10 +99,10 @@ def test_error_bars_of_damage():
 def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     case = circles(80.0, yaw=4e-3, dx=1.0, dy=0.5)
     cases = [replace(case, position=replace(case.position, y=y)) for y in (-1.0, 1.0)]
-    worn = wear_down(cases, Archard(k=1e-3, hardness=3000.0), "rail", passages=2e6, steps=3)
+    worn = wear_down(cases, Archard(k=1e-3, hardness=3000.0), "rail", passages=1e3, steps=3)
     assert len(worn) == 3
     depth = [float(np.max(each.z - cases[0].track.rail.z)) for each in worn]
-    assert 0.02 < depth[0] < depth[1] < depth[2]
+    assert 0.015 < depth[0] < depth[1] < depth[2]
     last = [replace(case, track=replace(case.track, rail=worn[-1])).solve().patches[0] for case in cases]
     assert max(each.peak_pressure for each in last) < 0.9 * cases[0].solve().patches[0].peak_pressure
     worn[-1].save(tmp_path / "worn.csv")
