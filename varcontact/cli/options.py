@@ -17,9 +17,9 @@ METHODS = (
 
 
 def _option(words: str, *names: str, default: Any = None) -> Any:
-    """An option with its help; a default that is computed elsewhere is told in the help."""
-    told = f"  [default: {default}]" if default is not None else ""
-    return typer.Option(*names, help=words + told, show_default=False)
+    """An option with its help; a default that is computed elsewhere is named in the help."""
+    shown = f"  [default: {default}]" if default is not None else ""
+    return typer.Option(*names, help=words + shown, show_default=False)
 
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene, a TOML file (docs/scenes.md).", show_default=False)]

@@ -107,8 +107,8 @@ def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
     scenes = read_contact_input(path)
     number = 1 if case is None and len(scenes) == 1 else case
     if number is None or not 1 <= number <= len(scenes):
-        told = "" if number is None else f", not {number}"
-        message = f"--case: {str(path)!r} holds {len(scenes)} scenes; give a number from 1 to {len(scenes)}{told}"
+        instead = "" if number is None else f", not {number}"
+        message = f"--case: {str(path)!r} holds {len(scenes)} scenes; give a number from 1 to {len(scenes)}{instead}"
         raise SceneError("--case", case, message=message)
     return scenes[number - 1], {}
 

@@ -38,7 +38,7 @@ from varcontact.system.files import write_whole
 Edge = Literal["centres", "touched"]
 TOLERANCE = 1e-8
 """Residual of the solves."""
-SPARE = 0.15
+MARGIN = 0.15
 """Room on each side of a contact of unlike bodies, by its width, for where tractions move it."""
 
 
@@ -205,10 +205,10 @@ def solves(posed: Posed, known: Collection[tuple[int, int]] = ()) -> Iterator[tu
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float], edge: Edge) -> Grid:
     """A lattice with so many elements across a box, moved by parts of an element in [0, 1), and room around it."""
-    spare = math.ceil(SPARE * cells) if scene.coupled or scene.hertz is None else 1
+    margin = math.ceil(MARGIN * cells) if scene.coupled or scene.hertz is None else 1
     left, right, bottom, top = box
     dx, dy = (right - left) / cells, (top - bottom) / cells
-    x0, y0, n = left - (spare + place[0]) * dx, bottom - (spare + place[1]) * dy, cells + 1 + 2 * spare
+    x0, y0, n = left - (margin + place[0]) * dx, bottom - (margin + place[1]) * dy, cells + 1 + 2 * margin
     if scene.line:
         grid = Grid(nx=n, dx=dx, x0=x0, edge=edge)
     else:

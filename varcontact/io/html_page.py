@@ -28,7 +28,7 @@ def html_page(sol: Solution) -> bytes:
 
     picture = io.BytesIO()
     plot(sol).savefig(picture, format="png", dpi=150, bbox_inches="tight")
-    drawn = base64.b64encode(picture.getvalue()).decode()
+    image = base64.b64encode(picture.getvalue()).decode()
     title = escape(headline(sol))
     try:
         estimate = sol.error_estimate
@@ -41,7 +41,7 @@ def html_page(sol: Solution) -> bytes:
     body = [
         f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
-        f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{drawn}">',
+        f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{image}">',
         html_table(headline(sol), report_rows(sol)),
         f"<h2>Scene</h2>{repeat}",
         "</body></html>\n",

@@ -32,8 +32,8 @@ def _body(sol: Solution) -> str:
 def report_rows(sol: Solution) -> list[tuple[str, str]]:
     """What a report says, by name, first of what is doubtful in the scene; empty rows part it."""
     warnings = [("WARNING", words) for words in (*sol.scene.doubts, *sol.warnings)]
-    judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
-    return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *judged, ("", ""), *_methods(sol)]
+    exactness = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *exactness, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}

@@ -31,8 +31,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if bearing.size == 0:
         return np.zeros((2, 3))
     disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
-    pressed = contact if disc.K != 0 else np.zeros(0, dtype=int)
-    slopes = _slopes(disc, sol, bearing, pressed, unit_shifts(disc)[:, :, bearing])
+    with_pressure = contact if disc.K != 0 else np.zeros(0, dtype=int)
+    slopes = _slopes(disc, sol, bearing, with_pressure, unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
@@ -106,7 +106,7 @@ def directions(disc: Discretisation, sol: Solution, bearing: np.ndarray) -> Dire
 
 
 def _slopes(
-    disc: Discretisation, sol: Solution, bearing: np.ndarray, pressed: np.ndarray, shifts: np.ndarray
+    disc: Discretisation, sol: Solution, bearing: np.ndarray, with_pressure: np.ndarray, shifts: np.ndarray
 ) -> np.ndarray:
     """Change of (Fx, Fy) by each rigid shift (k, 2, n), physical: (2, k), with given areas at their solution.
 
@@ -114,24 +114,24 @@ def _slopes(
     """
     may = directions(disc, sol, bearing)
     rows, slip, scales = may.rows, may.slip, disc.scales
-    n, m, first = bearing.size, pressed.size, len(may.rows)
+    n, m, first = bearing.size, with_pressure.size, len(may.rows)
     slips, pressures = np.arange(first - slip.size, first), slice(first, first + m)
-    bears = np.searchsorted(pressed, bearing)
+    bears = np.searchsorted(with_pressure, bearing)
     columns = np.pad(may.columns, ((0, 0), (0, m + (m > 0))))
     if m:  # where it slips the traction grows with the pressure
         columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = may.by_pressure
 
     elastic = disc.tangential_on(bearing).matrix @ columns
     if m:
-        by_pressures = disc.pressure_to_shift.dense(pressed).reshape(2, m, m)
+        by_pressures = disc.pressure_to_shift.dense(with_pressure).reshape(2, m, m)
         elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
     system, right = rows @ elastic, -(rows @ shifts.reshape(len(shifts), -1).T)
     system[slips, slips] += may.turning  # it turns with the traction it opposes: |E| by the change of direction
     if m:  # contact stays closed, and the force or the approach stays what it is
         normal = np.zeros((m + 1, first + m + 1))
-        by_tractions = disc.operators.traction_to_distance.dense(pressed).reshape(m, 2, m)
+        by_tractions = disc.operators.traction_to_distance.dense(with_pressure).reshape(m, 2, m)
         normal[:m] = by_tractions[:, :, bears].reshape(m, -1) @ columns
-        normal[:m, pressures] += disc.operators.normal.dense(pressed)
+        normal[:m, pressures] += disc.operators.normal.dense(with_pressure)
         normal[:m, -1] = -1.0
         normal[-1, pressures if disc.loading.normal_force is not None else -1] = 1.0
         system, right = np.concatenate([system, normal]), np.concatenate([right, np.zeros((m + 1, len(shifts)))])

@@ -213,9 +213,9 @@ def check_friction(scene: Scene) -> None:
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):
             raise SceneError("friction", float(np.min(scene.friction)), "zero or positive everywhere")
-        rubs = scene.friction[scene.friction > 0]
-        if np.any((rubs < LEAST) | (rubs > MOST)):
-            given = float(rubs.max() if rubs.max() > MOST else rubs.min())
+        bounded = scene.friction[scene.friction > 0]
+        if np.any((bounded < LEAST) | (bounded > MOST)):
+            given = float(bounded.max() if bounded.max() > MOST else bounded.min())
             raise SceneError("friction", given, f"0, or between {LEAST:g} and {MOST:g}, everywhere")
 
 

@@ -142,13 +142,13 @@ def compare(
                 else:  # of scenes that were begun nothing is reused
                     finished = comparison.finished()
                     tasks = [(name, scene, chosen, tol) for name, scene in named.items() if name not in finished]
-                    told = [f"{name}: all methods" for name, *_ in tasks]
-                    for _, rows in results(_rows_of_scene, tasks, pool, progress=progress, names=told):
+                    stages = [f"{name}: all methods" for name, *_ in tasks]
+                    for _, rows in results(_rows_of_scene, tasks, pool, progress=progress, names=stages):
                         comparison.put(rows)
         except KeyboardInterrupt:
             done = comparison.finished() & set(named)
-            begun = max((len(comparison.rows(name)) for name in set(named) - done), default=0)
-            part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
+            started = max((len(comparison.rows(name)) for name in set(named) - done), default=0)
+            part = f" and {started} of {len(chosen)} methods of the next" if started else ""
             finished_part = f" after {len(done)} of {len(named)} scenes{part}"
             raise Interrupted(comparison.result(named), finished_part) from None
         if table.path is not None and comparison.finished() == {row["scene"] for row in table.rows}:
