@@ -97,28 +97,10 @@ class ContactResult:
     def scene(self, motion: Steady | Shift) -> Scene:
         """The problem as the file has it: elements, undeformed distance, bodies, friction, and the approach H + UN.
 
-        Of a line contact, whose approach is not defined, the normal force. Elements that the file leaves out (A = 1)
-        are taken to be out of contact: nothing is known of the distance there.
-
-        Parameters
-        ----------
-        motion : Steady or Shift
-            Creepages or shifts as CONTACT prints them, see `read_contact_output`: about SPINXO, SPINYO.
-
-        Returns
-        -------
-        Scene
-            For `certify`: the undeformed distance is known where the file has elements.
-
-        Raises
-        ------
-        SceneError
-            If the bodies are no elastic half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN
-            and MU.
-
-        Examples
-        --------
-        See `read_contact_result`.
+        The `motion`, Steady or Shift, has creepages or shifts as CONTACT prints them, see `read_contact_output`: about
+        SPINXO, SPINYO. Of a line contact, whose approach is not defined, the normal force. Elements that the file
+        leaves out (A = 1) are taken to be out of contact: nothing is known of the distance there. SceneError if the
+        bodies are no elastic half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN and MU.
         """
         self._check_elastic()
         lacking = {"H", "UN", "MU"} - self.columns.keys()

@@ -44,21 +44,11 @@ class LineContact:
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
     def approach(self, depth: float) -> float:
-        """Approach [length] where displacements count from the depth d of the logarithm, ``-ln(|x|/d)``.
+        """Approach [length] where displacements count from the `depth` d of the logarithm, ``-ln(|x|/d)``, positive.
 
-        ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth
-        z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that
-        of its own body: with that d it is Johnson's formula (Johnson 1985).
-
-        Parameters
-        ----------
-        depth : float
-            d [length].
-
-        Raises
-        ------
-        SceneError
-            If it is not positive.
+        ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth z
+        far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that of its
+        own body: with that d it is Johnson's formula (Johnson 1985).
         """
         return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
 

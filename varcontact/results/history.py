@@ -253,21 +253,10 @@ class History(Sequence[Solution]):
     def animate(self, path: str | Path, fps: float = 10.0, overwrite: bool = False) -> None:
         """Write a moving picture: stick and slip with the tractions in each step, over the forces of all.
 
-        Parameters
-        ----------
-        path : str or Path
-            Ends in ``.gif``; also in ``.mp4`` where the program ffmpeg is installed.
-        fps : float
-            Steps a second, 100 at most.
-        overwrite : bool
-            Whether to replace a file that is no picture which varcontact drew.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written, holds something else, or has another ending.
-        SceneError
-            If there are no steps, or for a rate that is none.
+        The `path` ends in ``.gif``, or in ``.mp4`` where the program ffmpeg is installed; `fps` are steps a second, 100
+        at most; with `overwrite` a file is replaced that is no picture which varcontact drew. OutputError if the file
+        cannot be written, holds something else, or has another ending; SceneError without steps, or for a rate that is
+        none.
         """
         from varcontact.plotting.history import animate
 

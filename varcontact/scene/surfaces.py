@@ -251,28 +251,12 @@ class SampledDistance:
         return float(x[0]), float(x[-1]), bottom, top
 
     def distance(self, grid: Grid, beyond: float = 0.0) -> np.ndarray:
-        """Undeformed distance at the element centres.
+        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid` [length].
 
-        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
-        does not.
-
-        Parameters
-        ----------
-        grid : Grid
-            Explicit.
-        beyond : float
-            How far its centres may go beyond the samples [length]: there the surface goes on straight, or level where
-            that would be lower than at its end.
-
-        Returns
-        -------
-        ndarray, shape (ny, nx)
-            [length]
-
-        Raises
-        ------
-        SceneError
-            If samples without coordinates are not of the grid's shape, or the grid reaches beyond them.
+        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which does not.
+        Centres may go as far as `beyond` [length] past the samples: there the surface goes on straight, or level where
+        that would be lower than at its end. SceneError if samples without coordinates are not of the grid's shape, or
+        the grid reaches further.
         """
         if self.x is None:
             if self.samples.shape != grid.shape:
