@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, given
+from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, Workers, given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, study
 from varcontact.errors import SceneError
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from varcontact.wheel_rail.case_file import CaseFile
     from varcontact.wheel_rail.result import WheelRailSolution
+    from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 PRINTED = (
     "position", "side", "y", "on_rail", "on_wheel", "angle", "vx", "vy", "spin", "FN", "Fx", "Fs", "peak_pressure"
@@ -41,10 +42,11 @@ def wheelrail(
     ] = None,
     accuracy: Accuracy = None,
     time_budget: TimeBudget = None,
+    workers: Workers = 1,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
+    """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.contact_input import read_contact_input
@@ -59,9 +61,9 @@ def wheelrail(
     read.options.update(given(tangential=tangential, accuracy=accuracy, time_budget=time_budget))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
-    found: deque[WheelRailSolution] = deque(maxlen=1)
+    found: deque[WheelRailSolution | WheelSetSolution] = deque(maxlen=1)
     table = study(
-        lambda progress: solve_cases(read, out, progress, found.append),
+        lambda progress: solve_cases(read, out, progress, found.append, workers=workers),
         table_as_json if as_json else _report,
         out,
         "--out FILE.csv",
@@ -74,12 +76,16 @@ def wheelrail(
 
 
 def _draw(
-    read: CaseFile, table: pd.DataFrame, found: Sequence[WheelRailSolution], plot: Path | None, plot_wear: Path | None
+    read: CaseFile,
+    table: pd.DataFrame,
+    found: Sequence[WheelRailSolution | WheelSetSolution],
+    plot: Path | None,
+    plot_wear: Path | None,
 ) -> None:
     """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
     from varcontact.plotting.style import write_picture
     from varcontact.wheel_rail.plots import plot_positions
-    from varcontact.wheel_rail.result import wear
+    from varcontact.wheel_rail.result import WheelRailSolution, wear
 
     if len(read.cases) > 1:
         if plot is not None:
@@ -89,6 +95,8 @@ def _draw(
         if plot is not None:
             write_picture(solution.plot(), plot)
         if plot_wear is not None:
+            if not isinstance(solution, WheelRailSolution):
+                raise SceneError("--plot-wear", str(plot_wear), "left out: it is for one wheel, not for a wheel set")
             write_picture(wear(solution, read.archard).plot(), plot_wear)
 
 

@@ -16,6 +16,7 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
+from varcontact.wheel_rail.sweep import sweep_wheel_sets
 from varcontact.wheel_rail.track import Irregularity, Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap, british_rail_wear, fatigue_damage, sheffield_wear
@@ -57,6 +58,7 @@ __all__ = [
     "rolling_radius_difference",
     "shakedown",
     "sheffield_wear",
+    "sweep_wheel_sets",
     "wear",
     "wear_down",
     "worn_profile",

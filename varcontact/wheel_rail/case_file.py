@@ -7,6 +7,7 @@ import hashlib
 import json
 import warnings
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -19,21 +20,41 @@ from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS
 from varcontact.study.csv_table import Table
+from varcontact.study.parallel import opened, results
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
 from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSet
-from varcontact.wheel_rail.wear_laws import Archard
+from varcontact.wheel_rail.virtual_penetration import FastPatch
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn", "conformal")
-KEYS = ("side", "vertical_force", "z", *FIXED, "track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
+LOADS = ("vertical_force", "z", "lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque")
+KEYS = (
+    "side",
+    "free",
+    *LOADS[2:],
+    "vertical_force",
+    "z",
+    *FIXED,
+    "track",
+    "wheelset",
+    "position",
+    "velocity",
+    "bodies",
+    "solve",
+    "wear",
+)
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
-SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
+SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right"), "set": ()}
 SOLVED = (
     *("method", "normal", "tangential", "coupling", "formulation", "tol", "certify", "refine"),
     *("accuracy", "time_budget"),
@@ -50,16 +71,21 @@ COLUMNS = (
     "identity",
 )
 """Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
+OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
+"""Columns where wheel sets are solved, a row for each patch of both wheels."""
+SINCE = ("curve_radius", "left", "right", "stiffness")
+"""Entries of a track that earlier tables do not know."""
 
 
 @dataclass(frozen=True, eq=False)
 class CaseFile:
     """The contents of a case file."""
 
-    cases: tuple[WheelOnRail, ...]  # position by position; of both sides, the left wheel first
+    cases: tuple[WheelOnRail | WheelSetOnTrack, ...]  # position by position; of both sides, the left wheel first
     numbers: tuple[int, ...]  # the number of each case's position, from 1
     options: dict[str, Any]  # keywords of `WheelOnRail.solve`
-    archard: Archard | None  # from the table ``[wear]``
+    archard: Archard | ArchardMap | None  # from the table ``[wear]``
+    fast: bool = False  # whether cases are estimated, with the options of that
 
 
 def read_case(path: str | Path) -> CaseFile:
@@ -70,8 +96,8 @@ def read_case(path: str | Path) -> CaseFile:
     path : str or Path
         A TOML file with the entries of `WheelOnRail`, in mm, N, rad and mm/s. ``track.rail`` and ``wheelset.wheel`` are
         "60e1", "s1002", the name of a file beside this one, or a table with ``file`` and options of `Profile.read`.
-        ``side`` may be "both". Numbers in ``[position]`` and ``[velocity]``, ``vertical_force`` and ``z`` may be lists
-        of one length, or ranges ``{from, to, count}``: the sequence.
+        ``side`` may be "both", or "set": a `WheelSetOnTrack`, with its loads and ``free``. Numbers in ``[position]``
+        and ``[velocity]``, and loads may be lists of one length, or ranges ``{from, to, count}``: the sequence.
 
     Returns
     -------
@@ -111,17 +137,23 @@ def read_case(path: str | Path) -> CaseFile:
     entries["wheelset"] = _with_profile("wheelset", WheelSet, "wheel", table["wheelset"], folder)
     entries["bodies"] = bodies_from(table_of("bodies", table["bodies"])) if "bodies" in table else STEEL
     if isinstance(table.get("friction"), Mapping):
-        law = dict(table["friction"])
-        entries["friction"] = make("friction", LAWS[checks.choice("friction.kind", law.pop("kind", None), LAWS)], law)
-    varying: dict[str, dict[str, Any]] = {"": {name: table[name] for name in ("vertical_force", "z") if name in table}}
+        law, kinds = dict(table["friction"]), {**LAWS, "by_angle": FrictionByAngle}
+        entries["friction"] = make("friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law)
+    known = LOADS if not sides else LOADS[:2]
+    check_keys("", table, [name for name in KEYS if sides == () or name not in ("free", *LOADS[2:])])
+    varying: dict[str, dict[str, Any]] = {"": {name: table[name] for name in known if name in table}}
     for name, kind in (("position", Position), ("velocity", Velocity)):
         varying[name] = dict(table_of(name, table.get(name, {})))
         check_keys(name, varying[name], [field.name for field in dataclasses.fields(kind)])
-    cases, numbers = [], []
+    cases: list[WheelOnRail | WheelSetOnTrack] = []
+    numbers: list[int] = []
+    if not sides and "free" in table:
+        entries["free"] = table["free"]
     for number, at in enumerate(_sequence(varying), 1):
         position, velocity = Position(**at["position"]), Velocity(**at["velocity"])
-        cases += [WheelOnRail(side=side, position=position, velocity=velocity, **at[""], **entries) for side in sides]
-        numbers += [number] * len(sides)
+        given = {"position": position, "velocity": velocity, **at[""], **entries}
+        cases += [WheelOnRail(side=side, **given) for side in sides] or [WheelSetOnTrack(**given)]
+        numbers += [number] * (len(sides) or 1)
     return CaseFile(tuple(cases), tuple(numbers), options, archard)
 
 
@@ -172,7 +204,10 @@ def solve_cases(
     file: CaseFile,
     store: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
-    solved: Callable[[WheelRailSolution], None] | None = None,
+    solved: Callable[[WheelRailSolution | WheelSetSolution], None] | None = None,
+    *,
+    workers: int = 1,
+    executor: Executor | None = None,
 ) -> pd.DataFrame:
     """Solve all positions of a case file.
 
@@ -184,13 +219,15 @@ def solve_cases(
     progress : callable, optional
         Called with the progress before each wheel.
     solved : callable, optional
-        Called with each solution, but for wheels that the table has already.
+        Called with each solution, but for wheels that the table has already; not with processes.
+    workers, executor
+        As for `varcontact.sweep`.
 
     Returns
     -------
     DataFrame
-        A row for each patch, with the columns `COLUMNS`: outcome is "solved"; where a wheel of several is not, it has
-        one row without figures, "not converged" or "refused", and the reason.
+        A row for each patch, with the columns `COLUMNS` (of wheel sets `OF_SETS`): outcome is "solved"; where a wheel
+        of several is not, it has one row without figures, "not converged" or "refused", and the reason.
 
     Raises
     ------
@@ -207,36 +244,44 @@ def solve_cases(
 
     report = checks.progress(progress)
     names = [_identity(case, file) for case in file.cases]
-    total = len(names)
-    with Table.opened(store, COLUMNS, WORDS, "a table of wheels on rails") as table:
+    total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
+
+    def whole(rows: list[list[dict[str, Any]]]) -> list[dict[str, Any]]:
+        return [row for each in rows for row in each]
+
+    with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
         rows = _kept(table, names, file.numbers)
+        left = [k for k in range(total) if not rows[k]]
+        told = [
+            f"{k} of {total} wheels, y = {file.cases[k].position.y:.4g} mm, {getattr(file.cases[k], 'side', 'both')}"
+            for k in left
+        ]
+        settings = file.options, file.archard, file.fast, total == 1, solved if pool is None else None
+        tasks = [(file.cases[k], *settings) for k in left]
         try:
-            for k, (case, name) in enumerate(zip(file.cases, names, strict=True)):
-                if rows[k]:
-                    continue
-                if report is not None:
-                    report(f"{k} of {total} wheels, y = {case.position.y:.4g} mm, {case.side}")
-                try:
-                    found = _solved_rows(case, file, solved)
-                except VarcontactError as error:
-                    if total == 1:
-                        raise
-                    outcome = "not converged" if isinstance(error, NotConverged) else "refused"
-                    blank = dict.fromkeys(COLUMNS[COLUMNS.index("z") : -1], float("nan"))
-                    found = [{"patch": 0, "outcome": outcome, "reason": str(error), "warnings": "", **blank}]
-                at = {"side": case.side, "y": case.position.y, "roll": case.position.roll, "yaw": case.position.yaw}
-                rows[k] = [{"position": file.numbers[k], **at, **row, "identity": name} for row in found]
-                table.write([row for each in rows for row in each])
+            for number, found in results(_rows, tasks, pool, progress=report, names=told):
+                k = left[number]
+                rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in found]
+                table.write(whole(rows))
         except KeyboardInterrupt:
-            partial = pd.DataFrame([row for each in rows for row in each], columns=list(COLUMNS))
+            partial = pd.DataFrame(whole(rows), columns=list(columns))
             raise Interrupted(partial, f" after {sum(map(bool, rows))} of {total} wheels") from None
-    return pd.DataFrame([row for each in rows for row in each], columns=list(COLUMNS))
+    return pd.DataFrame(whole(rows), columns=list(columns))
 
 
-def _identity(case: WheelOnRail, file: CaseFile) -> str:
+def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     """A few digits that identify one wheel with its settings."""
-    settings = [type(case.friction).__name__, file.options, file.archard and dataclasses.asdict(file.archard)]
-    described = json.dumps([dataclasses.asdict(case), settings], sort_keys=True, default=np.ndarray.tolist)
+    settings: list[Any] = [
+        type(case.friction).__name__,
+        file.options,
+        file.archard and dataclasses.asdict(file.archard),
+    ]
+    said = dataclasses.asdict(case)
+    usual = Track(rail=case.track.rail)
+    for name in SINCE:
+        if getattr(case.track, name) == getattr(usual, name):
+            del said["track"][name]
+    described = json.dumps([said, settings + ["fast"] * file.fast], sort_keys=True, default=np.ndarray.tolist)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
@@ -257,23 +302,55 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
 
 
-def _solved_rows(
-    case: WheelOnRail, file: CaseFile, solved: Callable[[WheelRailSolution], None] | None
+def _rows(
+    case: WheelOnRail | WheelSetOnTrack,
+    options: dict[str, Any],
+    archard: Archard | ArchardMap | None,
+    fast: bool,
+    alone: bool,
+    solved: Callable[[Any], None] | None,
 ) -> list[dict[str, Any]]:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        found = case.solve(**file.options)
+    """The rows of a case, which raises its error if it is alone."""
+    at = case.position
+    row: dict[str, Any] = {"side": getattr(case, "side", "both"), "y": at.y, "roll": at.roll, "yaw": at.yaw}
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found: Any = case.estimate(**options) if fast else case.solve(**options)
+    except VarcontactError as error:
+        if alone:
+            raise
+        outcome = "not converged" if isinstance(error, NotConverged) else "refused"
+        return [{**row, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}]
     if solved is not None:
         solved(found)
-    texts = [str(each.message) for each in caught] + [text for each in found.patches for text in each.solution.warnings]
-    row = {"outcome": "solved", "reason": "", "warnings": "; ".join(dict.fromkeys(texts)), "z": found.z}
-    return [{**row, "patch": k, **_figures(each)} for k, each in enumerate(wear(found, file.archard).patches, 1)]
+    rows, texts = [], [str(each.message) for each in caught]
+    row |= {"outcome": "solved", "reason": "", "z": found.z}
+    if isinstance(found, WheelSetSolution):
+        at = found.position
+        row |= {"y": at.y, "roll": at.roll, "yaw": at.yaw, "imbalance": found.imbalance}
+        rate = found.velocity.pitch_rate
+        row["pitch_rate"] = -found.velocity.speed / case.wheelset.radius if rate is None else rate
+    for wheel in found.wheels if isinstance(found, WheelSetSolution) else (found,):
+        row |= {"side": wheel.case.side}
+        if isinstance(found, WheelSetSolution):
+            row |= {"Y_over_Q": found.y_over_q(wheel.case.side), "nadal": found.nadal(wheel.case.side)}
+        if isinstance(wheel, WheelRailSolution):
+            texts += [text for each in wheel.patches for text in each.solution.warnings]
+            figures = [_figures(each) for each in wear(wheel, archard).patches]
+        else:
+            figures = [_fast_figures(wheel.case, wheel.z, each) for each in wheel.patches]
+        rows += [{**row, "patch": k, **each} for k, each in enumerate(figures, 1)]
+    return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]
+
+
+FIGURES = COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")]
+"""The columns from the location to the errors."""
 
 
 def _figures(worn: PatchWear) -> dict[str, float]:
-    """The columns from the location to the errors."""
     solved, patch, law = worn.solved, worn.solved.patch, worn.archard is not None
-    rolled, figures = patch.creepage, COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")]
+    rolled = patch.creepage
     values = (
         *(*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius),
         *(rolled.vx, rolled.vy, rolled.spin),
@@ -282,4 +359,20 @@ def _figures(worn: PatchWear) -> dict[str, float]:
         *((worn.depth.max(), worn.volume) if law else (np.nan, np.nan)),
         *solved.error,
     )
-    return {name: float(value) for name, value in zip(figures, values, strict=True)}
+    found = {name: float(value) for name, value in zip(FIGURES, values, strict=True)}
+    return found | {"T_gamma_error": worn.t_gamma_error}
+
+
+def _fast_figures(case: WheelOnRail, z: float, patch: FastPatch) -> dict[str, float]:
+    """Of a patch by the fast way, which has no errors."""
+    rolled, force, ellipse = patch.creepage, patch.force, patch.ellipse
+    on_rail = case.track.on_rail(patch.frame.origin[1:], case.side)[0]
+    on_wheel, outwards = case.on_wheel(patch.frame.origin, case.body(z))
+    t_gamma = 0.0 - float(force[:2] @ [rolled.vx, rolled.vy]) - patch.moment * rolled.spin
+    values = (
+        *(*patch.frame.origin, patch.angle, on_rail, on_wheel, case.wheelset.radius + outwards),
+        *(rolled.vx, rolled.vy, rolled.spin),
+        *(force[2], *force[:2], patch.moment, *patch.force_on_track),
+        *(ellipse.peak_pressure, np.pi * ellipse.a * ellipse.b, t_gamma, t_gamma * rolled.speed / 1e3),
+    )
+    return {name: float(value) for name, value in zip(FIGURES, values, strict=False)}

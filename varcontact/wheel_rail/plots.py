@@ -6,19 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.errors import SceneError
 from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
+from varcontact.wheel_rail.result import PatchSolution
 from varcontact.wheel_rail.wear_laws import Archard
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
-    from varcontact.wheel_rail.result import Wear, WheelRailSolution
+    from varcontact.wheel_rail.result import Wear, WheelForces, WheelRailSolution
+    from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+    from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
@@ -39,6 +44,16 @@ OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
     ("T_gamma", 1.0, "T-gamma [N]"),
 )
 """Columns of the table of positions that are drawn, with the factor and the label of each."""
+OVER_SWEEP: tuple[tuple[str, float, str, str], ...] = (
+    ("track_Fx", 1e-3, "Longitudinal force [kN]", "error_Fx"),
+    ("track_Fy", 1e-3, "Lateral force [kN]", ""),
+    ("track_Fz", 1e-3, "Vertical force [kN]", ""),
+    ("peak_pressure", 1.0, "Peak pressure [MPa]", ""),
+    ("T_gamma", 1.0, "T-gamma [N]", "T_gamma_error"),
+    ("angle", 1e3, "Contact angle [mrad]", ""),
+)
+"""Columns of a sweep that are drawn, with the factor, the label, and the column of the error."""
+CONTACTS = ("on_rail", "on_wheel")
 TITLES = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
     "traction": "Traction on the rail",
@@ -88,23 +103,26 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
     return figure
 
 
-def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
+def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
     """The rail, the points of the wheel nearest to it, and the patches with the directions of their normal forces."""
     case = solution.case
     rail = case.rail.points(case.rail.sampled(STEP))
     ax.plot(*rail.T, color="0.25", label="rail")
     wheel = case.locus.points[:, 1:] + [0.0, solution.z]
     ax.plot(*wheel.T, color=colour(0), label="wheel")
-    largest = max(each.normal_force for each in solution.patches)
+    largest = max(float(each.force[2]) for each in solution.patches)
     for number, each in enumerate(solution.patches, 1):
-        rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
-        grid, frame = each.solution.grid, each.patch.frame
-        ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+        frame = each.frame
+        if isinstance(each, PatchSolution):
+            rows, grid = np.flatnonzero(each.solution.pressure.max(axis=1) > 0), each.solution.grid
+            ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+        else:
+            ends = each.ellipse.b * np.array([-1.0, 1.0])
         line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
         label = "contact patch" if number == 1 else None
         ax.plot(*line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label=label)
         foot, outwards = frame.origin[1:], -frame.normal[1:]
-        length = NORMAL * each.normal_force / largest
+        length = NORMAL * float(each.force[2]) / largest
         arrow = {"arrowstyle": "-|>", "color": colour(3)}
         start, label_at = foot + length * outwards, foot + (length + 1.5) * outwards
         ax.annotate("", xy=tuple(foot), xytext=tuple(start), arrowprops=arrow)
@@ -119,6 +137,16 @@ def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
         title=f"{case.side.capitalize()} wheel, y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad",
     )
     legend_below(ax)
+
+
+def plot_wheel_set(solution: WheelSetSolution) -> Figure:
+    """Both wheels on their rails, with the patches and the directions of their normal forces."""
+    with styled():
+        figure, axes = new_figure(2, 1, (PAGE, 0.8 * PAGE))
+        for ax, wheel in zip(axes, solution.wheels, strict=True):
+            _draw_profiles(ax, wheel)
+        figure.draw_without_rendering()
+    return figure
 
 
 def plot_positions(table: pd.DataFrame) -> Figure:
@@ -169,5 +197,51 @@ def plot_wear(worn: Wear) -> Figure:
                 ax.plot(1e6 * each.depth, grid.y)
                 ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
                 ax.set(xlim=(min(0.0, 1e6 * float(each.depth.min())), None), ylim=(bottom, top))
+        figure.draw_without_rendering()
+    return figure
+
+
+def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> Figure:
+    """Contact points, forces and damage of a sweep of wheel sets over its entry, error bars included.
+
+    `swept` is that of `varcontact.wheel_rail.sweep_wheel_sets` over one entry (take others by ``sel``); with its `case`
+    the contact points are drawn on both profiles, too.
+    """
+    entries = [str(name) for name in swept["z"].dims]
+    if len(entries) != 1:
+        raise SceneError("swept", entries, "a sweep over one entry: take the others by sel(...)")
+    entry, axle = entries[0], 0 if case is None else 1
+    over = swept[entry].values
+    with styled():
+        figure, axes = new_figure(2 + axle, 3, (PAGE, (2 + axle) * 0.3 * PAGE))
+        for ax, (name, factor, label, bar) in zip(axes, OVER_SWEEP, strict=False):
+            for i, side in enumerate(("left", "right")):
+                for patch in swept["patch"].values:
+                    part = swept.sel(side=side, patch=patch)
+                    cosine, sine = np.abs(np.cos(part["angle"])), np.abs(np.sin(part["angle"]))
+                    across = {"track_Fy": (cosine, sine), "track_Fz": (sine, cosine)}.get(name)
+                    if not np.isfinite(part["FN"]).any():
+                        continue
+                    which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
+                    error = part[bar].values * factor if bar else np.array(np.nan)
+                    if across is not None:
+                        error = factor * (across[0] * part["error_Fs"] + across[1] * part["error_FN"]).values
+                    bars = error if np.isfinite(error).any() else None
+                    line = "o-" if patch == 1 else "^:"
+                    values, tint = factor * part[name].values, colour(i)
+                    ax.errorbar(over, values, yerr=bars, fmt=line, color=tint, markersize=3, capsize=2, label=which)
+            ax.set(xlabel=entry, ylabel=label)
+        if case is not None:
+            for ax, profile, name in zip(axes[6:], (case.track.rail, case.wheelset.wheel), CONTACTS, strict=False):
+                shape = profile.running.points(profile.running.sampled(STEP))
+                ax.plot(*shape.T, color="0.4")
+                for i, side in enumerate(("left", "right")):
+                    y = swept[name].sel(side=side).values.ravel()
+                    y = y[np.isfinite(y)]
+                    ax.plot(y, profile.z_at(y), "o", color=colour(i), markersize=3)
+                ax.invert_yaxis()
+                ax.set(xlabel="y [mm]", ylabel="z [mm]", title=f"contacts on the {profile.kind}")
+            axes[8].set_visible(False)
+        legend_below(axes[4], columns=4)
         figure.draw_without_rendering()
     return figure

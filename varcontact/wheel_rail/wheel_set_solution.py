@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BESIDE = 0.05
 """Displacement to either side for the gravitational stiffness [mm]."""
@@ -163,3 +166,9 @@ class WheelSetSolution:
             lines += wheel.report().splitlines() if isinstance(wheel, WheelRailSolution) else [repr(wheel)]
             lines.append(ratios)
         return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """Both wheels on their rails, and the patches at their place."""
+        from varcontact.wheel_rail.plots import plot_wheel_set
+
+        return plot_wheel_set(self)

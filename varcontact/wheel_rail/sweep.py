@@ -1,0 +1,154 @@
+"""Sweeps of wheel sets: positions, loads, speeds, friction, gauge and profile pairs in one call."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Executor
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.system.process import imported
+from varcontact.wheel_rail.case_file import LOADS, OF_SETS, WORDS, CaseFile, solve_cases
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
+from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNITS = {
+    "mm": ("y", "z", "location_x", "location_y", "location_z", "on_rail", "on_wheel", "rolling_radius", "wear_depth"),
+    "rad": ("roll", "yaw", "angle"),
+    "1/mm": ("spin",),
+    "N": (
+        *("FN", "Fx", "Fs", "track_Fx", "track_Fy", "track_Fz", "T_gamma", "T_gamma_error"),
+        *("error_Fx", "error_Fs", "error_FN"),
+    ),
+    "N mm": ("Mz",),
+    "N/mm2": ("peak_pressure",),
+    "mm2": ("area",),
+    "W": ("power",),
+    "mm3/mm": ("wear_volume",),
+    "rad/s": ("pitch_rate",),
+}
+OF_AXLE = ("outcome", "reason", "warnings", "y", "roll", "yaw", "z", "pitch_rate", "imbalance")
+"""Columns that both wheels share; y, roll and yaw in a dataset are those that were found."""
+OF_WHEEL = ("Y_over_Q", "nadal")
+
+
+def sweep_wheel_sets(
+    cases: WheelSetOnTrack | Mapping[str, WheelSetOnTrack],
+    over: Mapping[str, Iterable[Any]],
+    *,
+    archard: Archard | ArchardMap | None = None,
+    fast: bool = False,
+    workers: int = 1,
+    executor: Executor | None = None,
+    store: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    **methods: Any,
+) -> xr.Dataset:
+    """Solve wheel sets for all combinations of values.
+
+    Parameters
+    ----------
+    cases : WheelSetOnTrack, or mapping of str to WheelSetOnTrack
+        Several by name make a dimension "case": pairs of profiles.
+    over : mapping
+        Values by entry: ``{"position.y": [0.0, 2.0], "track.gauge": [1433.0, 1435.0], "vertical_force": [1e5]}``.
+    archard : Archard or ArchardMap, optional
+        For depth and volume of wear.
+    fast : bool
+        Whether cases are estimated instead of solved.
+    workers, executor
+        See `varcontact.sweep`.
+    store : str or Path, optional
+        A table (.csv), written after each case; called again, the sweep resumes from it.
+    progress : callable, optional
+        Called with the progress.
+    **methods
+        Of `WheelSetOnTrack.solve`, or of `estimate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the entries, "side" and "patch", with units; NaN where there is no patch, or where `outcome` is not
+        "solved" (`reason` says why). What was found of entries that vary is in ``found_y`` and others.
+
+    Raises
+    ------
+    SceneError
+        For entries that a wheel set has not.
+    Interrupted, OutputError, WorkersLost
+        See `varcontact.sweep`.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Profile, Track, WheelSet, WheelSetOnTrack
+    >>> case = WheelSetOnTrack(
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     vertical_force=160e3)
+    >>> found = sweep_wheel_sets(case, {"position.y": [-3.0, 0.0, 3.0], "friction": [0.1, 0.4]}, fast=True)
+    >>> dict(found["T_gamma"].sizes), found["T_gamma"].units
+    ({'position.y': 3, 'friction': 2, 'side': 2, 'patch': 1}, 'N')
+    >>> print(found["T_gamma"].sel(side="right", patch=1, friction=0.4).values.round(1))
+    [12.3  0.6 12.3]
+    """
+    xr = imported("xarray")
+    named = {"": cases} if isinstance(cases, WheelSetOnTrack) else dict(cases)
+    values = {name: _values(name, each) for name, each in over.items()}
+    points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]
+    made = [_changed(case, point) for case in named.values() for point in points]
+    file = CaseFile(tuple(made), tuple(range(1, len(made) + 1)), methods, archard, fast)
+    table = solve_cases(file, store, progress, workers=workers, executor=executor)
+    coordinates: dict[str, Any] = ({} if "" in named else {"case": list(named)}) | values
+    shape = tuple(len(each) for each in coordinates.values())
+    patches = max(1, int(table["patch"].max()))
+    whole, at = (len(made), 2, patches), (table["position"] - 1, table["side"] == "right", table["patch"] - 1)
+    solved = (table["outcome"] == "solved").to_numpy()
+    index = tuple(np.asarray(each, dtype=int) for each in at)
+    columns = {}
+    unit_of = {name: unit for unit, names in UNITS.items() for name in names}
+    for name in (each for each in OF_SETS if each not in ("position", "side", "patch", "identity")):
+        words, dims = name in WORDS, ("side", "patch")[: 0 if name in OF_AXLE else 1 if name in OF_WHEEL else 2]
+        column = np.full(whole, "" if words else np.nan, dtype=object if words else float)
+        if name in OF_AXLE:
+            column[index[0]] = table[name].to_numpy()[:, None, None]
+            column = column[:, 0, 0]
+        elif name in OF_WHEEL:
+            column[index[0][solved], index[1][solved]] = table[name].to_numpy()[solved][:, None]
+            column = column[:, :, 0]
+        else:
+            column[tuple(each[solved] for each in index)] = table[name].to_numpy()[solved]
+        units = {"units": unit_of[name]} if name in unit_of else {}
+        shaped = (column.astype(str) if words else column).reshape(shape + column.shape[1:])
+        columns[f"found_{name}" if name in coordinates else name] = ((*coordinates, *dims), shaped, units)
+    known = {**coordinates, "side": ["left", "right"], "patch": np.arange(1, patches + 1)}
+    return xr.Dataset(columns, coords=known)
+
+
+def _values(name: str, given: Iterable[Any]) -> list[Any]:
+    values = [each.item() if isinstance(each, np.generic) else each for each in given]
+    if not values or len({str(each) for each in values}) < len(values):
+        raise SceneError(f"over[{name!r}]", values, "different values, one at least")
+    return values
+
+
+def _changed(case: WheelSetOnTrack, values: Mapping[str, Any]) -> WheelSetOnTrack:
+    """The case with other entries, as "vertical_force" or "track.gauge"."""
+    for name, value in values.items():
+        part, _, entry = name.partition(".")
+        inside: Any = getattr(case, part, None)
+        whole = inside if entry else case
+        known = [each.name for each in dataclasses.fields(whole)] if dataclasses.is_dataclass(whole) else []
+        if (inside is None and part not in LOADS) or (entry or part) not in known:
+            reason = f'over: the wheel set has no "{name}"{checks.nearest(entry or part, known)}'
+            raise SceneError("over", name, message=reason)
+        changed: dict[str, Any] = {part: dataclasses.replace(inside, **{entry: value}) if entry else value}
+        case = dataclasses.replace(case, **changed)
+    return case
