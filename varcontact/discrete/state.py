@@ -13,6 +13,7 @@ import numpy as np
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
 from varcontact.discrete.problems import NormalProblem
+from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid
@@ -60,9 +61,11 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
     approach = disc.hertz.approach
     if disc.grid.line:  # from the depth that its influence numbers have
+        medium = disc.operators.medium
         assert isinstance(disc.bodies, Bodies)
+        assert isinstance(medium, HalfSpaces)
         cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
-        approach = cylinders.approach(disc.operators.medium.depth * disc.scales.length)
+        approach = cylinders.approach(medium.depth * disc.scales.length)
     approach = (approach - disc.base) / disc.scales.displacement
     return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)
 

@@ -42,18 +42,9 @@ class Conformal:
     angles: tuple[float, ...]
 
     @property
-    def nu(self) -> float:
-        return self.flat.nu
-
-    @property
     def K(self) -> float:
         """Size of the coupling: pressures turned by t act on tractions, also of like bodies."""
         return abs(self.flat.K) + min(max(self.angles) - min(self.angles), 1.0)
-
-    @property
-    def depth(self) -> float:
-        """None in line contact, which is never conformal: that of the medium."""
-        return self.flat.depth
 
     @property
     def even(self) -> bool:

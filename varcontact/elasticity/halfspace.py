@@ -233,22 +233,14 @@ class Medium(Protocol):
 
     Attributes
     ----------
-    nu : float
-        Combined Poisson's ratio (59) of the surfaces' material.
     K : float
         Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0: independent.
-    depth : float
-        In line contact: the depth from which displacements count.
     even : bool
         Whether numbers are even or odd in x. All are even or odd in y.
     """
 
     @property
-    def nu(self) -> float: ...
-    @property
     def K(self) -> float: ...
-    @property
-    def depth(self) -> float: ...
     @property
     def even(self) -> bool: ...
 

@@ -138,11 +138,6 @@ class LayeredPair:
     coupled: bool = True
     even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
-    @property
-    def nu(self) -> float:
-        """Combined Poisson's ratio of the surfaces."""
-        return float(1 - self.surface[0] / 2)
-
     @cached_property
     def K(self) -> float:
         """Largest size of the coupling over all wave numbers."""
@@ -180,7 +175,7 @@ class LayeredPair:
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
-        surfaces = HalfSpaces(self.nu, float(self.surface[1] / 2), self.depth)
+        surfaces = HalfSpaces(float(1 - self.surface[0] / 2), float(self.surface[1] / 2), self.depth)
         found = surfaces.influence(grid, x, y, components)
         for name, added in added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added

@@ -60,11 +60,6 @@ class RollingLayers:
     even: ClassVar[bool] = False  # the past lies ahead
 
     @property
-    def nu(self) -> float:
-        """Combined Poisson's ratio (59) of the glassy surfaces."""
-        return self.surfaces.nu
-
-    @property
     def glassy(self) -> LayeredPair:
         return LayeredPair(self.upper.stack, self.lower.stack, self.depth)
 

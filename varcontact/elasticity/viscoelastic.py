@@ -57,19 +57,9 @@ class ViscoelasticMedium:
     lagging: tuple[Lagging, ...]
 
     @property
-    def nu(self) -> float:
-        """Combined Poisson's ratio (59) of the glassy bodies."""
-        return self.glassy.nu
-
-    @property
     def K(self) -> float:
         """Size of the coupling, no less than it has at any frequency."""
         return abs(self.glassy.K) + sum(each.factor * abs(each.medium.K) for each in self.lagging)
-
-    @property
-    def depth(self) -> float:
-        """In line contact: the depth from which displacements count."""
-        return self.glassy.depth
 
     @property
     def even(self) -> bool:

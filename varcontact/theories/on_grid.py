@@ -88,7 +88,7 @@ class _Contact:
         assert hertz is not None
         assert isinstance(motion, Steady)
         assert isinstance(friction, float)
-        coefficients = creepage_coefficients(hertz.a, hertz.b, disc.operators.medium.nu)
+        coefficients = creepage_coefficients(hertz.a, hertz.b, disc.bodies.combined_nu)
         G, limit = disc.bodies.combined_G, friction * hertz.force
         return cls(disc, state, motion, hertz.a, hertz.b, G, friction, limit, coefficients)
 
@@ -195,7 +195,7 @@ def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState
     contact = _Contact.of(disc, state)
     a, b, G, table = contact.a, contact.b, contact.G, contact.coefficients
     bound = contact.friction * contact.pressure("elliptic")
-    factors = (1 / (1 - disc.operators.medium.nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
+    factors = (1 / (1 - disc.bodies.combined_nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
 
     def found(creepage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         against = None

@@ -52,7 +52,7 @@ class FineGrid:
     """
 
     def __init__(self, disc: Discretisation, pressure: np.ndarray) -> None:
-        hertz, medium = disc.hertz, disc.operators.medium
+        hertz, medium, nu = disc.hertz, disc.operators.medium, disc.bodies.combined_nu
         assert hertz is not None
         self.disc, self.pressure = disc, pressure  # of the elements
         self.grid, self.lattice = disc.grid.divided(CELLS), disc.lattice.divided(CELLS)
@@ -61,9 +61,9 @@ class FineGrid:
         side = self.lattice.sides[0]
         self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
         self.root_means = root_means(self.lattice, *self.axes)
-        gradients = times_root_gradients(self.lattice, *self.axes, medium.nu)
+        gradients = times_root_gradients(self.lattice, *self.axes, nu)
         self.times_root = KnownTractions.on(self.root_means.times, gradients, side, self.derivative)
-        gradients = rooted_gradients(*self.axes, nu=medium.nu)[..., None, None]
+        gradients = rooted_gradients(*self.axes, nu=nu)[..., None, None]
         self.over_root = KnownTractions.on(self.root_means.over, gradients, side, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
