@@ -97,7 +97,7 @@ def by_quadrature(pair, x, dx, depth):
 
 @pytest.mark.parametrize("dx", [0.02, 0.4, 9.0])
 def test_strips_by_quadrature(dx):
-    half_spaces = HalfSpaces(PAIR.nu, PAIR.surface[1] / 2, 3.0)
+    half_spaces = HalfSpaces(1 - PAIR.surface[0] / 2, PAIR.surface[1] / 2, 3.0)
     for x in (0.0, dx, 0.3 + dx, 20.0 * dx):
         found = PAIR.influence(strips(dx), np.array([x]), np.zeros(1), NINE)
         closed = half_spaces.influence(strips(dx), np.array([x]), np.zeros(1), NINE)
