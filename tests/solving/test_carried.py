@@ -111,6 +111,25 @@ def test_a_flat_passes_once_a_turn():
     np.testing.assert_allclose(worn.height, 0.5 * flat.height)
 
 
+@pytest.mark.parametrize("turned", [-0.4, 0.0, 0.55])
+def test_a_flat_at_rest(turned):
+    """Fresh, or by measured slices: the chord of a wheel at rest at an angle, as its distance says by itself."""
+    half, at = 1.0, 3.0
+    flat = vc.Carried.flat(length=2 * half, radius=R, at=at, samples=401)
+    slices = vc.Carried(np.tile(flat.height, (5, 1)), flat.x, np.linspace(-1.5, 1.5, 5))
+    grid = vc.Grid(nx=40, ny=24, dx=0.1, dy=0.1, x0=-2.0, y0=-1.2)
+    base = vc.Paraboloids(R, R)
+    still = replace(roller(steps=1), surface=base, normal_force=0.6 / R, friction=0.0, grid=grid)
+    s = grid.x + turned
+    distance = base.distance(grid) + np.maximum(half**2 - s**2, 0.0) / (2 * R)
+    alone = vc.solve(replace(still, surface=vc.SampledDistance(distance), motion=vc.Shift()))
+    for carried in (flat, slices):
+        motion = vc.Transient(steps=1, dq=0.0, carried=carried, rolled=at + turned)
+        (found,) = vc.solve(replace(still, motion=motion))
+        assert found.approach == pytest.approx(alone.approach, rel=1e-4)
+        np.testing.assert_allclose(found.pressure, alone.pressure, atol=2e-3 * alone.max_pressure)
+
+
 def test_grids_make_room_for_heights_and_keep_an_accuracy():
     """A flat that moves the contact by its own half: forces within the stated errors of a finer answer."""
     flat = vc.Carried.flat(length=1.6, radius=R, at=1.5, worn=True)
