@@ -351,7 +351,7 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
     residual, lowest = _residual(problem, best), _merit(problem, at, trial)
     merit, equations, falls = lowest, None, False
-    while count < max_steps and idle < STALLED and residual > ENOUGH:
+    while count < max_steps and idle < (1 if residual <= SOLVED else STALLED) and residual > ENOUGH:
         check_time(deadline)
         count += 1
         sticks = ~problem.slips(trial, problem.operator.row_size)
