@@ -49,16 +49,19 @@ def test_hunter(length, force, moment):
     assert x.max() == pytest.approx(exact.centre + 1, abs=spread)
 
 
-@pytest.mark.parametrize("tag", ["own_1", "own_3", "example_case_3"])
+@pytest.mark.parametrize("tag", ["own_1", "own_3", "example_case_1", "example_case_3"])
 def test_contact_of_cylinders(tag):
-    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others."""
+    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others.
+
+    The first case of the example has relaxed at once.
+    """
     case = CASES[tag]
-    tau = 0.045 if tag == "example_case_3" else case["inputs"]["tc1"]
+    tau = case["inputs"]["tc1"] if "inputs" in case else {"example_case_1": 1e-12, "example_case_3": 0.045}[tag]
     x = -7.92 + 0.16 * np.arange(99)
     apart = np.full(99, 1e4)
     motion = (
         vc.Steady(Fx=-0.18 * case["Fn"], speed=1000.0)
-        if tau == 0.045
+        if "inputs" not in case
         else vc.Steady(vx=case["vx"], speed=case["veloc"])
     )
     sol = vc.solve(
@@ -77,7 +80,7 @@ def test_contact_of_cylinders(tag):
     assert sol.approach == pytest.approx(case["pen"], rel=1e-9)
     assert sol.vx == pytest.approx(case["vx"], rel=1e-8)
     assert sol.Fx == pytest.approx(case["Fx"], abs=1e-7 * 0.3 * case["Fn"])
-    assert sol.rolling_resistance == pytest.approx(-0.02 * case["My"], rel=1e-8)
+    assert sol.rolling_resistance == pytest.approx(-0.02 * case["My"], rel=1e-8, abs=1e-10 * case["Fn"])
 
 
 @pytest.mark.parametrize("options", [{}, {"coupling": "panagiotopoulos", "method": "active-set"}])
