@@ -45,10 +45,11 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
     return result
 
 
-def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
+def positive(field: str, value: Any) -> float:
     """A finite number above zero, of a size that can be computed with."""
     if type(value) is float and SMALL <= value <= LARGE:  # nearly always; single calls of fast theories wait for it
         return value
+    allowed = "a positive, finite number"
     result = number(field, value, allowed)
     if result <= 0:
         raise SceneError(field, value, allowed)
@@ -156,11 +157,11 @@ def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
     raise SceneError(field, value, allowed)
 
 
-def poisson(value: Any, field: str = "nu") -> np.ndarray:
+def poisson(value: Any) -> np.ndarray:
     """Poisson's ratios, in (-1, 0.5], of any shape."""
     allowed = "a Poisson's ratio in (-1, 0.5]"
-    result = numbers(field, value, allowed)
-    _require_all(field, result, (result > -1) & (result <= 0.5), allowed)
+    result = numbers("nu", value, allowed)
+    _require_all("nu", result, (result > -1) & (result <= 0.5), allowed)
     return result
 
 
