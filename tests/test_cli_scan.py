@@ -148,6 +148,6 @@ def test_plain_hertz_shows_no_alarming_residual():
     sol = vc.solve(scene)
     lines = sol.report().splitlines()
     (line,) = [line for line in lines if "certificate  " in line]
-    assert line.split(None, 1)[1] == "Hertz's closed form: exact in the continuum, nothing was iterated"
+    assert line.split(None, 1)[1] == "Hertz's closed form, exact in the continuum; no iterations"
     sampled = f"residual {sol.certificate.normal_residual:.1e} and relative gap {sol.certificate.relative_gap:.1e}"
-    assert f"(sampled on this grid it misses the equations of the elements: {sampled})" in lines[lines.index(line) + 1]
+    assert f"(residual of the discretised equations on this grid: {sampled})" in lines[lines.index(line) + 1]

@@ -315,8 +315,8 @@ MESSAGES = [
         lambda folder: vc.compare(scene(), ["convex+polish"]),
         '"convex+polish": only a program solver called by name is polished; write "convex"',
     ),
-    (lambda folder: vc.compare(scene(), []), "methods = [] is not allowed: must be one at least"),
-    (lambda folder: vc.compare({}, ["tang"]), "scenes = [] is not allowed: must be one at least"),
+    (lambda folder: vc.compare(scene(), []), "methods = [] is not allowed: must be at least one"),
+    (lambda folder: vc.compare({}, ["tang"]), "scenes = [] is not allowed: must be at least one"),
     (lambda folder: vc.compare({1: scene()}, ["tang"]), "scenes = 1 is not allowed: must be named by strings"),
     (
         lambda folder: vc.compare(scene(motion=vc.Transient(steps=1, dq=0.1)), ["tang"]),
@@ -326,7 +326,7 @@ MESSAGES = [
         lambda folder: vc.converge(scene(), []),
         "cells = [] is not allowed: must be a sequence of grids, each finer than the one before",
     ),
-    (lambda folder: vc.converge(scene(), [8, 16], method=[]), "method = [] is not allowed: must be one at least"),
+    (lambda folder: vc.converge(scene(), [8, 16], method=[]), "method = [] is not allowed: must be at least one name"),
     (
         lambda folder: vc.converge(scene(motion=vc.Transient(steps=1, dq=0.1)), [8, 16]),
         "motion = Transient(steps=1, dq=0.1, dt=None, direction=1, vx=0.0, vy= ... 66666666666666) "

@@ -442,7 +442,7 @@ def test_errors_come_whole_out_of_other_processes(error):
     ("call", "words"),
     [
         (lambda s: vc.sweep(3), "scenes = 3 .* must be a Scene, a list of them, or a dict of them by name"),
-        (lambda s: vc.sweep([]), "scenes = .* one at least"),
+        (lambda s: vc.sweep([]), "scenes = .* at least one"),
         (lambda s: vc.sweep([s, 3]), r"scenes\[1\] = 3 is not allowed: must be a Scene"),
         (lambda s: vc.sweep({1: s}), "scenes = 1 is not allowed: must be named by strings"),
         (lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1, vx=0.1))), "scenes is a history"),
@@ -452,7 +452,7 @@ def test_errors_come_whole_out_of_other_processes(error):
         (lambda s: vc.sweep(s, {"friction.static": [1.0]}), 'no "friction.static": friction is float'),
         (lambda s: vc.sweep(s, {"motion": [1.0]}), r'over: "motion" is no number \(as "motion.vx"\)'),
         (lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}), "motion is missing"),
-        (lambda s: vc.sweep(s, {"motion.vx": []}), r"over\['motion.vx'\] = .* one value at least"),
+        (lambda s: vc.sweep(s, {"motion.vx": []}), r"over\['motion.vx'\] = .* at least one value"),
         (lambda s: vc.sweep(s, {"motion.vx": 0.1}), r"over\['motion.vx'\] = 0.1 is not allowed: must be a list of"),
         (lambda s: vc.sweep(s, {"motion.vx": [0.1, None]}), r"over\['motion.vx'\] = None .* a list of numbers"),
         (lambda s: vc.sweep(s, {"motion.vx": [0.1, 0.1]}), r"over\['motion.vx'\] = .* different values"),

@@ -126,7 +126,7 @@ def test_the_store_goes_on(tmp_path):
     ({"one": CARTER["line, creepage 0.3"].scene}, None, r"scenes\['one'\].*must be one of those"),
     (CARTER, ["fastsimm"], "methods"),
     (CARTER, "fastsim", "a list of names or ways"),
-    (CARTER, [], "one at least"),
+    (CARTER, [], "at least one name"),
     (CARTER, 3, "methods = 3 .* a list of names or ways"),
     (["a"], None, "a dict of names and references"),
     (CARTER, [Way(cells=8, options=(("certify", None),)), Way(cells=8)], "'centres 8' .* one way of this name"),

@@ -129,7 +129,7 @@ def compare(
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         empty = "methods" if named else "scenes"
-        raise SceneError(empty, [], "one at least")
+        raise SceneError(empty, [], "at least one")
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         comparison = _Comparison(table, chosen, tol, progress)

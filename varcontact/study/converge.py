@@ -112,7 +112,7 @@ def converge(
         raise SceneError("method", method, "a name, or a list of names")
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least")
+        raise SceneError("method", method, "at least one name")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
     _check_free_of_one_grid(scene)

@@ -53,7 +53,7 @@ def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
     else:
         raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
     if not base:
-        raise SceneError("scenes", base, "one at least")
+        raise SceneError("scenes", base, "at least one")
     for name, scene in zip(names, base, strict=True):
         _check_one_problem(f"scenes[{name!r}]", scene)
     return {SCENE: names}, base
@@ -80,7 +80,7 @@ def _values(over: Any) -> dict[str, list[Any]]:
             raise SceneError(field, given, "a list of numbers")
         values = [value.item() if isinstance(value, np.generic) else value for value in given]
         if not values:
-            raise SceneError(field, values, "one value at least")
+            raise SceneError(field, values, "at least one value")
         for value in values:
             if isinstance(value, bool) or not isinstance(value, int | float | str):
                 raise SceneError(field, value, "a list of numbers")

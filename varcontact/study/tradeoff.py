@@ -177,7 +177,7 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
         options: tuple[tuple[str, Any], ...] = () if name == "auto" else (("tangential", name),)
         found += [Way(cells=n, options=options) for n in numbers]
     if not found:
-        raise SceneError("methods", [], "one at least")
+        raise SceneError("methods", [], "at least one name")
     by_name: dict[str, Way] = {}
     for way in found:
         if by_name.setdefault(str(way), way) != way:
