@@ -167,7 +167,7 @@ MESSAGES = [
     (
         lambda folder: read(folder, "friction =", "xyz ="),
         "xyz: there is no such key; there are bodies, surface, normal_force, approach, friction, "
-        "third_body, motion, grid, units",
+        "third_body, thermal, motion, grid, units",
     ),
     (lambda folder: read(folder, "bodies = {G = 1.0, nu = 0.3}", ""), "bodies is missing: add a table [bodies]"),
     (lambda folder: read(folder, ", nu = 0.3", ""), "bodies.nu is missing"),

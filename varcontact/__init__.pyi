@@ -36,7 +36,7 @@ from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.grid import Grid
-from .scene.interface import ThirdBody
+from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
@@ -102,6 +102,7 @@ __all__ = [
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
+    "Thermal",
     "ThirdBody",
     "TimeStep",
     "TooLarge",

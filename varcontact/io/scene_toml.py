@@ -19,7 +19,7 @@ from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelast
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
-from varcontact.scene.interface import ThirdBody
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
@@ -139,6 +139,11 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
         entries["grid"] = make("grid", Grid, entries["grid"])
     if "third_body" in entries:
         entries["third_body"] = make("third_body", ThirdBody, table_of("third_body", entries["third_body"]))
+    if isinstance(entries.get("thermal"), Mapping):
+        thermal = table_of("thermal", entries["thermal"])
+        sides = ["upper", "lower"] if "upper" in thermal or "lower" in thermal else []
+        pair = [make(f"thermal.{side}", Thermal, table_of(f"thermal.{side}", thermal.get(side))) for side in sides]
+        entries["thermal"] = tuple(pair) if pair else make("thermal", Thermal, thermal)
     if "units" in entries:
         entries["units"] = make("units", Units, table_of("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):
@@ -162,7 +167,8 @@ def scene_to(scene: Scene) -> dict[str, Any]:
     for field in dataclasses.fields(scene):
         value = getattr(scene, field.name)
         if value is not None:
-            table[field.name] = _plain(value)
+            plain = dict(zip(("upper", "lower"), value, strict=True)) if field.name == "thermal" else value
+            table[field.name] = _plain(plain)
     return table
 
 
@@ -171,6 +177,8 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, tuple):
         return [_plain(each) for each in value]
+    if isinstance(value, dict):
+        return {name: _plain(each) for name, each in value.items()}
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}

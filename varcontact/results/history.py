@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.stick_slip import EXTERIOR
+from varcontact.discrete.temperature import background
 from varcontact.errors import SceneError
 from varcontact.html import html_text
 from varcontact.results.error_estimate import ErrorEstimate
@@ -113,6 +115,45 @@ class History(Sequence[Solution]):
         """Work lost by friction in each step [force length], shape (steps,)."""
         dq = self.dq
         return self._series("friction_work") * np.where(dq > 0, dq, 1.0)
+
+    def temperature(self, k: int = -1) -> np.ndarray:
+        """Temperature of the surfaces of body 1 and body 2 at the end of a step, followed along the material.
+
+        Parameters
+        ----------
+        k : int
+            The step, from 0; the last one by default.
+
+        Returns
+        -------
+        ndarray, shape (2, ny, nx)
+
+        Raises
+        ------
+        SceneError
+            Without thermal data, or if there is no such step.
+        """
+        thermal, grid, n = self.scene.thermal, self.grid, len(self)
+        if thermal is None:
+            raise SceneError("thermal", None, "given: the thermal data of both bodies")
+        if not -n <= k < n:
+            raise SceneError("k", k, f"a step, from 0 to {n - 1}")
+        count = k % n + 1
+        dt = np.broadcast_to(np.asarray(self._motion.every("dt")), n)[:count].astype(float)
+        dq, position, end = self.dq[:count], self.position[:count], np.cumsum(dt)
+        middle = position - self._motion.every("direction")[:count] * dq / 2
+        rise, passed = np.zeros(grid.shape), np.zeros((2, *grid.shape))
+        for j, step in enumerate(self[:count]):
+            there = grid.x + position[-1] - middle[j]
+            heat = step.power_density * (dq[j] if dq[j] > 0 else 1.0) / dt[j]
+            fields = np.array([heat, step.state != EXTERIOR])
+            heat, touches = (np.array([np.interp(there, grid.x, row, 0, 0) for row in field]) for field in fields)
+            before, after = end[-1] - end[j] + dt[j], end[-1] - end[j]
+            rise += 2 * heat * (np.sqrt(before) - np.sqrt(after))
+            passed += [dt[j] * (touches >= 0.5), dt[j] * ((touches >= 0.5) | (passed[1] > 0))]
+        rise /= np.sqrt(np.pi) * sum(body.effusivity for body in thermal)
+        out = np.where(passed[1] > 0, passed[0] / np.where(passed[1] > 0, passed[1], 1.0), 0.0)
+        return np.asarray(rise + background(2 / np.pi * np.arcsin(np.sqrt(out)), thermal))
 
     def work_along(self, period: float | None = None) -> xr.DataArray:
         """Work lost by friction where it was lost on the bodies: by area, along the way X that they have rolled.

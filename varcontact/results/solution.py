@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
+from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import html_table
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
@@ -176,6 +177,18 @@ class Solution:
         if law.memory_distance > 0 and self.weakening is not None:
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
+
+    @property
+    def temperature(self) -> np.ndarray | None:
+        """Temperature of the surfaces of body 1 and body 2, (2, ny, nx), in steady rolling with thermal data, or None.
+
+        In the contact it is the same of both; beside and behind it each has its own.
+        """
+        scene = self.scene
+        if scene.thermal is None or scene.speed is None:
+            return None
+        heat, dx = self.power_density * scene.speed, self.grid.sides[0]
+        return surface_temperatures(heat, self.state != EXTERIOR, dx, scene.speed, scene.thermal)
 
     @property
     def Fx(self) -> float:

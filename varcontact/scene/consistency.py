@@ -17,7 +17,7 @@ from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.interface import ThirdBody
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
@@ -87,8 +87,12 @@ def check_speed(scene: Scene) -> None:
         raise SceneError("bodies.layers", scene.bodies, allowed)
     if scene.bodies.relaxes and given is None:
         raise SceneError(f"motion.{name}", None, f"given: viscoelastic bodies depend on {what}")
-    if given is not None and not scene.bodies.relaxes:
-        allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic"
+    if scene.thermal is not None and isinstance(motion, Shift):
+        raise SceneError("motion", motion, "Steady(speed=...) or Transient(dt=...): temperatures need time")
+    if scene.thermal is not None and motion is not None and given is None:
+        raise SceneError(f"motion.{name}", None, f"given: temperatures depend on {what}")
+    if given is not None and not scene.bodies.relaxes and scene.thermal is None:
+        allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic, or thermal is given"
         raise SceneError(f"motion.{name}", given, allowed)
 
 
@@ -262,6 +266,15 @@ def check_conformal(scene: Scene) -> None:
     if motion is not None and motion.Fy is not None:
         allowed = "left out: in conformal contact the pressure bears a part of it; prescribe vy or uy"
         raise SceneError("motion.Fy", motion.Fy, allowed)
+
+
+def thermal_pair(thermal: Any) -> tuple[Thermal, Thermal] | None:
+    """Thermal data of both bodies, which may be alike."""
+    if thermal is None or isinstance(thermal, Thermal):
+        return None if thermal is None else (thermal, thermal)
+    if not (isinstance(thermal, tuple | list) and len(thermal) == 2 and all(isinstance(t, Thermal) for t in thermal)):
+        raise SceneError("thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)")
+    return thermal[0], thermal[1]
 
 
 def check_third_body(scene: Scene) -> None:

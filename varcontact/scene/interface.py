@@ -65,3 +65,45 @@ class ThirdBody:
     def yields(self) -> bool:
         """Whether it can flow."""
         return self.tau_c0 < math.inf
+
+
+@dataclass(frozen=True)
+class Thermal:
+    """Thermal data of a body, for the temperature of its surface.
+
+    Heat is work by time, in the scene's units: only ``conductivity`` [work/(time length temperature)] and the product
+    ``density * heat_capacity`` [work/(length^3 temperature)] count. For steel in N, mm and seconds 50 and 3.53.
+
+    Parameters
+    ----------
+    conductivity : float
+        Positive.
+    density, heat_capacity : float
+        Mass by volume, and heat by mass and temperature; positive.
+    temperature : float
+        Before contact; 0 (default), if only the rise is asked for.
+
+    Raises
+    ------
+    SceneError
+        For entries out of range.
+
+    Examples
+    --------
+    >>> print(f"{Thermal(conductivity=50.0, density=7.85e-9, heat_capacity=4.5e8).effusivity:.2f}")
+    13.29
+    """
+
+    conductivity: float
+    density: float
+    heat_capacity: float
+    temperature: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.entries(self, "thermal", checks.positive, "conductivity", "density", "heat_capacity")
+        checks.entries(self, "thermal", checks.moderate, "temperature")
+
+    @property
+    def effusivity(self) -> float:
+        """How much heat it takes in: ``sqrt(conductivity density heat_capacity)``."""
+        return math.sqrt(self.conductivity * self.density * self.heat_capacity)

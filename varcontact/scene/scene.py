@@ -20,7 +20,7 @@ from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
-from varcontact.scene.interface import ThirdBody
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
@@ -71,6 +71,8 @@ class Scene(Generic[MotionT_co]):
         grid. Needed where there is a motion.
     third_body : ThirdBody, optional
         A layer between the bodies, which shears and yields.
+    thermal : Thermal or pair (upper, lower), optional
+        Thermal data of both bodies, of one kind or two: steady rolling then has a speed, a history times of its steps.
     motion : Steady, Shift or Transient, optional
         None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
     grid : Grid or "auto"
@@ -102,6 +104,7 @@ class Scene(Generic[MotionT_co]):
     approach: float | None = None
     friction: float | np.ndarray | Law | None = None
     third_body: ThirdBody | None = None
+    thermal: tuple[Thermal, Thermal] | None = None
     motion: MotionT_co = None  # type: ignore[assignment]
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
@@ -118,6 +121,7 @@ class Scene(Generic[MotionT_co]):
             approach: float | None = None,
             friction: float | np.ndarray | Law | None = None,
             third_body: ThirdBody | None = None,
+            thermal: Thermal | tuple[Thermal, Thermal] | None = None,
             motion: None = None,
             grid: Grid | Literal["auto"] = "auto",
             units: Units | None = None,
@@ -133,6 +137,7 @@ class Scene(Generic[MotionT_co]):
             approach: float | None = None,
             friction: float | np.ndarray | Law | None = None,
             third_body: ThirdBody | None = None,
+            thermal: Thermal | tuple[Thermal, Thermal] | None = None,
             motion: MotionT_co,
             grid: Grid | Literal["auto"] = "auto",
             units: Units | None = None,
@@ -142,6 +147,7 @@ class Scene(Generic[MotionT_co]):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", as_bodies(self.bodies))
+        object.__setattr__(self, "thermal", consistency.thermal_pair(self.thermal))
         consistency.check_parts(self)
         set_ = object.__setattr__
         if self.normal_force is not None:

@@ -1,0 +1,132 @@
+"""Temperature of the surfaces: closed forms, their order, energy, partition, and histories."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.discrete.temperature import surface_temperatures
+
+HALF = vc.Thermal(1.0, 1.0, 0.25)  # two of effusivity 1/2
+STEEL = vc.Thermal(conductivity=50.0, density=7.85e-9, heat_capacity=4.5e8)
+
+
+def rolling(thermal=STEEL, **changes):
+    entries = {
+        "bodies": vc.Bodies(G=82e3, nu=0.28),
+        "surface": vc.Paraboloids(1 / 0.00203, 1 / 0.000843),
+        "normal_force": 1e5,
+        "friction": 0.3,
+        "thermal": thermal,
+        "motion": vc.Steady(vx=-0.03333, speed=3e4),
+        "grid": vc.Grid(nx=72, ny=21, dx=0.6, dy=1.1, x0=-36.0, y0=-11.55),
+    }
+    return vc.Scene(**entries | changes)
+
+
+def peak(form, n):
+    x = -1 + (np.arange(n) + 0.5) * 2 / n
+    T = surface_temperatures(form(x)[None], np.ones((1, n), bool), 2 / n, 1.0, (HALF, HALF))[0, 0]
+    top = int(T.argmax())
+    return np.polyval(np.polyfit(x[top - 1 : top + 2], T[top - 1 : top + 2], 2), x[top]), x[top]
+
+
+def test_parabolic_heat_converges_to_its_maximum():
+    exact = (1.5**1.5 + 2 / 3 * 1.5**1.5 - 2 / 5 * 1.5**2.5) / math.sqrt(math.pi)
+    assert exact == pytest.approx(1.1056, abs=1e-4)
+    errors = []
+    for n in (30, 60, 120):
+        x = -1 + (np.arange(n) + 0.5) * 2 / n
+        T = surface_temperatures((1 - x**2)[None], np.ones((1, n), bool), 2 / n, 1.0, (HALF, HALF))[0, 0]
+        u = 1 - x  # distance from the leading edge
+        closed = (4 / 3 * u**1.5 * 2 - 16 / 15 * u**2.5) / math.sqrt(math.pi)
+        errors.append(np.abs(T - closed)[x < 0.5].max())
+    assert all(1.4 < np.log2(coarse / fine) for coarse, fine in pairwise(errors))
+    assert errors[-1] < 2e-4
+
+
+def test_elliptic_heat_has_the_known_maximum():
+    height, place = peak(lambda x: np.sqrt(1 - x**2), 400)
+    assert height == pytest.approx(1.2346, rel=1e-4) and place == pytest.approx(-0.652, abs=0.01)
+
+
+def test_uniform_heat_is_largest_behind():
+    n = 400
+    T = surface_temperatures(np.ones((1, n)), np.ones((1, n), bool), 2 / n, 1.0, (HALF, HALF))[0, 0]
+    assert T.argmax() == 0 and T[0] == pytest.approx(2 * math.sqrt(2 / math.pi), rel=2e-3)
+
+
+def test_full_sliding_of_a_wheel_has_the_closed_form_maximum():
+    sol = vc.solve(rolling(), normal="hertz")
+    hertz = sol.scene.hertz
+    q0 = 0.03333 * 3e4 * 0.3 * hertz.peak_pressure
+    expected = 1.2346 * q0 / (2 * STEEL.effusivity) * math.sqrt(hertz.a / 3e4)
+    assert sol.temperature.max() == pytest.approx(expected, rel=0.02)  # the elastic slip varies by that
+    far = sol.temperature[0, sol.grid.ny // 2]
+    assert np.all(np.diff(far[: np.argmax(far)]) > 0)  # the tail cools off behind
+
+
+def test_bodies_of_other_temperatures_meet_at_the_mean_and_part_again():
+    cold, hot = replace(STEEL, temperature=20.0), vc.Thermal(30.0, 7.2e-9, 5e8, temperature=80.0)
+    scene = rolling((cold, hot), friction=0.0)
+    sol = vc.solve(scene)
+    contact = sol.state != 0
+    mean = (cold.effusivity * 20 + hot.effusivity * 80) / (cold.effusivity + hot.effusivity)
+    assert np.allclose(sol.temperature[:, contact], mean, rtol=1e-14)
+    row = sol.grid.ny // 2
+    a = contact[row].sum() * sol.grid.dx / 2
+    centre = sol.grid.x[contact[row]].mean()
+    behind = sol.grid.x < centre - a
+    part = 2 / np.pi * np.arcsin(np.sqrt(2 * a / (a + centre - sol.grid.x[behind])))
+    assert np.allclose(sol.temperature[0, row, behind], 20 + (mean - 20) * part, rtol=1e-12)
+    assert np.allclose(sol.temperature[1, row, behind], 80 + (mean - 80) * part, rtol=1e-12)
+    assert np.allclose(sol.temperature[:, row, sol.grid.x > centre + a], [[20.0], [80.0]])
+
+
+def test_history_along_the_material_goes_over_into_steady_rolling():
+    grid = vc.Grid(nx=40, ny=9, dx=0.6, dy=2.5, x0=-16.0, y0=-11.25)
+    warm = replace(STEEL, temperature=50.0)
+    steady = vc.solve(rolling((STEEL, warm), grid=grid))
+    motion = vc.Transient(steps=60, dq=0.6, dt=0.6 / 3e4, vx=-0.03333)
+    history = vc.solve(rolling((STEEL, warm), grid=grid, motion=motion))
+    found, expected = history.temperature(), steady.temperature
+    assert np.abs(found - expected).max() < 0.06 * expected.max()
+    assert history.temperature(0).max() < 0.5 * expected.max()
+
+
+def test_units_do_not_matter():
+    metre = vc.Thermal(conductivity=50.0, density=7850.0, heat_capacity=450.0)
+    scene = rolling(
+        metre,
+        bodies=vc.Bodies(G=82e9, nu=0.28),
+        surface=vc.Paraboloids(1 / 2.03, 1 / 0.843),
+        motion=vc.Steady(vx=-0.03333, speed=30.0),
+        grid=vc.Grid(nx=72, ny=21, dx=6e-4, dy=1.1e-3, x0=-36e-3, y0=-11.55e-3),
+    )
+    assert np.allclose(vc.solve(scene).temperature, vc.solve(rolling()).temperature, rtol=1e-9, atol=1e-9)
+
+
+def test_scene_files_keep_thermal_data(tmp_path):
+    for thermal in (STEEL, (STEEL, HALF)):
+        scene = rolling(thermal)
+        scene.save(tmp_path / "warm.toml")
+        assert vc.read_scene(tmp_path / "warm.toml")[0].thermal == scene.thermal
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"thermal": (STEEL, None)}, "thermal"),
+        ({"motion": vc.Steady(vx=0.01)}, "motion.speed"),
+        ({"motion": vc.Shift(ux=0.01)}, "motion"),
+        ({"motion": vc.Transient(steps=2, vx=0.01, dq=0.1)}, "motion.dt"),
+    ],
+)
+def test_thermal_data_that_do_not_do(changes, name):
+    with pytest.raises(vc.SceneError, match=name):
+        rolling(**changes)
+    with pytest.raises(vc.SceneError, match="density"):
+        vc.Thermal(1.0, -1.0, 1.0)
