@@ -15,6 +15,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -139,20 +140,23 @@ class GeometryTable:
         checks.choice("side", side, tuple(SIGN))
         sign = SIGN[side]
         (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
-        corner = np.ix_((i, i + 1), (j, j + 1))
-        counts = self.count[corner]
-        if (counts == counts[0, 0]).all():
-            weights = np.array([[(1 - s) * (1 - t), (1 - s) * t], [s * (1 - t), s * t]])
-        else:
-            weights = np.zeros((2, 2))
-            weights[round(s), round(t)] = 1.0
-        number = int(counts[np.unravel_index(weights.argmax(), (2, 2))])
-        nodes = self.patches[corner]
-        found = np.tensordot(weights, nodes, 2)[:number]
-        load, borne = float(np.sum(weights * _borne(nodes))), float(_borne(found))
+        four = slice(i, i + 2), slice(j, j + 2)
+        counts = self.count[four].ravel().tolist()
+        weights = np.array([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
+        if len(set(counts)) > 1:
+            nearest = 2 * round(s) + round(t)
+            counts, weights = counts[nearest:], np.eye(4)[nearest]
+        nodes = self.patches[four].reshape(4, -1)
+        found = (weights @ nodes).reshape(SLOTS, COLUMNS)[: counts[0]]
+        load, borne = float(weights @ self._loads[four].ravel()), float(_borne(found))
         if borne > 0:
             found[:, 4:] *= (load / borne) ** GROWTH
-        return float(np.sum(weights * self.z[corner])), found * MIRRORED if side == "left" else found
+        return float(weights @ self.z[four].ravel()), found * MIRRORED if side == "left" else found
+
+    @cached_property
+    def _loads(self) -> np.ndarray:
+        """What the normal forces bear at the nodes."""
+        return _borne(self.patches)
 
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim", **options: Any
@@ -181,7 +185,7 @@ class GeometryTable:
         # each wheel at its own height: of the roll that takes, this is what counts in the creepages
         axle = [[0.0, y, z - self.wheelset.radius] for z, found in sides for _ in found]
         cosine, sine, nothing = np.cos(patches[:, 3]), np.sin(patches[:, 3]), np.zeros(len(patches))
-        lateral, inwards = np.stack([nothing, cosine, sine], axis=1), np.stack([nothing, -sine, cosine], axis=1)
+        lateral, inwards = np.array([nothing, cosine, sine]).T, np.array([nothing, -sine, cosine]).T
         arms = patches[:, :3] - axle
         rolled = _creepages(arms + patches[:, 7:] * inwards, lateral, inwards, yaw, velocity, self.wheelset.radius)
         normal, (vx, vy, spin) = patches[:, 6], rolled.T
@@ -193,7 +197,7 @@ class GeometryTable:
         on_wheel[:, 0] = -found.Fx
         moment = _cross(arms, on_wheel) - found.Mz[:, None] * inwards
         return WheelSetForces(
-            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.stack([found.Fx, found.Fy], axis=1)
+            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.array([found.Fx, found.Fy]).T
         )
 
 
@@ -292,7 +296,7 @@ def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int
     value = sign * checks.number(field, given)
     if not nodes[0] <= value <= nodes[-1]:
         raise SceneError(field, given, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
-    i = min(int(np.searchsorted(nodes, value, side="right")) - 1, nodes.size - 2)
+    i = min(int(nodes.searchsorted(value, side="right")) - 1, nodes.size - 2)
     return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
 
@@ -311,14 +315,14 @@ def _creepages(
     particle = along + _cross(turning, arms)
     speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
     check_forward(float(speed.min()))
-    sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
-    return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
+    sliding = [particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]
+    return np.asarray(-np.array(sliding).T / speed[:, None])
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Of few vectors, where `numpy.cross` takes long to begin."""
     (a, b, c), (x, y, z) = one.T, other.T
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x]).T
 
 
 def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
