@@ -16,6 +16,7 @@ from typing import Any, cast
 import numpy as np
 
 from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.scene.friction import Law
 from varcontact.solving.options import CertifyName
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
@@ -142,8 +143,8 @@ def solve_wheel_set(
     """See `WheelSetOnTrack.solve`."""
     from scipy.optimize import NoConvergence, broyden1, root
 
-    balance, x = _balanced(case, _fast())
-    inverse = np.linalg.inv(balance.slopes(x, _fast()))
+    balance, x = _balanced(case, _near)
+    inverse = np.linalg.inv(balance.slopes(x, _near))
     solved = 0
 
     def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
@@ -190,7 +191,10 @@ def estimate_wheel_set(
     case: WheelSetOnTrack, normal: str, tangential: str, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
-    solver = _fast(normal, tangential, **options)
+
+    def solver(wheel: WheelOnRail) -> WheelForces:
+        return wheel.estimate(normal, tangential, **options)
+
     balance, x = _balanced(case, solver)
     found = _solution(balance, x, solver, 0, None)
     if found.imbalance > tol:
@@ -201,11 +205,10 @@ def estimate_wheel_set(
     return found
 
 
-def _fast(normal: str = "virtual-penetration", tangential: str = "fastsim", **options: Any) -> Solver:
-    def solver(wheel: WheelOnRail) -> WheelForces:
-        return wheel.estimate(normal, tangential, **options)
-
-    return solver
+def _near(wheel: WheelOnRail) -> WheelForces:
+    """The fast way where exact solutions begin: under a law with its kinetic coefficient."""
+    law = wheel.friction
+    return (replace(wheel, friction=law.kinetic or law.static) if isinstance(law, Law) else wheel).estimate()
 
 
 def _solution(
@@ -218,7 +221,7 @@ def _solution(
             reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
             raise SceneError("roll_moment", case.roll_moment, message=reason)
         deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
-        softer = float(_fast()(deeper).force[2] - _fast()(replace(each.case, z=each.z)).force[2])
+        softer = float(_near(deeper).force[2] - _near(replace(each.case, z=each.z)).force[2])
         if softer < 0:
             reason = (
                 f"the {each.case.side} wheel is wedged at y = {each.case.position.y:.4g} mm: pressed in deeper, "
