@@ -14,6 +14,7 @@ from varcontact.cli.scan import curve, scan
 from varcontact.cli.solve import plan, solve
 from varcontact.cli.sweep import make_table, sweep
 from varcontact.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_SOLVED, fail, show
+from varcontact.cli.vehicle_codes import export_table
 from varcontact.cli.wheelrail import wheelrail
 from varcontact.errors import NotConverged, VarcontactError
 
@@ -77,8 +78,8 @@ tables = typer.Typer(
     help="Table books: exact forces for many creepages.",
     epilog=MAKE_TABLE,
 )
-tables.callback()(lambda: None)  # a group, of one command
 tables.command("make", epilog=MAKE_TABLE)(make_table)
+tables.command("export", epilog="Example: varcontact table export --c vehicle_code")(export_table)
 app.add_typer(tables, name="table")
 
 

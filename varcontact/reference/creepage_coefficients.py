@@ -135,7 +135,7 @@ def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
     """The table's columns, scaled, at x = log(a/b) in its range, in front of the shape of both."""
     place = (x + END) * (INTERVALS / (2 * END))
     first, values = near_splines(place if x.ndim else float(place), INTERVALS)
-    splines = _table() if nu.ndim else _at_poisson(float(nu))
+    splines = _table() if nu.ndim else coefficient_splines(float(nu))
     near = np.einsum("k...,...kc->...c", np.array(values), splines[np.asarray(first)[..., None] + FOUR])
     if nu.ndim:
         return np.einsum("...ck,...k->c...", near.reshape(*x.shape, 4, _POWERS), _powers(nu))
@@ -143,7 +143,7 @@ def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _at_poisson(nu: float) -> np.ndarray:
+def coefficient_splines(nu: float) -> np.ndarray:
     return np.asarray(_table().reshape(-1, 4, _POWERS) @ _powers(np.array([nu]))[0])
 
 

@@ -186,7 +186,7 @@ class TableBook:
 
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
-        file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
+        file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self.digest()
         names = ("ratio", "magnitude", "direction", "component", *_SPLINE, "spline at full slip")
         for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True):
             file.createDimension(name, size)
@@ -211,7 +211,7 @@ class TableBook:
                     arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
                     arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
                     book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
-                    whole = book._digest() == file.digest.decode()
+                    whole = book.digest() == file.digest.decode()
         if found != FORMAT:
             kind = f"a {found!r} file" if found else "another netCDF file"
             raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
@@ -223,7 +223,7 @@ class TableBook:
         array = packed(self.splines)[name] if name in _PACKED else getattr(self, name)
         return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
 
-    def _digest(self) -> str:
+    def digest(self) -> str:
         content = [self._packed(name).tobytes() for name in _VARIABLES]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 

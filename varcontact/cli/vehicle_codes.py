@@ -1,0 +1,37 @@
+"""``varcontact table export BOOK --c DIR``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from varcontact.cli import options as opt
+from varcontact.cli.terminal import show
+from varcontact.errors import SceneError
+
+
+def export_table(
+    book: Annotated[
+        Path | None, typer.Argument(help="Table book (.nc).  [default: that of the package]", show_default=False)
+    ] = None,
+    c: Annotated[
+        Path | None,
+        typer.Option("--c", help="Folder for C99 source, MATLAB and Modelica wrappers.", show_default=False),
+    ] = None,
+    fmu: Annotated[
+        Path | None, typer.Option("--fmu", help="Folder for FMUs of FMI 2.0 and 3.0.", show_default=False)
+    ] = None,
+    force: opt.Force = False,
+) -> None:
+    """Export a table book to vehicle codes: as C, for MATLAB and Modelica, and as FMUs."""
+    from varcontact.io.vehicle_codes import write_c, write_fmu
+    from varcontact.theories.table_book import TableBook
+
+    if c is None and fmu is None:
+        raise SceneError("--c", None, "given: name a folder with --c or --fmu")
+    read = None if book is None else TableBook.read(book)
+    paths = [] if c is None else write_c(c, read, force)
+    paths += [] if fmu is None else write_fmu(fmu, read, force)
+    show("\n".join(map(str, paths)))
