@@ -11,6 +11,7 @@ from varcontact import __version__
 from varcontact.cli.compare import compare, converge, tradeoff
 from varcontact.cli.options import METHODS
 from varcontact.cli.scan import curve, scan
+from varcontact.cli.serve import serve
 from varcontact.cli.solve import plan, solve
 from varcontact.cli.sweep import make_table, sweep
 from varcontact.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_SOLVED, fail, show
@@ -36,6 +37,7 @@ COMMANDS: dict[Any, tuple[str, str]] = {
         "Solve a wheel on a rail, from profiles, position and load.",
         "wheelrail case.toml --out table.csv --plot wheel.png",
     ),
+    serve: ("Solve wheels for a vehicle code, by lines of JSON.", "serve --port 5005"),
 }
 """Each command with its line in the help, and an example."""
 MAKE_TABLE = "Example: varcontact table make --nu 0.3 --out steel.nc --workers 2"
@@ -70,7 +72,7 @@ app = typer.Typer(
     "is reported), 130 interrupted (standard error says what is kept).",
 )
 for command, (summary, example) in COMMANDS.items():
-    methods = "" if command in (tradeoff, wheelrail) else f"{METHODS}\n\n"
+    methods = "" if command in (tradeoff, wheelrail, serve) else f"{METHODS}\n\n"
     app.command(short_help=summary, epilog=f"{methods}Example: varcontact {example}")(command)
 tables = typer.Typer(
     no_args_is_help=True,

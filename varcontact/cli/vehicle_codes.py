@@ -32,6 +32,6 @@ def export_table(
     if c is None and fmu is None:
         raise SceneError("--c", None, "given: name a folder with --c or --fmu")
     read = None if book is None else TableBook.read(book)
-    paths = [] if c is None else write_c(c, read, force)
-    paths += [] if fmu is None else write_fmu(fmu, read, force)
+    paths = [] if c is None else write_c(c, read, force, "--c")
+    paths += [] if fmu is None else write_fmu(fmu, read, force, "--fmu")
     show("\n".join(map(str, paths)))

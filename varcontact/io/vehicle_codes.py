@@ -19,7 +19,7 @@ import numpy as np
 from varcontact import __version__, checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.reference.creepage_coefficients import END, coefficient_splines
-from varcontact.system.files import check_replaceable, check_writable, write_whole
+from varcontact.system.files import check_replaceable, write_whole
 from varcontact.theories.table import NEAR, book_of
 from varcontact.theories.table_book import AT_FULL, HALFWAY, KNEE, MORE, ROOM, SPIN, TableBook, packed, shipped
 
@@ -37,7 +37,9 @@ BETWEEN = " Between them, the largest difference from exact solutions\n * at 127
 """What was measured of the book of the package, see docs/fast_theories.md."""
 
 
-def write_c(folder: str | Path, book: TableBook | None = None, overwrite: bool = False) -> list[Path]:
+def write_c(
+    folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
+) -> list[Path]:
     """Write a table book as C99 source without dependencies, with the wrappers of MATLAB and Modelica.
 
     Parameters
@@ -48,6 +50,8 @@ def write_c(folder: str | Path, book: TableBook | None = None, overwrite: bool =
         That of the package (nu = 0.28), if none is given.
     overwrite : bool
         Whether to replace files of these names that varcontact did not write.
+    field : str
+        What errors call the folder.
 
     Returns
     -------
@@ -67,15 +71,17 @@ def write_c(folder: str | Path, book: TableBook | None = None, overwrite: bool =
     Forces are those of `theories.table_forces` to rounding, with derivatives by the creepages if wanted.
     """
     known = _entries(book)
-    return _written(folder, {name: _filled(name, known).encode() for name in LIBRARY}, overwrite)
+    return _written(folder, {name: _filled(name, known).encode() for name in LIBRARY}, overwrite, field)
 
 
-def write_fmu(folder: str | Path, book: TableBook | None = None, overwrite: bool = False) -> list[Path]:
+def write_fmu(
+    folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
+) -> list[Path]:
     """Write a table book as source-code FMUs of FMI 2.0 and 3.0, for model exchange and co-simulation.
 
     Parameters
     ----------
-    folder, book, overwrite
+    folder, book, overwrite, field
         As for `write_c`.
 
     Returns
@@ -105,7 +111,7 @@ def write_fmu(folder: str | Path, book: TableBook | None = None, overwrite: bool
             for name, each in archive.items():
                 file.writestr(name, each)
         found[f"vc_forces_fmi{version}.fmu"] = content.getvalue()
-    return _written(folder, found, overwrite)
+    return _written(folder, found, overwrite, field)
 
 
 def _filled(name: str, known: Mapping[str, object]) -> str:
@@ -138,16 +144,16 @@ def _entries(book: TableBook | None) -> dict[str, object]:
         "angles": angles,
         "full": AT_FULL,
         "coefficient_rows": len(coefficients),
-        "units_data": _numbers(table["units"], repr),
-        "coefficients_data": _numbers(coefficients, repr),
-        "at_full_slip_data": _numbers(table["full_slip"].astype(int), str),
-        "multiples_data": _numbers(table["splines"].astype(int), str),
+        "units_data": _numbers(table["units"]),
+        "coefficients_data": _numbers(coefficients),
+        "at_full_slip_data": _numbers(table["full_slip"].astype(int)),
+        "multiples_data": _numbers(table["splines"].astype(int)),
     }
 
 
-def _numbers(values: np.ndarray, written: type[str] | type[repr]) -> str:
+def _numbers(values: np.ndarray) -> str:
     """An initialiser, in lines."""
-    texts = [written(value) for value in values.ravel().tolist()]
+    texts = [repr(value) for value in values.ravel().tolist()]
     return ",\n".join(",".join(texts[k : k + 20]) for k in range(0, len(texts), 20))
 
 
@@ -167,17 +173,16 @@ def _compiled(sources: Mapping[str, str]) -> bytes | None:
         return (Path(folder) / "library").read_bytes()
 
 
-def _written(folder: str | Path, contents: Mapping[str, bytes], overwrite: bool) -> list[Path]:
+def _written(folder: str | Path, contents: Mapping[str, bytes], overwrite: bool, field: str) -> list[Path]:
     """Write files in a folder, none before all are known to be writable."""
-    where = checks.file_name("folder", folder)
+    where = checks.file_name(field, folder)
     try:
         where.mkdir(exist_ok=True)
     except OSError as error:
-        raise OutputError("folder", where, f"cannot be made ({error.strerror})") from None
+        raise OutputError(field, where, f"cannot be made ({error.strerror})") from None
     paths = [where / name for name in contents]
     for path in paths:
-        check_writable("folder", path)
-        check_replaceable("folder", path, "export", lambda each: MARK in each.read_bytes(), overwrite)
+        check_replaceable(field, path, (path.suffix,), "export", lambda each: MARK in each.read_bytes(), overwrite)
     for path, content in zip(paths, contents.values(), strict=True):
-        write_whole("folder", path, content)
+        write_whole(field, path, content)
     return paths

@@ -1,0 +1,187 @@
+"""``varcontact serve``: the exact solver for co-simulation, by lines of JSON on standard input or a local socket."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import socketserver
+import sys
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BufferedIOBase
+from typing import IO, TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from varcontact.cli.terminal import show
+from varcontact.errors import SceneError, VarcontactError, shortened
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_BYTES, MOST_WHEELS = 2**24, 1000
+"""Of a message."""
+KEYS = ("id", "scene", "wheels", "tol", "accuracy")
+_SOLVING = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Before:
+    """The wheels of the message before, with their lattice and tractions, from which a message starts."""
+
+    wheels: tuple[str, ...]
+    lattice: Any
+    found: xr.Dataset
+
+
+def serve(
+    port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Socket instead of standard input; 0: any free port.")
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="Address of the socket. Whoever reaches it can use the solver.")
+    ] = "127.0.0.1",
+) -> None:
+    """Solve batches of wheels for another program, one line of JSON each (docs/vehicle_codes.md).
+
+    Ends with its input, by SIGTERM or Ctrl-C.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with contextlib.suppress(KeyboardInterrupt):
+        if port is None:
+            with (
+                open(sys.stdout.fileno(), "wb", buffering=0, closefd=False) as output,
+                contextlib.redirect_stdout(sys.stderr),
+            ):
+                serve_lines(sys.stdin.buffer, output)
+            return
+        try:
+            server = _Server((host, port), _Client)
+        except OSError as error:
+            raise SceneError("--port", f"{host}:{port}", f"a free address ({error.strerror})") from None
+        with server:
+            show("listening on {}:{}".format(*server.server_address[:2]))
+            server.serve_forever()
+
+
+class _Server(socketserver.ThreadingTCPServer):
+    allow_reuse_address = daemon_threads = True
+    block_on_close = False
+
+
+class _Client(socketserver.StreamRequestHandler):
+    def handle(self) -> None:
+        serve_lines(self.rfile, self.wfile)
+
+
+def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | BufferedIOBase) -> None:
+    """Answer each line until there are no more, or nobody listens."""
+    before: Before | None = None
+    with contextlib.suppress(ConnectionError):
+        while line := messages.readline(MOST_BYTES + 1):
+            if len(line) > MOST_BYTES:
+                while line and not line.endswith(b"\n"):
+                    line = messages.readline(MOST_BYTES)
+                reply: dict[str, Any] = {"id": None, "error": f"a message has {MOST_BYTES} bytes at most"}
+            elif line.strip():
+                with _SOLVING:
+                    reply, before = answer(line, before)
+            else:
+                continue
+            answers.write(json.dumps(reply, allow_nan=False).encode() + b"\n")
+            answers.flush()
+
+
+def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], Before | None]:
+    """The answer to a message, and what the next one may start from."""
+    name = None
+    try:
+        message = _message(line)
+        name = message.get("id")
+        wheels, now = _solved(message, before)
+    except VarcontactError as error:
+        return {"id": name, "error": str(error)}, before
+    except Exception as error:  # a co-simulation goes on after a fault of ours
+        return {"id": name, "error": f"{type(error).__name__}: {shortened(str(error), 200)}"}, before
+    return {"id": name, "wheels": wheels}, now
+
+
+def _message(line: bytes) -> dict[str, Any]:
+    """The entries of a message."""
+    from varcontact import checks
+    from varcontact.io.toml_tables import check_keys
+
+    def refuse(word: str) -> None:
+        raise ValueError(f"{word} is no number of JSON")
+
+    try:
+        message = json.loads(line, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise SceneError("message", None, message=f"a message is one line of JSON ({error})") from None
+    if not isinstance(message, dict):
+        raise SceneError("message", message, "an object with the entry wheels")
+    check_keys("", message, KEYS)
+    if not isinstance(message.get("id"), str | int | float | None):
+        raise SceneError("id", message["id"], "a string or a number")
+    wheels = message.get("wheels")
+    if not isinstance(wheels, dict) or not 0 < len(wheels) <= MOST_WHEELS:
+        raise SceneError("wheels", wheels, f"an object with scenes of 1 to {MOST_WHEELS} wheels by name")
+    for key in ("tol", "accuracy"):
+        if message.get(key) is not None:
+            checks.positive(key, message[key])
+    return message
+
+
+def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str, Any], Before | None]:
+    """Results by wheel, in which an error is that wheel's alone."""
+    from varcontact.io.scene_toml import scene_from
+    from varcontact.io.toml_tables import table_of
+    from varcontact.scene.motion import Transient
+    from varcontact.study.many import solve_many
+
+    common = table_of("scene", message.get("scene", {}))
+    scenes, results = {}, {}
+    for wheel, own in message["wheels"].items():
+        try:
+            scenes[wheel] = scene = scene_from(_merged(common, table_of("wheel", own)))
+            if isinstance(scene.motion, Transient):
+                raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
+        except VarcontactError as error:
+            scenes.pop(wheel, None)
+            results[wheel] = {"ok": False, "error": str(error)}
+    if not scenes:
+        return results, before
+    options = {name: message[name] for name in ("tol", "accuracy") if message.get(name) is not None}
+    options |= {"failures": "keep"}
+    lattices = {(scene.grid, type(scene.motion), scene.line) for scene in scenes.values()}
+    start = None
+    if before is not None and lattices == {before.lattice} and set(scenes) <= set(before.wheels):
+        start = before.found.isel(scene=[before.wheels.index(wheel) for wheel in scenes])
+    now = None
+    try:
+        found = solve_many(scenes.values(), fields=True, start=start, **options)
+        if found["ok"].all():
+            now = Before(tuple(scenes), lattices.pop(), found)
+    except SceneError as error:
+        if error.field != "fields":  # of scenes that are on no common lattice
+            raise
+        found = solve_many(scenes.values(), **options)
+    columns = {name: values.values.tolist() for name, values in found.data_vars.items() if values.dims == ("scene",)}
+    for k, wheel in enumerate(scenes):
+        row = {name: values[k] for name, values in columns.items()}
+        reason = row.pop("message").removeprefix(f"scenes[{k}]: ")
+        known = {name: value for name, value in row.items() if value == value}  # what is NaN is left out
+        results[wheel] = known | ({"error": reason} if reason else {})
+    return {wheel: results[wheel] for wheel in message["wheels"]}, now
+
+
+def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Entries of one wheel before those of all, also within tables."""
+    both = {
+        key: {**common[key], **own[key]}
+        for key in own
+        if isinstance(common.get(key), dict) and isinstance(own[key], dict)
+    }
+    return {**common, **own, **both}
