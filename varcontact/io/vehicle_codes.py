@@ -16,7 +16,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
-from varcontact import __version__, checks
+import varcontact
+from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.reference.creepage_coefficients import END, coefficient_splines
 from varcontact.system.files import check_replaceable, write_whole
@@ -129,7 +130,7 @@ def _entries(book: TableBook | None) -> dict[str, object]:
     constants = {"HALFWAY": HALFWAY, "KNEE": KNEE, "ROOM": ROOM, "SPIN": SPIN, "MORE": MORE, "near": NEAR, "end": END}
     return {
         **{name: repr(float(value)) for name, value in constants.items()},
-        "version": __version__,
+        "version": varcontact.__version__,
         "provenance": book.provenance,
         "token": book.digest(),
         "nu": repr(book.nu),
