@@ -224,6 +224,7 @@ class TableBook:
         return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
 
     def digest(self) -> str:
+        """SHA-256 of its numbers, by which a file, or an export, is known to hold this book."""
         content = [self._packed(name).tobytes() for name in _VARIABLES]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
