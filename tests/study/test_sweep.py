@@ -64,7 +64,7 @@ def test_bounds_where_they_are_asked_for(scene, alone):
     over = {"motion.vx": OVER["motion.vx"]}
     plain, full = vc.sweep(scene, over), vc.sweep(scene, over, certify="full")
     assert plain["Fx_bound"].isnull().all() and (full["Fx_bound"] < 1e-6).all() and (full["Mz_bound"] > 0).all()
-    np.testing.assert_array_equal(full["Fx"], plain["Fx"])
+    np.testing.assert_allclose(full["Fx"], plain["Fx"], rtol=0, atol=1e-8 * scene.friction)
     creepages = [[0.04, -0.02, 0.05]]
     (quick,), (exact,) = vc.scan(scene, creepages), vc.scan(scene, creepages, certify="full")
     assert quick.certificate.level == "gap" and quick.certificate.relative_gap < 1e-8
@@ -183,7 +183,7 @@ def test_chunks_differ_within_the_tolerance(scene, alone):
 
 def test_influence_numbers_are_made_once(rolling, built):
     scene = rolling(grid=GRID, bodies=vc.Bodies(G=1.0, nu=0.123))
-    vc.sweep(scene, OVER, chunk=2)
+    vc.sweep(scene, OVER, chunk=2, certify="full")
     assert [name for name, _ in built].count("A_tt - C_tt") == 1
 
 
@@ -497,7 +497,8 @@ def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
         motion = dataclasses.replace(rolling().motion, vx=vx)
         estimate = vc.solve(rolling(grid="auto", motion=motion), **options).error_estimate
         found = swept.sel({"motion.vx": vx})
-        assert [float(found[name]) for name in ("Fx", "Fx_error")] == [estimate.values["Fx"], estimate.bars["Fx"]]
+        assert float(found["Fx"]) == pytest.approx(estimate.values["Fx"], abs=1e-5 * rolling().friction)
+        assert float(found["Fx_error"]) == pytest.approx(estimate.bars["Fx"], rel=1e-3)
         assert np.isnan(found["vx_error"])
     assert swept.attrs["accuracy"] == options.get("accuracy", 0.01)
     assert vc.read_sweep(store).identical(swept)

@@ -58,6 +58,8 @@ REACH, NUGGET = 1.0, 1e-6
 FULL = 1e9
 """A magnitude at which nothing is left of the way to full slip."""
 TINY = 1e-300
+RAYS = 16
+"""Rays of entries that are solved side by side."""
 
 
 @one_blas_thread()
@@ -135,7 +137,7 @@ def make_table_book(
         """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
         scenes = [replace(scene, grid=GRIDS[k]).second_order() for scene in rays.scenes(chosen)]
         found = np.full((*chosen.shape, 3), np.nan)
-        found[chosen] = _solved(scenes, steps, executor, workers, files[k], progress)
+        found[chosen] = _solved(scenes, RAYS * steps, executor, workers, files[k], progress)
         return found - rays.law(GRIDS[k])
 
     coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
@@ -234,7 +236,7 @@ def _solved(
     store: Path | None,
     progress: Callable[[Standing], None] | None,
 ) -> np.ndarray:
-    """Normalised forces of entries on one grid: a chunk has as many as a ray has magnitudes."""
+    """Normalised forces of entries on one grid: a chunk has those of some rays."""
     swept = sweep(
         scenes, store=store, progress=progress, tol=TOL, certify=None, chunk=chunk, executor=executor, workers=workers
     )

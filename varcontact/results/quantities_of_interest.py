@@ -17,6 +17,7 @@ from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.scene import Scene
 
 NORMAL = ("approach", "normal_force", "peak_pressure")
@@ -168,17 +169,21 @@ def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
     """What an error of one is, of quantities named as by `values`, with finite friction; zero without contact."""
     found = _normal(sol)
     if not sol.scene.frictionless and sol.pressure.any():
-        limit, (a, b) = friction_limit(sol), semi_axes(sol)
-        G, nu = sol.scene.bodies.combined_G, sol.scene.bodies.combined_nu
-        if sol.scene.line:
-            rolling = 4 * (1 - nu) * limit / (math.pi * G * a)
-            shift = a * rolling
-        else:
-            rolling = 3 * limit / (G * a * b * creepage_coefficients(a, b, nu).C11)
-            shift = 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))
-        found |= dict.fromkeys(("Fx", "Fy"), limit) | dict.fromkeys(("vx", "vy"), rolling)
-        found |= dict.fromkeys(("ux", "uy"), shift) | {"Mz": limit * math.sqrt(a * b)}
+        found |= frictional_units(friction_limit(sol), *semi_axes(sol), sol.scene.bodies, sol.scene.line)
     return {name: abs(found.get(name, 0.0)) for name in names}
+
+
+def frictional_units(limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool) -> dict[str, float]:
+    """What an error of one is of forces, moment, creepages and shifts, by the friction limit and the semi-axes."""
+    G, nu = bodies.combined_G, bodies.combined_nu
+    if line:
+        rolling = 4 * (1 - nu) * limit / (math.pi * G * a)
+        shift = a * rolling
+    else:
+        rolling = 3 * limit / (G * a * b * creepage_coefficients(a, b, nu).C11)
+        shift = 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))
+    found = dict.fromkeys(("Fx", "Fy"), limit) | dict.fromkeys(("vx", "vy"), rolling)
+    return found | dict.fromkeys(("ux", "uy"), shift) | {"Mz": limit * math.sqrt(a * b)}
 
 
 def friction_limit(sol: Solution) -> float:

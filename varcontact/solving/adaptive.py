@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
-from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
@@ -121,7 +121,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
             return _not_reached(levels, target, f"{needed:.0f} elements across do not fit into memory")
 
 
-def gridded(scene: Scene, plan: Plan, n: int) -> Scene:
+def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     """The scene on the grid with `n` elements across the contact, with the discretisation of its kind.
 
     Rolling takes differences of the second order and more elements along x; under Hertz's pressure elements at the
@@ -129,11 +129,20 @@ def gridded(scene: Scene, plan: Plan, n: int) -> Scene:
     """
     motion, rolls = scene.motion, isinstance(scene.motion, Steady)
     edge: Edge = "centres"
-    if plan.closed_form and motion is not None and (rolls or not scene.line):
+    if closed_form and motion is not None and (rolls or not scene.line):
         edge = "softened" if rolls else "touched"
     nx = round(RATIO * n) if rolls and not scene.line else n
     grid = Grid(nx=nx, ny=None if scene.line else n, edge=edge)
     return replace(scene, grid=grid, motion=motion.second_order() if isinstance(motion, Steady) else motion)
+
+
+def richardson(values: Sequence[Any], across: Sequence[int]) -> tuple[Any, Any]:
+    """The best value and its error, but for the floor, by Richardson's steps between the last grids, three or two."""
+    steps = [
+        (values[k + 1] - values[k]) * (1 / ((across[k + 1] / across[k]) ** ORDER - 1)) for k in range(len(values) - 1)
+    ]
+    before = (across[-2] / across[-1]) ** ORDER * np.abs(steps[0])
+    return values[-1] + PART * steps[-1], SAFETY * np.maximum(np.abs(steps[-1]), before)
 
 
 def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
@@ -142,17 +151,17 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by its elements.
     """
     first, second, fine = levels[-GRIDS:]
-    last, before = _step(fine, second), _step(second, first)
-    part, per = (second.n / fine.n) ** ORDER, units(fine.answer)
+    per = units(fine.answer)
     narrow = first.unresolved(target.least)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
-    errors = {}
-    for name, step in last.items():
+    best, errors = dict(fine.values), {}
+    for name in fine.values.keys() & second.values.keys():
+        known = [level for level in (first, second, fine) if name in level.values]
+        value, error = richardson([level.values[name] for level in known], [level.n for level in known])
         of_peak = name == "peak_pressure"
         floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
         missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
-        errors[name] = SAFETY * max(abs(step), part * abs(before.get(name, step))) / per[name] + floor + missed
-    best = fine.values | {name: fine.values[name] + PART * step for name, step in last.items()}
+        best[name], errors[name] = float(value), float(error) / per[name] + floor + missed
     bars = {name: error * per[name] for name, error in errors.items()}
     grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
     how = f"by Richardson's steps of order {ORDER:g} between grids of {grids}"
@@ -197,13 +206,6 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
     return math.ceil(last.n * RATIO) if few and not _fits(scene, options, n) else n
 
 
-def _step(fine: GridLevel, coarse: GridLevel) -> dict[str, float]:
-    """Richardson's steps from the values on the finer grid to the extrapolated ones."""
-    part = 1 / ((fine.n / coarse.n) ** ORDER - 1)
-    common = fine.values.keys() & coarse.values.keys()
-    return {name: (value - coarse.values[name]) * part for name, value in fine.values.items() if name in common}
-
-
 def _level(
     scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], progress: Progress | None, deadline: float
 ) -> GridLevel:
@@ -217,7 +219,7 @@ def _level(
     near, others = before if isinstance(before, Solution) else None, 1
     while True:
         stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
-        on_grid = gridded(scene, options.plan, n)
+        on_grid = gridded(scene, options.plan.closed_form, n)
         try:
             answer = _solved(on_grid, options, stages, final, near, deadline)
             break
@@ -276,14 +278,15 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
 
 
 def _elements(scene: Scene, options: SolveOptions, n: float) -> int:
-    grid = gridded(scene, options.plan, math.ceil(n)).grid
+    grid = gridded(scene, options.plan.closed_form, math.ceil(n)).grid
     assert isinstance(grid, Grid)
     return grid.size
 
 
 def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
     """Bytes of a solve with so many elements across the contact, and of the steps of two histories."""
-    elements, plan = _elements(scene, options, n), options.plan_for(gridded(scene, options.plan, math.ceil(n)))
+    elements = _elements(scene, options, n)
+    plan = options.plan_for(gridded(scene, options.plan.closed_form, math.ceil(n)))
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0

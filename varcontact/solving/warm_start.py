@@ -101,7 +101,7 @@ class Series:
         return replace(state, traction=found[nearest][1])
 
 
-def solve_many(
+def solve_in_turn(
     scene: Scene,
     motions: Iterable[Steady | Shift | None],
     plan: Plan,

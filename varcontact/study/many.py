@@ -3,79 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.reference.creepage_coefficients import creepage_coefficients
-from varcontact.reference.hertz import HertzContact, semi_axes
-from varcontact.scene.bodies import Bodies
-from varcontact.scene.grid import Edge, Grid
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
-from varcontact.solvers.batched.newton import solve_batch
-from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
-from varcontact.solving import adaptive
-from varcontact.solving.options import BY_DEFAULT, TOLERANCE
+from varcontact.solving.batch import BARS, FIGURES, Fields, Near, solve_batches
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.solve import solve
+from varcontact.study.methods import figures
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from varcontact.results.solution import Solution
-
-MOST_ACROSS = 64
-"""Elements along a side of the largest lattice that is solved in batches: beyond it transforms by FFT are faster."""
-PIECE = 4_000_000
-"""Elements of the scenes that are posed together: some 300 MB."""
-VALUES = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
-
-
-@dataclass(frozen=True)
-class Lattice:
-    """What scenes of one batch have in common."""
-
-    shift: bool
-    nx: int
-    ny: int
-    margin: int
-    edge: Edge
-    difference: str | None
-    line: bool
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns, with the margin."""
-        return (1 if self.line else self.ny + 2 * self.margin), self.nx + 2 * self.margin
-
-
-@dataclass(frozen=True, eq=False)
-class Contacts:
-    """Hertz's contacts of like bodies, as arrays over the scenes.
-
-    Semi-axes a and b (1 in line contact), modulus, Poisson's ratio, normal force, friction, the rigid motion (3, n),
-    the point in a step where spin is sampled, and the forces prescribed (2, n), NaN where the motion is.
-    """
-
-    a: np.ndarray
-    b: np.ndarray
-    G: np.ndarray
-    nu: np.ndarray
-    normal_force: np.ndarray
-    friction: np.ndarray
-    rigid: np.ndarray
-    spin_offset: np.ndarray
-    force: np.ndarray
-
-    def part(self, which: np.ndarray) -> Contacts:
-        """Some of them."""
-        return Contacts(*(each[..., which] for each in vars(self).values()))
+SHIFTS = {"ux_error": "vx_error", "uy_error": "vy_error"}
 
 
 def solve_many(
@@ -91,7 +38,7 @@ def solve_many(
     """Forces, moments and creepages of many scenes, with a certificate for each.
 
     Steady rolling and shifts of Hertzian contacts of like half-spaces with a coefficient of friction, on lattices of up
-    to 64 elements a side, are solved in batches; other scenes, and the few that miss the tolerance, by `solve`. The
+    to 4096 elements, are solved in batches; other scenes, and the few that miss the tolerance, by `solve`. The
     result does not depend on the order of the scenes, nor on how many there are.
 
     Parameters
@@ -103,9 +50,9 @@ def solve_many(
     accuracy : float, optional
         Largest error by the friction limit, of scenes without a grid; 0.01 if not given.
     fields : bool
-        Whether the dataset has tractions, traction bounds and element centres; of scenes on one lattice only.
+        Whether the dataset has tractions, traction bounds and element centres; of scenes with grids of their own.
     start : xarray.Dataset, optional
-        Result with `fields` of as many scenes on the same lattice, such as the time step before: a warm start.
+        Result with `fields` of as many scenes on the same lattices, such as the time step before: a warm start.
     failures : {"raise", "keep"}
         Whether a scene that cannot be solved ends the call, by an error that names it as ``scenes[17]``, or has NaN,
         and the reason in `message`.
@@ -116,15 +63,18 @@ def solve_many(
     -------
     xarray.Dataset
         Over `scene`: normal_force, Fx, Fy, Mz, and vx, vy, spin (of a shift ux, uy, rotation), prescribed or found;
-        `residual` and `gap` (relative); `ok`; `by`, "batched" or "solve"; `message`. Scenes solved to an accuracy have
+        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`; `approach`; `ok`; `by`, "batched" or
+        "solve"; `message`. Scenes solved to an accuracy have
         extrapolated values, and error bars `Fx_error`, ... With `fields`: `traction` (scene, component, y, x),
         `traction_bound` (scene, y, x), x_centre (scene, x), y_centre (scene, y).
 
     Raises
     ------
     SceneError
-        If there is no scene, or one is none or a history, or for fields of different lattices.
-    SceneError, Saturated, NotConverged, TooLarge
+        If there is no scene, or one is none or a history, or for fields of scenes without grids.
+    SceneError, Saturated
+        As `solve`, before any work, with ``failures="raise"``.
+    NotConverged, TooLarge, SolverUnavailable
         As `solve`, with ``failures="raise"``.
 
     Notes
@@ -144,56 +94,58 @@ def solve_many(
     >>> print((found.Fx / (0.33 * found.normal_force)).round(3).values, bool(found.ok.all()))
     [-0.21  -0.392 -0.967] True
     """
+    import xarray as xr
+
     given = _checked(scenes)
     tol, report = checks.positive("tol", tol), checks.progress(progress)
     checks.choice("failures", failures, ("raise", "keep"))
-    target = BY_DEFAULT if accuracy is None else checks.positive("accuracy", accuracy)
-    n = len(given)
-    found: dict[str, Any] = {name: np.full(n, np.nan) for name in (*VALUES, "normal_force", "residual", "gap")}
-    found |= {f"{name}_error": np.full(n, np.nan) for name in VALUES[:5]}
-    found |= {"ok": np.zeros(n, bool), "by": np.full(n, "solve", dtype=object), "message": np.full(n, "", dtype=object)}
-    groups: dict[Lattice | None, list[int]] = {}
+    accuracy = None if accuracy is None else checks.positive("accuracy", accuracy)
+    if (fields or start is not None) and any(scene.grid == "auto" for scene in given):
+        raise SceneError("fields", True, "False: a scene has no grid of its own")
+    errors: dict[int, VarcontactError] = {}
     for i, scene in enumerate(given):
-        groups.setdefault(_lattice(scene, target), []).append(i)
-    if (fields or start is not None) and (len(groups) > 1 or None in groups or given[0].grid == "auto"):
-        raise SceneError("fields", True, "False: the scenes are not on one lattice of a batch, or have no grid")
-    shown: dict[str, Any] = {}
-    for lattice, members in groups.items():
-        if lattice is None:
+        try:
+            SolveOptions.checked(scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy)
+        except VarcontactError as error:
+            errors[i] = _named(error, i)
+            if failures == "raise":
+                raise
+    kept: Fields | None = {} if fields else None
+    found = {name: np.full(len(given), math.nan) for name in (*FIGURES, *BARS)}
+    ok, by = np.zeros(len(given), bool), np.full(len(given), "solve", dtype="<U7")
+    sound = [i for i in range(len(given)) if i not in errors]
+    if report is not None:
+        report(f"{len(sound)} scenes in batches")
+    near = None if start is None else _near(start, given)
+    answers, solved = solve_batches(given, tol, accuracy, kept, near, sound)
+    for name, values in answers.items():
+        found[name][solved] = values[solved]
+    ok[solved], by[solved] = True, "batched"
+    for i in sound:
+        if solved[i]:
             continue
-        contacts, size = _contacts([given[i] for i in members]), math.prod(lattice.shape)
-        for first in range(0, len(members), max(1, PIECE // size)):
-            some = np.arange(first, min(first + max(1, PIECE // size), len(members)))
-            where = np.array(members)[some]
-            kept: dict[str, np.ndarray] = {}
-            if given[members[0]].grid == "auto":
-                answers = _to_accuracy(contacts.part(some), lattice, tol, target)
-            else:
-                answers, kept = _on_lattice(contacts.part(some), lattice, tol, _begun(start, where))
-            for name, values in answers.items():
-                found[name][where] = values
-            for name, values in kept.items() if fields else ():
-                shown.setdefault(name, np.zeros((n, *values.shape[1:])))[where] = values
-            found["by"][where[answers["ok"]]] = "batched"
-            if report is not None:
-                report(f"{lattice.shape[1]} x {lattice.shape[0]} elements: {len(where)} scenes")
-    for i in np.flatnonzero(found["by"] == "solve").tolist():
         if report is not None:
             report(f"scenes[{i}]: by itself")
         try:
-            sol = solve(given[i], tol=tol, accuracy=target if given[i].grid == "auto" else None, certify="gap")
+            options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": "gap"}
+            solution = cast(Solution, solve(given[i], tol=tol, **options))
         except VarcontactError as error:
-            error.args = (f"scenes[{i}]: {error.args[0]}",)
+            errors[i] = _named(error, i)
             if failures == "raise":
                 raise
-            found["message"][i] = str(error)
-            for name in (*VALUES, "residual", "gap"):
-                found[name][i] = np.nan
-        else:
-            _keep(found, i, sol)
-            if shown:
-                shown["traction"][i], shown["traction_bound"][i] = sol.traction, sol.traction_bound
-    return _dataset(found, shown)
+            continue
+        ok[i] = True
+        for name, value in figures_of(solution).items():
+            known = SHIFTS.get(name, name)
+            if known in found:
+                found[known][i] = value
+        if kept is not None:
+            kept[i] = solution.traction, solution.traction_bound, solution.grid.x, solution.grid.y
+    found["gap"] = found.pop("relative_gap")
+    columns: dict[str, Any] = {name: ("scene", values) for name, values in found.items()}
+    messages = [str(errors[i]) if i in errors else "" for i in range(len(given))]
+    columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", np.array(messages))}
+    return xr.Dataset(columns | ({} if kept is None else _shown(kept, len(given))))
 
 
 def _checked(scenes: Iterable[Scene]) -> list[Scene]:
@@ -206,242 +158,50 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
     return given
 
 
-def _most_across(line: bool) -> int:
-    return 4 * MOST_ACROSS if line else MOST_ACROSS
+def _named(error: VarcontactError, i: int) -> VarcontactError:
+    """The error with the number of its scene."""
+    error.args = (f"scenes[{i}]: {error.args[0]}",)
+    return error
 
 
-def _lattice(scene: Scene, accuracy: float) -> Lattice | None:
-    """The lattice of a scene in a batch, the first one where its grid is chosen; None where it fits no batch."""
-    motion, bodies, surface, grid = scene.motion, scene.bodies, scene.surface, scene.grid
-    if motion is None or not isinstance(bodies, Bodies) or bodies.K != 0:
-        return None
-    if not isinstance(surface, Ellipse | Paraboloids | Cylinders) or not scene.normal_force:
-        return None
-    if not isinstance(scene.friction, float) or not 0 < scene.friction < math.inf:
-        return None
-    if math.hypot(motion.Fx or 0.0, motion.Fy or 0.0) >= scene.friction * scene.normal_force:
-        return None
-    line, shift = isinstance(surface, Cylinders), isinstance(motion, Shift)
-    if isinstance(motion, Steady) and motion.dq is not None:
-        return None
-    if line and shift:  # needs a reference depth
-        return None
-    difference = motion.slip_difference if isinstance(motion, Steady) else None
-    if grid == "auto":
-        n = adaptive.coarsest(line, accuracy)
-        edge: Edge = "touched" if shift else "softened"
-        difference, margin = None if shift else "second-order", Grid(nx=1).margin
-        return Lattice(shift, n, 1 if line else n, margin, edge, difference, line)
-    if grid.explicit:
-        return None
-    found = Lattice(shift, grid.nx, grid.rows, grid.margin, grid.edge, difference, line)
-    return found if max(found.shape) <= _most_across(line) else None
+def _near(start: Any, given: list[Scene]) -> Near:
+    """Tractions by their bound, and creepages, of a dataset of as many scenes."""
+    if "traction" not in start or start.sizes["scene"] != len(given):
+        raise SceneError("start", start, "the result of as many scenes on the same lattices, with fields=True")
+    bound = start["traction_bound"].to_numpy()[:, None]
+    part = start["traction"].to_numpy() / np.where(bound > 0, bound, 1.0)
+    return Near(part, np.stack([start["vx"].to_numpy(), start["vy"].to_numpy()], axis=-1))
 
 
-def _contacts(scenes: Sequence[Scene]) -> Contacts:
-    bodies: list[Any] = [scene.bodies for scene in scenes]
-    motions: list[Any] = [scene.motion for scene in scenes]
-    G, nu = (np.array([getattr(each, name) for each in bodies]) for name in ("combined_G", "combined_nu"))
-    force = np.array([scene.normal_force for scene in scenes], float)
-    a, b = np.ones(len(scenes)), np.ones(len(scenes))
-    curved = np.array([isinstance(scene.surface, Paraboloids) for scene in scenes])
-    if curved.any():
-        radii = np.array([(s.surface.Rx, s.surface.Ry) for s in scenes if isinstance(s.surface, Paraboloids)])
-        a[curved], b[curved] = semi_axes(radii[:, 0], radii[:, 1], G[curved], nu[curved], force[curved])
-    for i in np.flatnonzero(~curved).tolist():
-        surface, hertz = scenes[i].surface, scenes[i].hertz
-        assert hertz is not None
-        a[i], b[i] = hertz.a, 1.0 if isinstance(surface, Cylinders) else hertz.b
-    return Contacts(
-        a=a,
-        b=b,
-        G=G,
-        nu=nu,
-        normal_force=force,
-        friction=np.array([scene.friction for scene in scenes], float),
-        rigid=np.array([each.rigid for each in motions]).T,
-        spin_offset=np.array([getattr(each, "spin_offset", 0.0) for each in motions]),
-        force=np.array([[np.nan if F is None else F for F in (each.Fx, each.Fy)] for each in motions]).T,
-    )
-
-
-def _posed(contacts: Contacts, lattice: Lattice) -> tuple[BatchedProblem, np.ndarray, np.ndarray, np.ndarray]:
-    """The tangential problems, and the element centres and area: Hertz's pressure has one shape for all ellipses."""
-    unit = HertzContact(1.0, math.inf if lattice.line else 1.0, 1.0, 1.0, 1.5 / math.pi, 1.0, 1.0)
-    grid = Grid(nx=lattice.nx, ny=None if lattice.line else lattice.ny, margin=lattice.margin, edge=lattice.edge)
-    grid = grid.spread((-1.0, 1.0, -0.5, 0.5) if lattice.line else (-1.0, 1.0, -1.0, 1.0))
-    if lattice.line:
-        unit = replace(unit, peak_pressure=2 / math.pi)
-    pressure = unit.on_elements(grid)
-    pressure = pressure / (pressure.sum() * grid.area)
-    a, b, (dx, dy) = contacts.a, contacts.b, grid.sides
-    x, y = grid.x[None, :, None] * a, grid.y[:, None, None] * b * (not lattice.line)
-    first, second, turn = contacts.rigid
-    given = np.isnan(contacts.force)
-    first, second = np.where(given[0], first, 0.0), np.where(given[1], second, 0.0)
-    step = 1.0 if lattice.shift else dx * a
-    ahead = 0.0 if lattice.shift else contacts.spin_offset * dx * a
-    zero = np.zeros((*grid.shape, len(a)))
-    rigid = np.stack([first - turn * y + zero, second + turn * (x + ahead) + zero]) * step * contacts.G
-    area = dx * dy * a * b
-    problem = BatchedProblem(
-        dx=dx * a,
-        dy=dy * b,
-        nu=contacts.nu,
-        rigid_shift=rigid,
-        bound=pressure[..., None] * (contacts.friction * contacts.normal_force / (a * b)),
-        force=contacts.force / area,
-        difference=lattice.difference,
-        line=lattice.line,
-        compliance=edge_compliance(unit.covered(*grid.lines)) * (pressure > 0) if lattice.edge == "softened" else None,
-    )
-    return problem, x + zero, y + zero, area
-
-
-def _on_lattice(
-    contacts: Contacts, lattice: Lattice, tol: float, start: dict[str, np.ndarray] | None = None
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Answers over the scenes, and their fields."""
-    problem, x, y, area = _posed(contacts, lattice)
-    step = contacts.G * (1.0 if lattice.shift else problem.dx)
-    begun = None
-    if start is not None:
-        part = start["traction"] / np.where(start["bound"] > 0, start["bound"], 1.0)
-        before = np.where(np.isnan(problem.force), 0.0, start["rigid"] * step)
-        nothing = np.zeros(len(area))
-        begun = BatchedSolution(part * problem.bound, before, nothing, nothing, nothing > 0, nothing.astype(int))
-    found = solve_batch(problem, tol, begun)
-    Fx, Fy = found.traction.sum(axis=(1, 2)) * area
-    rigid = np.where(np.isnan(contacts.force), contacts.rigid[:2], found.rigid / step)
-    answers = {
-        "normal_force": contacts.normal_force,
-        "Fx": Fx,
-        "Fy": Fy,
-        "Mz": (x * found.traction[1] - y * found.traction[0]).sum(axis=(0, 1)) * area,
-        "vx": rigid[0],
-        "vy": rigid[1],
-        "spin": contacts.rigid[2],
-        "residual": found.residual,
-        "gap": found.relative_gap,
-        "ok": found.converged,
+def _shown(kept: Fields, count: int) -> dict[str, Any]:
+    """Fields as arrays over the scenes, NaN beyond each scene's own grid."""
+    ny, nx = (max((each[1].shape[k] for each in kept.values()), default=0) for k in (0, 1))
+    over = {
+        "traction": ("scene", "component", "y", "x"),
+        "traction_bound": ("scene", "y", "x"),
+        "x_centre": ("scene", "x"),
+        "y_centre": ("scene", "y"),
     }
-    fields = {
-        "traction": np.moveaxis(found.traction, -1, 0),
-        "traction_bound": np.moveaxis(problem.bound, -1, 0),
-        "x": x[0].T,
-        "y": y[:, 0].T,
+    sizes = {"scene": count, "component": 2, "y": ny, "x": nx}
+    arrays = {name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in over.items()}
+    for i, own in kept.items():
+        for array, values in zip(arrays.values(), own, strict=True):
+            array[i][tuple(slice(n) for n in values.shape)] = values
+    return {name: (over[name], array) for name, array in arrays.items()}
+
+
+def figures_of(sol: Solution) -> dict[str, Any]:
+    """The figures of a solution by the names that sweeps and batches have."""
+    certificate = sol.certificate
+    found = {
+        **figures(sol),
+        "normal_force": sol.normal_force,
+        "gap": certificate.gap,
+        "relative_gap": certificate.relative_gap,
+        **sol.elements,
     }
-    return answers, fields
-
-
-def _begun(start: xr.Dataset | None, where: np.ndarray) -> dict[str, np.ndarray] | None:
-    """The fields of a warm start, with the scenes last."""
-    if start is None:
-        return None
-    if "traction" not in start or start.sizes["scene"] <= where.max():
-        raise SceneError("start", start, "the result of as many scenes on the same lattice, with fields=True")
-    some = start.isel(scene=where)
-    return {
-        "traction": np.moveaxis(some["traction"].to_numpy(), 0, -1),
-        "bound": np.moveaxis(some["traction_bound"].to_numpy(), 0, -1),
-        "rigid": np.array([some["vx"].to_numpy(), some["vy"].to_numpy()]),
-    }
-
-
-def _to_accuracy(contacts: Contacts, lattice: Lattice, tol: float, accuracy: float) -> dict[str, np.ndarray]:
-    """Answers extrapolated by the rule of `solving.adaptive`; not ok where the lattices of a batch do not suffice."""
-    contacts = replace(contacts, spin_offset=0.0 * contacts.spin_offset)  # that of second-order differences
-    n, count, units = lattice.nx, len(contacts.a), _units(contacts, lattice)
-    names = ("normal_force", *VALUES, "residual", "gap", *(f"{name}_error" for name in units))
-    answers = {name: np.full(count, np.nan) for name in names} | {"ok": np.zeros(count, bool)}
-    levels: list[tuple[int, dict[str, np.ndarray]]] = []
-    waiting = np.arange(count)
-    while waiting.size:
-        nx = n if lattice.shift or lattice.line else round(adaptive.RATIO * n)
-        now = replace(lattice, nx=nx, ny=1 if lattice.line else n)
-        if max(now.shape) > _most_across(lattice.line):
-            break
-        on_grid, _ = _on_lattice(contacts.part(waiting), now, tol)
-        values = {name: np.full(count, np.nan) for name in units}
-        for name in units:
-            values[name][waiting] = np.where(on_grid["ok"], on_grid[name], np.nan)
-        levels = [*levels, (n, values)][-adaptive.GRIDS :]
-        if len(levels) == adaptive.GRIDS:
-            best, errors = _extrapolated(levels, units)
-            reached = np.max([errors[name][waiting] for name in units], axis=0) <= accuracy
-            done = waiting[reached]
-            for name, each in on_grid.items():
-                answers[name][done] = each[reached]
-            for name, unit in units.items():
-                measured = done[~np.isnan(unit[done])]
-                answers[name][measured] = best[name][measured]
-                answers[f"{name}_error"][measured] = (errors[name] * unit)[measured]
-            size, limit = (
-                np.hypot(answers["Fx"][done], answers["Fy"][done]),
-                (contacts.friction * contacts.normal_force)[done],
-            )
-            for name in ("Fx", "Fy"):  # extrapolated, a force may be beyond the limit by a little
-                answers[name][done] *= np.minimum(1.0, limit / np.maximum(size, 1e-300))
-            waiting = waiting[~reached]
-        n = math.ceil(adaptive.RATIO * n)
-    return answers
-
-
-def _extrapolated(
-    levels: Sequence[tuple[int, dict[str, np.ndarray]]], units: dict[str, np.ndarray]
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Values of the last grid with half of Richardson's step, and errors in their units; 0 of what is prescribed."""
-    (first, coarse), (second, middle), (fine, last) = levels
-    orders = [(b / a) ** adaptive.ORDER - 1 for a, b in ((first, second), (second, fine))]
-    best, errors = {}, {}
-    for name, unit in units.items():
-        before, step = (middle[name] - coarse[name]) / orders[0], (last[name] - middle[name]) / orders[1]
-        most = np.maximum(np.abs(step), (second / fine) ** adaptive.ORDER * np.abs(before))
-        error = adaptive.SAFETY * most / unit + adaptive.FLOOR * fine**-adaptive.ORDER
-        best[name] = last[name] + adaptive.PART * step
-        errors[name] = np.where(np.isnan(unit), 0.0, error)
-    return best, errors
-
-
-def _units(contacts: Contacts, lattice: Lattice) -> dict[str, np.ndarray]:
-    """What an error of one is, as `results.quantities_of_interest.units` has it; NaN of what is prescribed."""
-    a, b, G, nu, force = contacts.a, contacts.b, contacts.G, contacts.nu, contacts.force
-    limit, prescribed = contacts.friction * contacts.normal_force, ~np.isnan(force)
-    if lattice.line:
-        creepage = 4 * (1 - nu) * limit / (math.pi * G * a)
-    elif lattice.shift:
-        creepage = 3 * (2 - nu) * limit / (8 * G * np.sqrt(a * b))
-    else:
-        creepage = np.full(len(a), np.nan)
-        for i in np.flatnonzero(prescribed.any(axis=0)):
-            creepage[i] = 3 * limit[i] / (G[i] * a[i] * b[i] * creepage_coefficients(a[i], b[i], nu[i]).C11)
-    units = {"Fx": np.where(prescribed[0], np.nan, limit), "Fy": np.where(prescribed[1], np.nan, limit)}
-    units |= {"vx": np.where(prescribed[0], creepage, np.nan), "vy": np.where(prescribed[1], creepage, np.nan)}
-    return units if lattice.line else units | {"Mz": limit * np.sqrt(a * b)}
-
-
-def _keep(found: dict[str, Any], i: int, sol: Solution) -> None:
-    """Write down the solution of one scene."""
-    for name in VALUES:
-        found[name][i] = getattr(sol, name)
-    found["normal_force"][i] = sol.normal_force
-    found["residual"][i], found["gap"][i] = sol.certificate.residual, sol.certificate.relative_gap
-    found["ok"][i] = sol.converged
+    if certificate.level == "full":
+        found |= zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)
     if sol.error_estimate is not None:
-        for name, bar in sol.error_estimate.bars.items():
-            name = {"ux": "vx", "uy": "vy"}.get(name, name)
-            if f"{name}_error" in found:
-                found[f"{name}_error"][i] = bar
-
-
-def _dataset(found: dict[str, Any], shown: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
-    over = {"traction": ("scene", "component", "y", "x"), "traction_bound": ("scene", "y", "x")}
-    fields = {name: (over.get(name, ("scene", name)), values) for name, values in shown.items()}
-    fields = {{"x": "x_centre", "y": "y_centre"}.get(name, name): each for name, each in fields.items()}
-    numbers = {
-        name: ("scene", np.array(values, str) if name in ("by", "message") else values)
-        for name, values in found.items()
-    }
-    return xr.Dataset({**numbers, **fields})
+        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
+    return found

@@ -21,7 +21,7 @@ from varcontact.solvers.registry import (
     tangential_methods,
 )
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
-from varcontact.solving.warm_start import solve_many
+from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
@@ -104,7 +104,7 @@ def attempted(
     try:
         plan = method.plan(scene)
         load_packages(plan.normal, plan.tangential)
-        for solution in solve_many(scene, motions, plan, tol, method.polish):
+        for solution in solve_in_turn(scene, motions, plan, tol, method.polish):
             solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
     except VarcontactError as error:
         if not solutions:

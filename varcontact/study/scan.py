@@ -15,8 +15,9 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
+from varcontact.solving.batch import solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions
-from varcontact.solving.warm_start import solve_many
+from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.theories.creep_forces import VECTORISED, creep_forces
@@ -122,7 +123,7 @@ def scanned(
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked, progress)) for each in scenes)
     motions = [cast(Steady | Shift, each.motion) for each in scenes]
-    return solve_many(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
+    return solve_in_turn(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
@@ -207,7 +208,7 @@ def creep_curve(
         if each is None:
             found.append(_by_formula(scene, name, triples))
         else:
-            found.append(np.array([[*sol.force, sol.moment] for sol in scan(scene, triples, certify=None, **each)]))
+            found.append(_forces(scene, triples, each))
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
     points = {name: ("point", triples[:, i]) for i, name in enumerate(ROLLING)}
     over = ("theory", "point")
@@ -216,6 +217,19 @@ def creep_curve(
     if force is not None and isinstance(scene.friction, float) and np.isfinite(scene.friction):
         limit = scene.friction * force
     return xr.Dataset(fields, {"theory": names, **points}, {"limit": float(limit)})
+
+
+def _forces(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
+    """Fx, Fy and Mz, by batches where no method is named."""
+    found, left = np.empty(triples.shape), np.ones(len(triples), bool)
+    if set(options.values()) <= {"auto", None}:
+        scenes = [replace(scene, motion=motion) for motion in _motions(scene, triples)]
+        figures, solved = solve_batches(scenes, TOLERANCE)
+        found[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
+        left = ~solved
+    if left.any():
+        found[left] = [[*sol.force, sol.moment] for sol in scan(scene, triples[left], certify=None, **options)]
+    return found
 
 
 def _broadcast(motion: Steady, given: dict[str, Any]) -> np.ndarray:

@@ -35,9 +35,11 @@ from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
+from varcontact.solving.batch import solve_batches
 from varcontact.solving.options import BY_DEFAULT, TOLERANCE, SolveOptions
 from varcontact.solving.warm_start import Series
-from varcontact.study.methods import failure, figures, outcome
+from varcontact.study.many import figures_of
+from varcontact.study.methods import failure, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept
 from varcontact.system.process import imported
@@ -284,14 +286,17 @@ _KEPT = threading.local()
 def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
     """The records of a chunk of scenes, with the errors of those that fail."""
     records = blank(len(scenes), kind)
+    batched = _in_batches(given, records, scenes)
     operators = getattr(_KEPT, "operators", None)
     series = Series(given["tol"], given["polish"], given["certify"], operators=operators)
-    for record, scene in zip(records, scenes, strict=True):
+    for record, scene, done in zip(records, scenes, batched.tolist(), strict=True):
+        if done:
+            continue
         try:
             options = _checked(scene, given)
             sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
             assert isinstance(sol, Solution)
-            for name, value in _figures(sol).items():
+            for name, value in figures_of(sol).items():
                 if name in (kind.names or ()):
                     record[name] = value
             record["outcome"] = OUTCOMES.index(outcome(options.plan))
@@ -305,20 +310,18 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
     return sealed(records)
 
 
-def _figures(sol: Solution) -> dict[str, Any]:
-    certificate = sol.certificate
-    found = {
-        **figures(sol),
-        "normal_force": sol.normal_force,
-        "gap": certificate.gap,
-        "relative_gap": certificate.relative_gap,
-        **sol.elements,
-    }
-    if certificate.level == "full":
-        found |= zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)
-    if sol.error_estimate is not None:
-        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
-    return found
+def _in_batches(given: dict[str, Any], records: np.ndarray, scenes: Sequence[Scene]) -> np.ndarray:
+    """Fill in the records of what batches solve, where no method, time or bound on forces is asked for."""
+    methods = ("normal", "tangential", "coupling", "formulation", "method")
+    by_choice = any(given[name] != "auto" for name in methods) or given["time_budget"] is not None
+    if by_choice or given["certify"] not in ("gap", "none"):
+        return np.zeros(len(scenes), bool)
+    found, solved = solve_batches(scenes, given["tol"], given["accuracy"])
+    left_out = ("gap", "relative_gap") if given["certify"] == "none" else ()
+    for name in found.keys() & set(records.dtype.names or ()) - set(left_out):
+        records[name][solved] = found[name][solved]
+    records["outcome"][solved] = OUTCOMES.index("solved")
+    return solved
 
 
 def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:

@@ -48,14 +48,21 @@ SINGLE, DOUBLE = 3e-7, 1e-15
 
 
 @one_blas_thread()
+@np.errstate(all="ignore")  # a problem beyond the range of numbers does not converge, and alone
 def solve_batch(
-    problem: BatchedProblem, tol: float = 1e-8, start: BatchedSolution | None = None, certified: bool = True
+    problem: BatchedProblem,
+    tol: float = 1e-8,
+    start: tuple[np.ndarray, np.ndarray] | None = None,
+    certified: bool = True,
 ) -> BatchedSolution:
-    """Solve all problems; one that misses the tolerance after `MOST_STEPS` is marked, and disturbs no other."""
+    """Solve all problems, from tractions and unknown rigid shifts, if given.
+
+    One that misses the tolerance after `MOST_STEPS` is marked, and disturbs no other.
+    """
     ny, nx, n = problem.bound.shape
     rigid = np.zeros((2, n))
     if start is not None:
-        traction, rigid = projected(start.traction, problem.bound), start.rigid
+        traction, rigid = projected(start[0], problem.bound), start[1]
     elif nx >= 2 * COARSEST and (problem.line or ny >= 2 * COARSEST):
         coarse = problem.coarser()
         found = solve_batch(coarse, COARSE_TOLERANCE, certified=False)
@@ -70,6 +77,7 @@ def solve_batch(
         np.full(n, np.inf),
         np.full(n, np.inf),
         np.zeros(n, bool),
+        np.zeros(n, int),
         np.zeros(n, int),
     )
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
@@ -252,6 +260,8 @@ class Method:
             ):
                 now[..., ready] = new
             good = (residual <= tol) & (gap <= tol)
+            slips = (again.length > bound * (1 + 1e-8)) & (bound > 0)
+            out.slipping[pool.ids[ready]] = slips.sum((0, 1))
         leave = good | (pool.steps[ready] >= MOST_STEPS)
         places = ready[leave]
         ids = pool.ids[places]

@@ -61,6 +61,7 @@ class BatchedSolution:
     """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
 
     The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
+    `slipping` counts the elements that slip.
     """
 
     traction: np.ndarray
@@ -69,6 +70,7 @@ class BatchedSolution:
     relative_gap: np.ndarray
     converged: np.ndarray
     iterations: np.ndarray
+    slipping: np.ndarray
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:

@@ -1,0 +1,354 @@
+"""Many scenes at once: those whose tangential problems are of one kind on lattices of one shape, solved side by side.
+
+These are Hertzian contacts of like half-spaces under a coefficient of friction, in steady rolling or in a shift, with
+creepages or forces given: most of tables, sweeps and time series. On grids across the contact the pressure on the
+elements is that of the unit circle, scaled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.elasticity.operators import edge_compliance
+from varcontact.reference.hertz import HertzContact, approaches, semi_axes
+from varcontact.results.quantities_of_interest import frictional_units
+from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.consistency import left_out
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
+from varcontact.solvers.batched.newton import solve_batch
+from varcontact.solvers.batched.problem import BatchedProblem
+from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
+from varcontact.solving.options import BY_DEFAULT
+from varcontact.system.process import one_blas_thread
+
+MOST_ELEMENTS = 4096
+"""Elements of a lattice up to which dense transforms beat FFT by far."""
+MOST_IN_LINE = 512
+"""The same of strips in line contact."""
+AT_ONCE = 1_000_000
+"""Elements of all problems of a batch: their fields take 200 MB."""
+FIGURES = (
+    "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap", "residual", "contact",
+    "stick", "slip", "iterations",
+)  # fmt: skip
+"""What is known of each scene, by the names that sweeps have."""
+VALUES = ("Fx", "Fy", "Mz", "vx", "vy")
+BARS = tuple(f"{name}_error" for name in VALUES)
+"""Those that have an error against the continuum, and the errors' own names."""
+Figures = dict[str, np.ndarray]
+Fields = dict[int, tuple[np.ndarray, ...]]
+"""By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its centres' x and y."""
+
+
+@dataclass(frozen=True, eq=False)
+class Near:
+    """Where scenes begin, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages (n, 2)."""
+
+    part: np.ndarray
+    creepage: np.ndarray
+
+    def on(
+        self, problem: BatchedProblem, numbers: list[int], given: list[np.ndarray], step: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and what comes to the rigid shift, with which some of the problems begin; `given` are creepages."""
+        ny, nx, _ = problem.bound.shape
+        part = np.moveaxis(self.part[numbers, :, :ny, :nx], 0, -1)
+        rigid = (self.creepage[numbers].T - given) * step
+        return np.nan_to_num(part) * problem.bound, np.nan_to_num(np.where(np.isnan(problem.force), 0.0, rigid))
+
+
+@one_blas_thread()
+def solve_batches(
+    scenes: Sequence[Scene],
+    tol: float,
+    accuracy: float | None = None,
+    kept: Fields | None = None,
+    near: Near | None = None,
+    some: Sequence[int] | None = None,
+) -> tuple[Figures, np.ndarray]:
+    """The figures of the scenes that batches solve, NaN of the others; and which these are.
+
+    Scenes without a grid are solved to the accuracy, 0.01 if none is given, and have the error bars, too. `kept` gets
+    the fields of the others. `some` are the numbers of those that are to be solved at all.
+    """
+    sound = list(range(len(scenes)) if some is None else some)
+    placed = [k for k in sound if isinstance(scenes[k].grid, Grid)]
+    figures, solved = _on_grids(scenes, placed, tol, kept, near)
+    for line in (False, True):
+        free = [k for k in sound if scenes[k].line == line and _without_grid(scenes[k])]
+        if not free:
+            continue
+        own, done = _to_accuracy([scenes[k] for k in free], BY_DEFAULT if accuracy is None else accuracy, tol)
+        for name, values in own.items():
+            figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
+        solved[free] = done
+    return figures, solved
+
+
+def _without_grid(scene: Scene) -> bool:
+    """Whether a scene is one for batches that leaves its grid to the accuracy."""
+    motion = scene.motion
+    if scene.grid != "auto" or not _fits(scene):
+        return False
+    return isinstance(motion, Shift) or motion == replace(motion, slip_difference="first-order", spin_offset=None)
+
+
+def _on_grids(
+    scenes: Sequence[Scene],
+    some: Sequence[int],
+    tol: float,
+    kept: Fields | None = None,
+    near: Near | None = None,
+) -> tuple[Figures, np.ndarray]:
+    figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
+    groups: dict[_Kind, list[_Member]] = {}
+    fit = [k for k in some if _fits(scenes[k])]
+    for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
+        member = None if hertz is None else _member(number, scenes[number], hertz)
+        if member is not None:
+            groups.setdefault(member.kind, []).append(member)
+    for kind, members in groups.items():
+        places = max(1, AT_ONCE // math.prod(kind.shape))
+        for first in range(0, len(members), places):
+            part = members[first : first + places]
+            own, done = _solve_group(part, tol, kept, near)
+            at = np.array([member.number for member in part])[done]
+            for name, values in own.items():
+                figures[name][at] = values[done]
+            solved[at] = True
+    return figures, solved
+
+
+def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[Figures, np.ndarray]:
+    """By `adaptive`'s rule: three grids at least, until the error is small enough; with the bars, as ``Fx_error``."""
+    figures = {name: np.full(len(scenes), math.nan) for name in (*FIGURES, *BARS)}
+    solved = np.zeros(len(scenes), bool)
+    left = np.arange(len(scenes))
+    levels: list[tuple[int, Figures]] = []
+    line = scenes[0].line
+    n = coarsest(line, accuracy)
+    while left.size and n * (1 if line else round(RATIO * n)) <= (MOST_IN_LINE if line else MOST_ELEMENTS):
+        on_grid = [gridded(scenes[k], True, n) for k in left.tolist()]
+        found, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
+        levels = [*levels, (n, found)][-GRIDS:]
+        if len(levels) == GRIDS:
+            limit, units = _units(on_grid)
+            best, errors = dict(found), {}
+            for name, unit in units.items():
+                value, error = richardson([one[name] for _, one in levels], [across for across, _ in levels])
+                best[name] = np.where(np.isnan(unit), found[name], value)
+                errors[name] = error + FLOOR * n**-ORDER * unit
+            beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)  # by a little, where extrapolated
+            best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
+            worst = np.fmax.reduce([errors[name] / unit for name, unit in units.items()])
+            done = goes_on & (worst <= accuracy)
+            for name in FIGURES:
+                figures[name][left[done]] = best[name][done]
+            for name in units:
+                figures[f"{name}_error"][left[done]] = errors[name][done]
+            solved[left[done]] = True
+            goes_on &= ~done
+        left = left[goes_on]
+        levels = [(across, {name: values[goes_on] for name, values in one.items()}) for across, one in levels]
+        n = math.ceil(n * RATIO)
+    return figures, solved
+
+
+def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
+    """The friction limit, and what an error of one is, of the values that a scene does not prescribe; NaN of others."""
+    limits, found = np.zeros(len(scenes)), {name: np.full(len(scenes), math.nan) for name in VALUES}
+    for k, scene in enumerate(scenes):
+        hertz, motion = scene.hertz, scene.motion
+        assert isinstance(hertz, HertzContact)
+        assert isinstance(scene.friction, float)
+        assert isinstance(motion, Steady | Shift)
+        limits[k] = scene.friction * hertz.force
+        units = frictional_units(limits[k], hertz.a, 1.0 if scene.line else hertz.b, scene.bodies, scene.line)
+        if not scene.line:
+            found["Mz"][k] = units["Mz"]
+        rigid = ("vx", "vy") if isinstance(motion, Steady) else ("ux", "uy")
+        for force, name, value in zip(("Fx", "Fy"), rigid, ("vx", "vy"), strict=True):
+            given = getattr(motion, force) is not None
+            found[value if given else force][k] = units[name if given else force]
+    return limits, found
+
+
+# ----------------------------------------------------------------------------- scenes to problems
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """What the scenes of a batch have in common: a grid across the contact, or None where each has its own place."""
+
+    shape: tuple[int, int]
+    grid: Grid | None
+    difference: str | None
+    offset: float
+    line: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Member:
+    number: int
+    kind: _Kind
+    motion: Steady | Shift
+    grid: Grid
+    hertz: HertzContact
+    bodies: BodyPair | Bodies
+    friction: float
+
+
+def _fits(scene: Scene) -> bool:
+    """Whether a scene, on a grid, is of the kind that batches solve."""
+    if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders):
+        return False
+    if type(scene.bodies) is not Bodies or scene.third_body is not None:
+        return False
+    motion, friction = scene.motion, scene.friction
+    if type(friction) is not float or not 0 < friction < math.inf:
+        return False
+    if scene.bodies.coupled and not left_out(scene):
+        return False
+    if isinstance(motion, Steady):
+        return motion.dq is None and motion.rigid_slip is None
+    return isinstance(motion, Shift) and not scene.line
+
+
+def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
+    """Hertz's contacts: under a given force of ellipses and paraboloids as arrays, of others one by one."""
+    found: list[HertzContact | None] = [None] * len(scenes)
+    for kind in (Ellipse, Paraboloids):
+        some = [k for k, scene in enumerate(scenes) if type(scene.surface) is kind and scene.normal_force]
+        if not some:
+            continue
+        bodies, force = [scenes[k].bodies for k in some], np.array([scenes[k].normal_force for k in some], dtype=float)
+        G, nu = (np.array([getattr(each, f"combined_{name}") for each in bodies]) for name in ("G", "nu"))
+        names = ("a", "b") if kind is Ellipse else ("Rx", "Ry")
+        one, other = (np.array([getattr(scenes[k].surface, name) for k in some]) for name in names)
+        with np.errstate(all="ignore"):
+            a, b = (one, other) if kind is Ellipse else semi_axes(one, other, G, nu, force)
+            approach, peak = approaches(a, b, G, nu, force), 1.5 * force / (math.pi * a * b)
+        columns = np.stack([a, b, approach, force, peak, np.full_like(a, math.nan)]).tolist()
+        for k, ak, bk, dk, Fk, pk, R in zip(some, *columns, strict=True):
+            found[k] = HertzContact(ak, bk, dk, Fk, pk, R, R)
+    return [scene.hertz if each is None else each for scene, each in zip(scenes, found, strict=True)]
+
+
+def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
+    """A scene as one of a batch, or None where its grid is not for one."""
+    grid, motion = scene.grid, scene.motion
+    assert isinstance(grid, Grid)
+    if grid.explicit:
+        if grid.edge != "centres":
+            return None
+        shape = grid.shape
+    else:
+        rows, columns = grid.shape
+        shape = rows if grid.line else rows + 2 * grid.margin, columns + 2 * grid.margin
+    if math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
+        return None
+    difference, offset = None, 0.0
+    if isinstance(motion, Steady):
+        assert motion.spin_offset is not None
+        difference, offset = motion.slip_difference, motion.spin_offset
+    assert isinstance(motion, Steady | Shift)
+    assert isinstance(scene.friction, float)
+    kind = _Kind(shape, None if grid.explicit else grid, difference, offset, grid.line)
+    return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lattices:
+    """The elements of n scenes, x (nx, n) and y (ny, n) of their centres, and the parts of the load that they carry."""
+
+    sides: np.ndarray  # (2, n)
+    x: np.ndarray
+    y: np.ndarray
+    share: np.ndarray
+    compliance: np.ndarray | None = None
+
+
+def _across(grid: Grid, a: np.ndarray, b: np.ndarray) -> _Lattices:
+    """A grid across each contact: the unit circle's, stretched."""
+    circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
+    half = 0.5 if grid.line else 1.0
+    lattice = grid.spread((-1.0, 1.0, -half, half))
+    sides, x, y = np.multiply.outer(lattice.sides, a), np.multiply.outer(lattice.x, a), np.multiply.outer(lattice.y, b)
+    sides[1] = 1.0 if grid.line else lattice.sides[1] * b
+    pressure = circle.on_elements(lattice)
+    share = np.repeat((pressure / pressure.sum())[..., None], len(a), axis=-1)
+    soft = grid.edge == "softened"
+    return _Lattices(sides, x, y, share, edge_compliance(circle.covered(*lattice.lines)) if soft else None)
+
+
+def _in_place(grids: list[Grid], contacts: list[HertzContact]) -> _Lattices:
+    """Grids that have their own place; where the contact goes on outside nothing is carried."""
+    shares = [contact.on_elements(grid) for grid, contact in zip(grids, contacts, strict=True)]
+    for share, grid, contact in zip(shares, grids, contacts, strict=True):
+        left, right, bottom, top = grid.box
+        along_y = grid.line or (bottom <= -contact.b and contact.b <= top)
+        share /= share.sum() if share.any() and left <= -contact.a and contact.a <= right and along_y else math.inf
+    x, y, sides = (np.array([getattr(grid, name) for grid in grids]).T for name in ("x", "y", "sides"))
+    return _Lattices(sides, x, y, np.stack(shares, axis=-1))
+
+
+def _solve_group(
+    members: list[_Member], tol: float, kept: Fields | None, near: Near | None
+) -> tuple[Figures, np.ndarray]:
+    """The figures of scenes of one kind, and which of them are solved."""
+    kind, contacts = members[0].kind, [member.hertz for member in members]
+    a, b, force = (np.array([getattr(contact, name) for contact in contacts]) for name in ("a", "b", "force"))
+    G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
+    if kind.grid is None:
+        lattices = _in_place([member.grid for member in members], contacts)
+    else:
+        lattices = _across(kind.grid, a, np.zeros_like(a) if kind.line else b)
+    x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
+    area, step = dx * dy, np.ones_like(dx) if kind.difference is None else dx
+    motions = [member.motion for member in members]
+    vx, vy, spin = np.array([motion.rigid for motion in motions]).T
+    given = np.array([[motion.Fx, motion.Fy] for motion in motions], dtype=float).T  # NaN for None
+    W = np.empty((2, *kind.shape, len(members)))
+    W[0], W[1] = (vx - spin * y) * step, (vy + spin * (x + kind.offset * step)) * step
+    friction = np.array([member.friction for member in members])
+    bound = lattices.share * (friction * force / area)
+    problem = BatchedProblem(
+        dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, lattices.compliance
+    )
+    start = None if near is None else near.on(problem, [member.number for member in members], [vx, vy], step)
+    with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
+        found = solve_batch(problem, tol, start)
+        traction = found.traction * G
+        Fx, Fy = traction.sum(axis=(1, 2)) * area
+        rigid = np.where(np.isnan(given), 0.0, found.rigid)
+        work = (bound * np.hypot(*(W + rigid[:, None, None]))).sum(axis=(0, 1)) * area
+    contact = (bound > 0).sum(axis=(0, 1))
+    figures: Figures = {
+        "Fx": Fx,
+        "Fy": Fy,
+        "Mz": (x * traction[1] - y * traction[0]).sum(axis=(0, 1)) * area,
+        "vx": vx + rigid[0] / step,
+        "vy": vy + rigid[1] / step,
+        "spin": spin,
+        "normal_force": force,
+        "approach": np.array([contact.approach for contact in contacts]),
+        "gap": found.relative_gap * work,
+        "relative_gap": found.relative_gap,
+        "residual": found.residual,
+        "contact": contact,
+        "stick": contact - found.slipping,
+        "slip": found.slipping,
+        "iterations": found.iterations,
+    }
+    solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
+    if kept is not None:
+        for j in np.flatnonzero(solved):
+            kept[members[j].number] = traction[..., j], bound[..., j], x[:, j], lattices.y[:, j]
+    return figures, solved
