@@ -115,8 +115,8 @@ BREAKS = (
     Break(
         "narrow patch without its part of the error bar",
         "solving/adaptive.py",
-        "part * abs(before.get(name, step))) / per[name] + floor + missed",
-        "part * abs(before.get(name, step))) / per[name] + floor",
+        "float(value), float(error) / per[name] + floor + missed",
+        "float(value), float(error) / per[name] + floor",
         ("solving/adaptive/test_patches.py",),
     ),
     Break(
