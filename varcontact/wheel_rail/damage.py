@@ -62,7 +62,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
     >>> found = shakedown(case.solve().patches[0], yield_in_shear=300.0)
     >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
-    0.27, 4.7, 0.05
+    0.30, 4.8, 0.09
     """
     k = checks.positive("yield_in_shear", yield_in_shear)
     force, error = solved.force, solved.error

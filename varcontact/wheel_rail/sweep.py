@@ -97,7 +97,7 @@ def sweep_wheel_sets(
     >>> dict(found["T_gamma"].sizes), found["T_gamma"].units
     ({'position.y': 3, 'friction': 2, 'side': 2, 'patch': 1}, 'N')
     >>> print(found["T_gamma"].sel(side="right", patch=1, friction=0.4).values.round(1))
-    [12.3  0.6 12.3]
+    [10.4  2.5 14.2]
     """
     xr = imported("xarray")
     named = {"": cases} if isinstance(cases, WheelSetOnTrack) else dict(cases)

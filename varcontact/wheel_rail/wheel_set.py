@@ -71,7 +71,7 @@ class WheelSetOnTrack:
     ...     position=Position(y=3.0), vertical_force=160e3)
     >>> found = case.estimate()
     >>> print(f"{found.left.force[2]:.0f} + {found.right.force[2]:.0f} N, roll {1e6 * found.position.roll:.0f} urad")
-    80000 + 80000 N, roll 0 urad
+    78266 + 81734 N, roll -168 urad
     """
 
     track: Track
