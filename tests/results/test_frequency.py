@@ -165,7 +165,10 @@ def test_growth_by_wavelength():
     a = sol.scene.hertz.a
     growth = vc.corrugation_growth(sol, 2 * a * np.array(list(GROWTH)))
     found = (-growth.growth + 1j * growth["shift"]).values * a**2 / (2 * 50.0)
-    np.testing.assert_allclose(found, np.array(list(GROWTH.values())), rtol=0.015, atol=0.025)
+    known = np.array(list(GROWTH.values()))
+    np.testing.assert_allclose(found.real, known.real, rtol=0.03)
+    np.testing.assert_allclose(found.real[-2:], known.real[-2:], rtol=0.02)
+    np.testing.assert_allclose(found.imag, known.imag, rtol=0.02, atol=0.022)
     assert np.abs(growth.load_swing).max() < 1e-12
     assert float(growth.smooth.sum()) == pytest.approx(sol.power, rel=1e-6)
 
@@ -179,11 +182,12 @@ def sampled(cells):
     return vc.solve(dataclasses.replace(sol.scene, surface=surface, grid=grid), tol=1e-11)
 
 
-def test_growth_of_a_history():
-    """A wave of the rail of twice the contact, carried through it."""
-    sol = sampled(96)
+@pytest.mark.parametrize(("contacts", "cells", "phase"), [(2, 96, 0.04), (4, 72, 0.12)])
+def test_growth_of_a_history(contacts, cells, phase):
+    """A wave of the rail as long as some contacts, carried through one."""
+    sol = sampled(cells)
     dx, nx = sol.grid.dx, sol.grid.nx
-    x, length = np.arange(192) * dx, 192 * dx
+    x, length = np.arange(contacts * cells) * dx, contacts * cells * dx
     k = 2 * np.pi / length
     wave, first = 0.05 / (50.0 * k**2), 3 * nx
     carried = vc.Carried(wave * np.cos(k * x), x, period=length)
@@ -192,7 +196,7 @@ def test_growth_of_a_history():
     swing = 2 * complex(np.mean((work - work.mean()) * np.exp(-1j * k * work.X)) / wave / work.mean())
     growth = vc.corrugation_growth(line(120, Fx=-0.0015), length)
     assert -float(growth.growth[0]) == pytest.approx(swing.real, rel=0.02)
-    assert float(growth["shift"][0]) == pytest.approx(swing.imag, abs=0.04 * abs(swing))
+    assert float(growth["shift"][0]) == pytest.approx(swing.imag, abs=phase * abs(swing))
 
 
 def test_growth_where_the_edge_hardly_touches_an_element():
