@@ -230,3 +230,23 @@ def test_passages_wear_a_corrugation_away_as_linear_theory_says():
         rail = rail.worn(np.interp(rail.x, again[order], depth.values[order], period=length))
         expected *= 1 - 0.15
         assert abs(np.fft.rfft(rail.height)[1]) / first == pytest.approx(expected, rel=0.03)
+
+
+def test_a_flat_deeper_than_the_approach_is_doubted():
+    """At a given approach the bodies part over it; of a flat that is less deep nothing is said."""
+    x = np.linspace(-1.0, 1.0, 41)
+    for deep in (True, False):
+        depth = (2.0 if deep else 0.5) * 0.5**2 / R
+        flat = vc.Carried(np.where(np.abs(x) < 0.9, -depth, 0.0), x, period=20.0)
+        motion = vc.Transient(steps=1, dq=0.1, vx=0.0, carried=flat)
+        scene = replace(
+            roller(steps=1),
+            surface=vc.Paraboloids(R, R),
+            normal_force=None,
+            approach=0.25 / R,
+            grid=vc.Grid(nx=12, ny=12),
+            motion=motion,
+        )
+        assert any("exceed the approach" in doubt for doubt in scene.doubts) == deep
+        force = vc.solve(scene)[-1].normal_force
+        assert (force == 0.0) == deep
