@@ -368,10 +368,10 @@ def doubts(scene: Scene) -> tuple[str, ...]:
                 f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius"
             )
             found.append(f"{words} {radius:.4g}; half-spaces stand for bodies much larger than it")
-    if isinstance(motion, Transient) and motion.carried and scene.approach is not None:
-        if 0 < scene.approach <= motion.height_range:
-            words = f"carried heights of up to {motion.height_range:.4g} exceed the approach {scene.approach:.4g}"
-            found.append(f"{words}: the bodies part, and forces are zero there")
+    heights = motion.height_range if isinstance(motion, Transient) else 0.0
+    if scene.approach is not None and 0 < scene.approach <= heights:
+        words = f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}"
+        found.append(f"{words}: the bodies part, and forces are zero there")
     # creepages beyond those for which velocities are nearly those of rolling
     for name in ("vx", "vy") if isinstance(motion, Steady | TimeStep | Transient) else ():
         values = motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)]
