@@ -34,7 +34,7 @@ from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
-from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
+from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic, TemperatureFalling
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -102,6 +102,7 @@ __all__ = [
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
+    "TemperatureFalling",
     "Thermal",
     "ThirdBody",
     "TimeStep",

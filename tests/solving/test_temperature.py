@@ -97,6 +97,24 @@ def test_history_along_the_material_goes_over_into_steady_rolling():
     assert history.temperature(0).max() < 0.5 * expected.max()
 
 
+def test_friction_by_temperature_is_a_fixed_point():
+    law = vc.TemperatureFalling(static=0.3, kinetic=0.12, reference=0.0, over=400.0)
+    grid = vc.Grid(nx=30, ny=15, dx=0.45, dy=1.6, x0=-6.75, y0=-12.0)
+    sol = vc.solve(rolling(friction=law, grid=grid))
+    contact = sol.state != 0
+    expected = 0.3 - 0.18 * np.clip(sol.temperature[0] / 400.0, 0.0, 1.0)
+    size = np.hypot(*sol.traction)
+    assert np.allclose(size[sol.state == 2], (expected * sol.pressure)[sol.state == 2], rtol=1e-7)
+    assert np.all(size[contact] <= (expected * sol.pressure)[contact] * (1 + 1e-7))
+    assert sol.Fx / 1e5 == pytest.approx(0.3 * 0.866, rel=0.02)  # CONTACT's, whose temperatures are 9 % too high
+    other = vc.solve(rolling(friction=law, grid=grid), start="slip")
+    assert other.Fx == pytest.approx(sol.Fx, rel=1e-8)
+    cold = vc.solve(rolling(friction=vc.TemperatureFalling(0.3, 0.12, 1e5, 1.0), grid=grid))
+    assert cold.Fx == pytest.approx(vc.solve(rolling(grid=grid)).Fx, rel=1e-9)
+    with pytest.raises(vc.SceneError, match="thermal data"):
+        rolling(None, friction=law, motion=vc.Steady(vx=0.01))
+
+
 def test_units_do_not_matter():
     metre = vc.Thermal(conductivity=50.0, density=7850.0, heat_capacity=450.0)
     scene = rolling(

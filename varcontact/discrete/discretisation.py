@@ -23,7 +23,7 @@ from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.interface import ThirdBody
+from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
@@ -100,6 +100,7 @@ class Loading:
     previous_step: PreviousStep | None = None
     third_body: ThirdBody | None = None
     yield_stress: np.ndarray | None = None
+    thermal: tuple[Thermal, Thermal] | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> Loading:
@@ -108,7 +109,15 @@ class Loading:
         law = friction if isinstance(friction, Law) else None
         coefficient = friction if not isinstance(friction, Law) else friction.static
         motion = None if isinstance(motion, Transient) else motion
-        return cls(scene.normal_force, scene.approach, motion, law, coefficient, third_body=scene.third_body)
+        return cls(
+            scene.normal_force,
+            scene.approach,
+            motion,
+            law,
+            coefficient,
+            third_body=scene.third_body,
+            thermal=scene.thermal,
+        )
 
     @property
     def steady(self) -> bool:

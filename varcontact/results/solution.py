@@ -16,7 +16,7 @@ from varcontact.html import html_table
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import Law, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
@@ -176,6 +176,9 @@ class Solution:
             return None
         if law.memory_distance > 0 and self.weakening is not None:
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
+        if isinstance(law, TemperatureFalling):
+            assert self.temperature is not None
+            return law.at(self.temperature[0])
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
 
     @property

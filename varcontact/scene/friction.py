@@ -237,11 +237,63 @@ class ExponentialFalling(_Falling):
         return part, -np.log(2) * part
 
 
+@dataclass(frozen=True)
+class TemperatureFalling(Law):
+    """A coefficient that falls linearly with the temperature of the surface, in steady rolling.
+
+    Parameters
+    ----------
+    static, kinetic : float
+        Coefficients of cold surfaces, positive, and of hot ones, in [0, static].
+    reference, over : float
+        It falls from the temperature `reference` on, over a range `over` (positive).
+
+    Raises
+    ------
+    SceneError
+        For entries out of range.
+
+    Examples
+    --------
+    >>> TemperatureFalling(static=0.4, kinetic=0.2, reference=20.0, over=400.0).at([0.0, 220.0, 900.0])
+    array([0.4, 0.3, 0.2])
+    """
+
+    reference: float = 0.0
+    over: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.entries(self, "friction", checks.moderate, "reference")
+        checks.entries(self, "friction", checks.positive, "over")
+        if self.memory_distance > 0:
+            raise SceneError("friction.memory_distance", self.memory_distance, "0 of friction by temperature")
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the coefficient of a particle changes continuously with its slip."""
+        return True
+
+    def __call__(self, slip: Any) -> np.ndarray:
+        """Coefficient of a cold surface, at any slip."""
+        return np.full_like(_sizes(slip), self.static)
+
+    def slope(self, slip: Any) -> np.ndarray:
+        """Its derivative by the relative slip: zero."""
+        return np.zeros_like(_sizes(slip))
+
+    def at(self, temperature: Any) -> np.ndarray:
+        """Coefficient at temperatures (any shape)."""
+        part = np.clip((np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0)
+        return np.asarray(self.static + part * (self.kinetic - self.static))
+
+
 LAWS: dict[str, type[Law]] = {
     "static-kinetic": StaticKinetic,
     "linear": LinearFalling,
     "rational": RationalFalling,
     "exponential": ExponentialFalling,
+    "temperature": TemperatureFalling,
 }
 """The laws by their kind in a scene file."""
 

@@ -21,11 +21,12 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import magnitude
 from varcontact.discrete.residuals import project
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
+from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
+from varcontact.discrete.temperature import surface_temperatures
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
-from varcontact.scene.motion import Transient
+from varcontact.scene.friction import Law, TemperatureFalling
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 
 POWER_STEPS = 15
@@ -54,6 +55,8 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
     assert state.friction is not None
     law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
+    if isinstance(law, TemperatureFalling):
+        return _by_temperature(law, disc, state)
     if law.memory_distance > 0:
         return _with_memory(disc, shift * (areas == SLIP))
     own = law(np.hypot(*shift) / unit_slip(disc))
@@ -67,6 +70,8 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     would slip even under the static coefficient: then that is not what it should have.
     """
     law = _law(disc)
+    if isinstance(law, TemperatureFalling):
+        return _by_temperature(law, disc, state)
     if law.memory_distance > 0:
         known = disc.loading.coefficient if state.friction is None else state.friction
         shift, areas = shift_and_areas(disc.with_loading(coefficient=known), state)
@@ -173,6 +178,15 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
 def _law(disc: Discretisation) -> Law:
     assert disc.loading.law is not None
     return disc.loading.law
+
+
+def _by_temperature(law: TemperatureFalling, disc: Discretisation, state: ContactState) -> np.ndarray:
+    """The coefficients at the temperatures of a state, where it sticks, too."""
+    motion, thermal, contact = disc.loading.motion, disc.loading.thermal, state.pressure > 0
+    assert isinstance(motion, Steady) and motion.speed is not None and thermal is not None
+    work = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
+    found = surface_temperatures(work * motion.speed, contact, disc.grid.sides[0], motion.speed, thermal)
+    return law.at(found[0])
 
 
 def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
