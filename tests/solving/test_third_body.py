@@ -246,3 +246,10 @@ def test_layers_where_they_do_not_belong():
         vc.solve(ball(vc.Steady(vx=1e-3)), tangential="vermeulen-johnson")
     with pytest.raises(vc.SceneError, match="third_body"):
         vc.solve(ball(vc.Steady(vx=1e-3), grid="auto"), accuracy=0.01)
+
+
+def test_batches_leave_layers_to_single_solutions():
+    scene = ball(vc.Steady(vx=3e-3))
+    many = vc.solve_many([scene, replace(scene, third_body=None)])
+    assert [str(by) for by in many["by"].values] == ["solve", "batched"]
+    assert float(many["Fx"][0]) == pytest.approx(vc.solve(scene).Fx, rel=1e-8)
