@@ -275,15 +275,15 @@ class TemperatureFalling(Law):
         return True
 
     def __call__(self, slip: Any) -> np.ndarray:
-        """Coefficient of a cold surface, at any slip."""
+        """Coefficient of a cold surface, at any `slip`."""
         return np.full_like(_sizes(slip), self.static)
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip: zero."""
+        """Its derivative by the relative `slip`: zero."""
         return np.zeros_like(_sizes(slip))
 
     def at(self, temperature: Any) -> np.ndarray:
-        """Coefficient at temperatures (any shape)."""
+        """Coefficient at a `temperature` (any shape)."""
         part = np.clip((np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0)
         return np.asarray(self.static + part * (self.kinetic - self.static))
 

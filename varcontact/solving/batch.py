@@ -212,7 +212,7 @@ def _fits(scene: Scene) -> bool:
     if type(scene.bodies) is not Bodies or scene.third_body is not None:
         return False
     motion, friction = scene.motion, scene.friction
-    if type(friction) is not float or not 0 < friction < math.inf or scene.third_body is not None:
+    if type(friction) is not float or not 0 < friction < math.inf:
         return False
     if scene.bodies.coupled and not left_out(scene):
         return False
