@@ -60,6 +60,17 @@ def solvers(quick: bool) -> Table:
     )
 
 
+def small_contacts(quick: bool) -> Table:
+    """Milliseconds of each of many small contacts by `solve_many`, beside those of `solve`."""
+    rows = []
+    for cells in (8, 12) if quick else (8, 12, 16, 32):
+        scenes = steady(cells) * (2 if quick else 20)
+        together = least(lambda s=scenes: vc.solve_many(s), 2) / len(scenes)
+        alone = least(lambda s=scenes: [vc.solve(each, certify="gap") for each in s[:15]], 1) / 15
+        rows.append([f"{cells} x {cells}", 1e3 * together, 1e3 * alone, alone / together])
+    return Table(["elements across", "`solve_many`", "`solve`", "gain"], ["", ".2f", ".1f", ".0f"], rows)
+
+
 def many_elements(quick: bool) -> Table:
     """Median seconds of `newton` by the number of elements, of rolling and of shifts."""
     cells = (32, 64) if quick else (32, 64, 128, 256, 512)
@@ -145,6 +156,7 @@ def wheel_rail(quick: bool) -> Table:
 TABLES = {
     "solvers": solvers,
     "many_elements": many_elements,
+    "small_contacts": small_contacts,
     "memory": memory,
     "sweeps": sweeps,
     "fast_theories": fast_theories,

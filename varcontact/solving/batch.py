@@ -95,7 +95,7 @@ def solve_batches(
 def _without_grid(scene: Scene) -> bool:
     """Whether a scene is one for batches that leaves its grid to the accuracy."""
     motion = scene.motion
-    if scene.grid != "auto" or not _fits(scene):
+    if scene.grid != "auto" or not fits(scene):
         return False
     return isinstance(motion, Shift) or motion == replace(motion, slip_difference="first-order", spin_offset=None)
 
@@ -109,7 +109,7 @@ def _on_grids(
 ) -> tuple[Figures, np.ndarray]:
     figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
     groups: dict[_Kind, list[_Member]] = {}
-    fit = [k for k in some if _fits(scenes[k])]
+    fit = [k for k in some if fits(scenes[k])]
     for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
         member = None if hertz is None else _member(number, scenes[number], hertz)
         if member is not None:
@@ -205,7 +205,7 @@ class _Member:
     friction: float
 
 
-def _fits(scene: Scene) -> bool:
+def fits(scene: Scene) -> bool:
     """Whether a scene, on a grid, is of the kind that batches solve."""
     if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders):
         return False

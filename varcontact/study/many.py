@@ -14,8 +14,8 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.batch import BARS, FIGURES, Fields, Near, solve_batches
-from varcontact.solving.options import TOLERANCE, SolveOptions
+from varcontact.solving.batch import BARS, FIGURES, Fields, Near, fits, solve_batches
+from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import solve
 from varcontact.study.methods import figures
 
@@ -105,7 +105,10 @@ def solve_many(
     errors: dict[int, VarcontactError] = {}
     for i, scene in enumerate(given):
         try:
-            SolveOptions.checked(scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy)
+            if fits(scene):
+                check_saturation(scene)
+            else:
+                SolveOptions.checked(scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy)
         except VarcontactError as error:
             errors[i] = _named(error, i)
             if failures == "raise":
