@@ -47,6 +47,7 @@ from .solving.verify import load
 from .study.compare import Comparison, compare
 from .study.converge import converge
 from .study.convergence import Convergence
+from .study.fit import CreepCurveFit, fit_creep_curve
 from .study.many import solve_many
 from .study.references import ContinuumValues, Reference, continuum_values, references
 from .study.scan import creep_curve, scan
@@ -68,6 +69,7 @@ __all__ = [
     "ContactResult",
     "ContinuumValues",
     "Convergence",
+    "CreepCurveFit",
     "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
@@ -120,6 +122,7 @@ __all__ = [
     "corrugation_growth",
     "creep_curve",
     "creep_forces",
+    "fit_creep_curve",
     "kinematics",
     "load",
     "no_slip_coefficients",

@@ -31,7 +31,7 @@ class Swept:
         coordinates, base = _given(scenes)
         varied = _values({} if over is None else over)
         made = [
-            _changed(scene, dict(zip(varied, point, strict=True)))
+            changed(scene, dict(zip(varied, point, strict=True)))
             for scene in base
             for point in product(*varied.values())
         ]
@@ -90,7 +90,8 @@ def _values(over: Any) -> dict[str, list[Any]]:
     return varied
 
 
-def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
+def changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """The scene with entries replaced, named as `Swept.of` names them."""
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         part, _, entry = name.partition(".")

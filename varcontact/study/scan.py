@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
@@ -145,7 +145,7 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
 
 def creep_curve(
     scene: Scene,
-    methods: Iterable[str] = ("auto", "fastsim", "fastrip"),
+    methods: Iterable[str] | Mapping[str, Mapping[str, Any]] = ("auto", "fastsim", "fastrip"),
     *,
     vx: Any = None,
     vy: Any = None,
@@ -158,9 +158,11 @@ def creep_curve(
     ----------
     scene : Scene
         In steady rolling, with no prescribed tangential force.
-    methods : iterable of str
-        Fast theories by their names in `creep_forces`, which need no grid, and methods as `compare` names them. A
-        theory to which the scene's friction (a law) does not apply in this form is evaluated on the grid.
+    methods : iterable of str, or dict of str to dict
+        Fast theories by their names in `creep_forces`, which need no grid, and methods as `compare` names them. A dict
+        has the options of each theory, as ``{"polach": {"k_A": 0.3, "k_S": 0.1}, "auto": {}}``. FASTSIM takes the
+        compliance of an elastic third body from the scene. A theory to which the scene's friction (a law) does not
+        apply in this form is evaluated on the grid.
     vx, vy, spin : float or array_like, optional
         Creepages, which broadcast to one dimension; the scene's own where not given. One at least has several values.
     progress : callable, optional
@@ -169,9 +171,9 @@ def creep_curve(
     Returns
     -------
     xarray.Dataset
-        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; as an
-        attribute ``limit``, the friction limit (nan for friction that has no single coefficient). Mz is nan by a
-        theory that has none.
+        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; with the units
+        of the scene, if it has them. As an attribute ``limit``, the friction limit (nan for friction that has no single
+        coefficient). Mz is nan by a theory that has none.
 
     Raises
     ------
@@ -197,26 +199,34 @@ def creep_curve(
         raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
     names = [str(name) for name in ([methods] if isinstance(methods, str) else methods)]
     if not names or len(set(names)) < len(names):
-        raise SceneError("methods", names, "one name at least, none of them twice")
+        raise SceneError("methods", names, "at least one name, none of them twice")
     triples = _broadcast(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
+    of_theories = {name: dict(methods[name]) if isinstance(methods, Mapping) else {} for name in names}
     options = {name: _scan_options(scene, name) for name in names}  # refused before anything is solved
+    for name, given in of_theories.items():
+        if given and options[name] is not None:
+            raise SceneError("methods", name, f"without options: only theories by formula have them, not {name} here")
     found = []
     for name, each in options.items():
         if report is not None:
             report(f"{name}: {len(triples)} points")
         if each is None:
-            found.append(_by_formula(scene, name, triples))
+            found.append(_by_formula(scene, name, triples, of_theories[name]))
         else:
             found.append(_forces(scene, triples, each))
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
-    points = {name: ("point", triples[:, i]) for i, name in enumerate(ROLLING)}
+    units = scene.units
+    unit = {} if units is None else {name: units.of(name) for name in ("force", "moment", "spin")}
     over = ("theory", "point")
-    fields = {"Fx": (over, Fx), "Fy": (over, Fy), "Mz": (over, Mz)}
+    fields = {"Fx": (Fx, "force"), "Fy": (Fy, "force"), "Mz": (Mz, "moment")}
+    data = {name: (over, values, {"units": unit[of]} if unit else {}) for name, (values, of) in fields.items()}
+    points = {name: ("point", triples[:, i], {"units": unit["spin"] if name == "spin" else "1"} if unit else {})
+              for i, name in enumerate(ROLLING)}  # fmt: skip
     force, limit = scene.hertz.force if scene.hertz is not None else scene.normal_force, np.nan
     if force is not None and isinstance(scene.friction, float) and np.isfinite(scene.friction):
         limit = scene.friction * force
-    return xr.Dataset(fields, {"theory": names, **points}, {"limit": float(limit)})
+    return xr.Dataset(data, {"theory": names, **points}, {"limit": float(limit)})
 
 
 def _forces(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
@@ -251,7 +261,11 @@ def _broadcast(motion: Steady, given: dict[str, Any]) -> np.ndarray:
 def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     """The options of a scan by a method; None for a theory that is evaluated for all creepages at once."""
     single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
-    if name in VECTORISED and (single or name == "linear") and why_not(name, scene) == "":
+    layer = scene.third_body
+    bare = scene
+    if layer is not None and not layer.yields and name.startswith("fastsim"):
+        bare = replace(scene, third_body=None)
+    if name in VECTORISED and (single or name == "linear") and why_not(name, bare) == "":
         return None
     method = Method.named(name)
     return {
@@ -263,11 +277,13 @@ def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     }
 
 
-def _by_formula(scene: Scene, name: str, triples: np.ndarray) -> np.ndarray:
+def _by_formula(scene: Scene, name: str, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
     hertz = scene.hertz
+    if scene.third_body is not None:
+        options = {"layer": scene.third_body.compliance, **options}
     assert hertz is not None
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
     contact: dict[str, Any] = {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
     contact |= zip(ROLLING, triples.T, strict=True)
-    found = creep_forces(name, friction=friction, **contact)
+    found = creep_forces(name, friction=friction, **contact, **options)
     return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)

@@ -97,6 +97,7 @@ def creep_forces(
         which has no coefficients.
     **options
         ``m`` and ``n``, the intervals along a strip and the strips (10 each), of FASTSIM, FaStrip and strip theory;
+        ``layer`` of FASTSIM, the elastic compliance h/G of a third body [length^3/force], added to the flexibilities;
         ``k_A`` and ``k_S`` of Polach's formula; of ``table``: ``book``, a `TableBook` in place of the package's, and
         ``outside="clamp"``, for an a/b outside the book the ellipse of the same area with the nearest a/b it has.
 
@@ -219,9 +220,19 @@ def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> Forces:
     return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _fastsim(c: _Contact, m: int = 10, n: int = 10, bound: str = "parabolic", flexibility: str = "separate") -> Forces:
+def _fastsim(
+    c: _Contact,
+    m: int = 10,
+    n: int = 10,
+    layer: float = 0.0,
+    bound: str = "parabolic",
+    flexibility: str = "separate",
+) -> Forces:
+    layer = checks.number("layer", layer, "zero or positive: a compliance")
+    if layer < 0:
+        raise SceneError("layer", layer, "zero or positive: a compliance")
     creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
-    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility)
+    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility) + layer
     found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
     return found.force[..., 0], found.force[..., 1], found.moment
 
@@ -254,6 +265,8 @@ VECTORISED: dict[str, Callable[..., Forces]] = {
 }
 """The theories of `creep_forces` by name."""
 OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book", "outside")} | {
-    name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")
+    name: ("m", "n", *(("layer",) if name.startswith("fastsim") else ()))
+    for name in VECTORISED
+    if name[:4] in ("stri", "fast")
 }
 """Further arguments that a theory takes."""

@@ -1,0 +1,101 @@
+"""Parameters of friction, layers and theories from creep curves: recovered, with errors that hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+VX = np.linspace(4e-4, 9e-3, 9)
+
+
+def wheel(length=1.0, force=1.0, **entries):
+    """A wheel on a rail, in other units of length and force."""
+    given = {"friction": 0.3, "motion": vc.Steady(), "grid": vc.Grid(nx=8, ny=8)} | entries
+    bodies = vc.Bodies(G=82e9 * force / length**2, nu=0.28)
+    surface = vc.Paraboloids(Rx=0.46 * length, Ry=0.3 * length)
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=80e3 * force, **given)
+
+
+def test_layer_and_friction_are_recovered_from_the_exact_theory():
+    layered = wheel(third_body=vc.ThirdBody(h=8e-5, G=1e9), friction=0.26)
+    data = vc.creep_curve(layered, ["auto"], vx=VX).Fx[0].to_numpy()
+    start = wheel(third_body=vc.ThirdBody(h=3e-5, G=1e9))
+    guesses = {"third_body.h": (3e-5, 1e-6, 1e-3), "friction": (0.4, 0.05, 0.8)}
+    fit = vc.fit_creep_curve(start, guesses, vx=VX, Fx=data)
+    assert fit.values["third_body.h"] == pytest.approx(8e-5, rel=1e-4)
+    assert fit.values["friction"] == pytest.approx(0.26, rel=1e-5)
+    assert fit.scene.third_body.h == fit.values["third_body.h"]
+    assert fit.rms < 1e-5 * 80e3
+
+
+def test_errors_hold_for_noise():
+    """Of twenty curves with noise the parameter is within two standard errors nearly always; NaN is left out."""
+    rng, scene = np.random.default_rng(0), wheel()
+    exact = vc.creep_curve(scene, ["fastsim"], vx=VX).Fx[0].to_numpy()
+    off = []
+    for _ in range(20):
+        noisy = exact + 400.0 * rng.normal(size=VX.size)
+        noisy[rng.integers(9)] = np.nan
+        fit = vc.fit_creep_curve(scene, {"friction": (0.4, 0.1, 0.6)}, vx=VX, Fx=noisy, method="fastsim")
+        off.append((fit.values["friction"] - 0.3) / fit.errors["friction"])
+    assert np.mean(np.abs(off) < 2) > 0.8
+    assert 0.5 < np.std(off) < 1.7
+    known = vc.fit_creep_curve(scene, {"friction": (0.4, 0.1, 0.6)}, vx=VX, Fx=exact, method="fastsim", sigma=400.0)
+    curve = vc.creep_curve(replace(scene, friction=0.301), ["fastsim"], vx=VX).Fx[0].to_numpy()
+    assert known.errors["friction"] == pytest.approx(400.0 / np.linalg.norm((curve - exact) / 1e-3), rel=0.02)
+
+
+def test_options_of_theories_and_any_units():
+    data = vc.creep_curve(wheel(), {"polach": {"k_A": 0.5, "k_S": 0.2}}, vx=VX)
+    guesses = {"k_A": (0.9, 0.1, 1.0), "k_S": (0.4, 0.05, 1.0)}
+    fits = [
+        vc.fit_creep_curve(wheel(length, force), guesses, vx=VX, Fx=data.Fx[0] * force, method="polach")
+        for length, force in ((1.0, 1.0), (1e3, 1e-3))
+    ]
+    for fit in fits:
+        assert (fit.options["k_A"], fit.options["k_S"]) == (pytest.approx(0.5, rel=1e-3), pytest.approx(0.2, rel=1e-3))
+    assert fits[1].rms == pytest.approx(1e-3 * fits[0].rms, abs=1e-6)
+
+
+def test_fastsim_with_a_layer_has_the_slope_of_flexibilities_in_series():
+    """From the closed form of pure creepage: the flexibilities of body and layer add, and full slip stays."""
+    layer = vc.ThirdBody(h=5e-5, G=1e9)
+    bare, layered = (vc.creep_curve(wheel(third_body=body), ["fastsim"], vx=[1e-7, 0.1]) for body in (None, layer))
+    a, b = wheel().hertz.a, wheel().hertz.b
+    L = 3 * a / (8 * 82e9 * vc.no_slip_coefficients(a / b, 0.28).C11) * 8 / 3 * 3 / 8  # 8 a^2 b/(3 L) = a b G C11
+    L = 8 * a / (3 * 82e9 * vc.no_slip_coefficients(a / b, 0.28).C11)
+    ratio = float(layered.Fx[0, 0] / bare.Fx[0, 0])
+    assert ratio == pytest.approx(L / (L + layer.compliance), rel=1e-3)
+    assert float(layered.Fx[0, 1]) == pytest.approx(float(bare.Fx[0, 1]), rel=1e-9)
+    exact = vc.creep_curve(wheel(third_body=layer), ["auto"], vx=VX)
+    simple = vc.creep_curve(wheel(third_body=layer), ["fastsim"], vx=VX)
+    assert np.abs(exact.Fx[0] - simple.Fx[0]).max() < 0.06 * exact.limit
+
+
+@pytest.mark.parametrize(
+    ("parameters", "entries", "field"),
+    [
+        ({}, {}, "parameters"),
+        ({"friction": (0.9, 0.1, 0.5)}, {}, r"parameters\['friction'\]"),
+        ({"friction": (0.3, 0.1)}, {}, r"parameters\['friction'\]"),
+        ({"fricton": (0.3, 0.1, 0.5)}, {}, "fricton"),
+        ({"k_A": (0.3, 0.1, 0.5)}, {}, "k_A"),
+        ({"friction": (0.3, 0.1, 0.5)}, {"Fx": None}, "Fx, Fy"),
+        ({"friction": (0.3, 0.1, 0.5)}, {"Fx": [1.0, 2.0]}, "Fx, Fy"),
+        ({"friction": (0.3, 0.1, 0.5)}, {"Fx": np.full(9, np.nan)}, "Fx, Fy"),
+        ({"friction": (0.3, 0.1, 0.5)}, {"sigma": -1.0}, "sigma"),
+    ],
+)
+def test_bad_input(parameters, entries, field):
+    given = {"vx": VX, "Fx": -VX, "method": "fastsim"} | entries
+    with pytest.raises(vc.SceneError, match=field):
+        vc.fit_creep_curve(wheel(), parameters, **given)
+
+
+def test_curves_carry_units():
+    curve = vc.creep_curve(wheel(units=vc.SI), ["fastsim"], vx=VX)
+    assert (curve.Fx.units, curve.Mz.units, curve.spin.units) == ("N", "N m", "1/m")
+    with pytest.raises(vc.SceneError, match="without options"):
+        vc.creep_curve(wheel(), {"auto": {"k_A": 0.3}}, vx=VX)

@@ -1,0 +1,202 @@
+"""Parameters of friction, third body and theories from measured creep curves, by least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.html import html_text
+from varcontact.results.error_estimate import with_bar
+from varcontact.scene.scene import Scene
+from varcontact.study.parameters import changed
+from varcontact.study.scan import creep_curve
+from varcontact.theories.creep_forces import OPTIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REFUSED = 10.0
+"""Residual, by the largest force, of parameters that a scene refuses: no step ends there."""
+DIFFERENCE = 1e-3
+"""Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where areas change."""
+
+
+@dataclass(frozen=True, eq=False)
+class CreepCurveFit:
+    """Fitted parameters, with their standard errors.
+
+    Attributes
+    ----------
+    values, errors : dict of str to float
+        By parameter. The errors assume independent errors of the measurements, of one size unless `sigma` says it.
+    correlation : ndarray, shape (k, k)
+        Between the parameters.
+    rms : float
+        Root mean square of the residuals [force].
+    scene : Scene
+        With the fitted entries.
+    options : dict
+        Fitted options of the theory.
+    curve : xarray.Dataset
+        The fitted curve at the measured creepages, as `creep_curve` gives it.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    correlation: np.ndarray
+    rms: float
+    scene: Scene
+    options: dict[str, float]
+    curve: xr.Dataset
+
+    def report(self) -> str:
+        """The parameters with their errors, a line each, and the residual."""
+        lines = [f"{name} = {with_bar(value, self.errors[name])}" for name, value in self.values.items()]
+        return "\n".join([*lines, f"residual {self.rms:.3g} (root mean square of the forces)"])
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def _repr_html_(self) -> str:
+        return html_text(self.report())
+
+
+def fit_creep_curve(
+    scene: Scene,
+    parameters: Mapping[str, tuple[float, float, float]],
+    *,
+    vx: Any = None,
+    vy: Any = None,
+    spin: Any = None,
+    Fx: Any = None,
+    Fy: Any = None,
+    method: str = "auto",
+    sigma: float | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> CreepCurveFit:
+    """Fit entries of a scene, or options of a theory, to a measured creep curve.
+
+    Parameters
+    ----------
+    scene : Scene
+        In steady rolling, with first guesses for whatever is fitted.
+    parameters : dict of str to (first guess, least, largest)
+        Entries of the scene as `sweep` names them ("friction", "friction.kinetic", "third_body.h"), or options of the
+        theory ("k_A", "k_S" of Polach's formula, "layer" of FASTSIM).
+    vx, vy, spin : array_like
+        Measured creepages, as for `creep_curve`.
+    Fx, Fy : array_like, shape (n,)
+        Measured tangential forces on body 1 at these [force], at least one of them; NaN is left out.
+    method : str
+        As `creep_curve` has it: "auto" for the exact theory, or a fast one.
+    sigma : float, optional
+        Standard error of a measured force [force]; by default that of the residuals.
+    progress : callable, optional
+        Called with one line of text for each curve that is computed.
+
+    Returns
+    -------
+    CreepCurveFit
+
+    Raises
+    ------
+    SceneError
+        Without parameters or forces, for more parameters than forces, shapes that do not agree, unknown entries, and
+        guesses outside their range.
+
+    Notes
+    -----
+    Trust-region least squares (`scipy.optimize.least_squares`); the errors are from the curvature at the minimum,
+    ``sigma^2 (J'J)^-1``.
+
+    Examples
+    --------
+    Polach's factors for a curve of the exact theory with a soft layer between the bodies:
+
+    >>> from dataclasses import replace
+    >>> import numpy as np
+    >>> import varcontact as vc
+    >>> bare = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=80e3,
+    ...     friction=0.3, motion=vc.Steady(), grid=vc.Grid(nx=8, ny=8))
+    >>> vx = np.linspace(5e-4, 8e-3, 8)
+    >>> exact = vc.creep_curve(replace(bare, third_body=vc.ThirdBody(h=1e-4, G=1e9)), ["auto"], vx=vx)
+    >>> guesses = {"k_A": (0.9, 0.1, 1.0), "k_S": (0.4, 0.1, 1.0)}
+    >>> fit = vc.fit_creep_curve(bare, guesses, vx=vx, Fx=exact.Fx[0], method="polach")
+    >>> print({name: round(value, 2) for name, value in fit.values.items()}, f"{fit.rms / exact.limit:.3f}")
+    {'k_A': 0.4, 'k_S': 0.4} 0.022
+    """
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise SceneError("parameters", parameters, "a dict of (first guess, least, largest) by name, at least one")
+    first, low, high = (np.array(each, float) for each in zip(*map(_range, parameters.items()), strict=True))
+    names, known = list(parameters), OPTIONS.get(method, ())
+    creepages = {"vx": vx, "vy": vy, "spin": spin}
+    given: dict[str, Any] = {
+        name: checks.numbers(name, each).ravel() for name, each in creepages.items() if each is not None
+    }
+    forces = {name: np.asarray(each, float).ravel() for name, each in {"Fx": Fx, "Fy": Fy}.items() if each is not None}
+    count = max((each.size for each in given.values()), default=0)
+    if not forces or any(each.size != count for each in forces.values()):
+        raise SceneError("Fx, Fy", {name: each.size for name, each in forces.items()}, f"{count} forces, as creepages")
+    measured = np.concatenate(list(forces.values()))
+    used = np.isfinite(measured)
+    if used.sum() <= len(names):
+        raise SceneError("Fx, Fy", int(used.sum()), f"more than {len(names)} forces, one for each parameter")
+    if sigma is not None:
+        sigma = checks.positive("sigma", sigma)
+    report, evaluations = checks.progress(progress), 0
+
+    def curve_of(values: np.ndarray) -> tuple[Scene, dict[str, float], xr.Dataset]:
+        options = {name: float(value) for name, value in zip(names, values, strict=True) if name in known}
+        entries = {name: float(value) for name, value in zip(names, values, strict=True) if name not in known}
+        now = changed(scene, entries)
+        methods = {method: options} if options else [method]
+        return now, options, creep_curve(now, methods, **given)
+
+    def residuals(values: np.ndarray) -> np.ndarray:
+        nonlocal evaluations
+        evaluations += 1
+        if report is not None:
+            report(f"curve {evaluations}")
+        try:
+            curve = curve_of(values)[2]
+        except SceneError:  # entries that exclude each other, each in its range
+            if evaluations == 1:
+                raise
+            return np.full(int(used.sum()), REFUSED)
+        found = np.concatenate([curve[name].to_numpy()[0] for name in forces])
+        return (found - measured)[used] / scale
+
+    from scipy.optimize import least_squares
+
+    scale = float(np.abs(measured[used]).max()) or 1.0
+    size = np.maximum(np.abs(first), 1e-3 * (high - low))
+    found = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
+    rms = scale * float(np.sqrt(np.mean(found.fun**2)))
+    spread = scale * np.sqrt(2 * found.cost / (used.sum() - len(names))) if sigma is None else sigma
+    inverse = np.linalg.pinv(found.jac.T @ found.jac) * (spread / scale) ** 2
+    errors = np.sqrt(np.diag(inverse))
+    fitted, options, curve = curve_of(found.x)
+    return CreepCurveFit(
+        values=dict(zip(names, found.x.tolist(), strict=True)),
+        errors=dict(zip(names, errors.tolist(), strict=True)),
+        correlation=inverse / np.outer(errors, errors),
+        rms=rms,
+        scene=fitted,
+        options=options,
+        curve=curve,
+    )
+
+
+def _range(item: tuple[str, Any]) -> tuple[float, float, float]:
+    name, given = item
+    values = checks.numbers(f"parameters[{name!r}]", given).ravel()
+    if values.size != 3 or not values[1] <= values[0] <= values[2] or values[1] == values[2]:
+        raise SceneError(f"parameters[{name!r}]", given, "(first guess, least, largest), in this range")
+    first, low, high = values.tolist()
+    return first, low, high
