@@ -292,11 +292,11 @@ def test_scenes_that_cannot_be_are_refused():
         vc.SceneError, match=r"step 1 has no load: give motion.normal_force\[1\] or motion.approach\[1\]$"
     ):
         scene(normal_force=None, motion=vc.Transient(steps=2, normal_force=[0.02, None]))
-    with pytest.raises(vc.SceneError, match="give normal_force, or take Paraboloids"):
+    with pytest.raises(vc.SceneError, match="an Ellipse with the scene's own normal_force"):
         scene(normal_force=None, surface=vc.Ellipse(1.0, 1.0), motion=vc.Transient(steps=2, normal_force=0.02))
     with pytest.raises(vc.SceneError, match="friction is missing"):
         scene(friction=None, motion=vc.Transient(steps=2, friction=[0.3, None]))
-    with pytest.raises(vc.SceneError, match="line contact with one reference_depth"):
+    with pytest.raises(vc.SceneError, match="line contact with the same reference_depth"):
         scene(motion=vc.Transient(steps=1, surface=[vc.Cylinders(R=1.0)]))
     with pytest.raises(vc.SceneError, match=r"motion.spin = 0.1 .* line contact"):
         cylinder(vc.Transient(steps=2, spin=[0, 0.1]))

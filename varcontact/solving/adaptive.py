@@ -155,7 +155,7 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     narrow = first.unresolved(target.least)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
     best, errors = dict(fine.values), {}
-    for name in fine.values.keys() & second.values.keys():
+    for name in (name for name in fine.values if name in second.values):
         known = [level for level in (first, second, fine) if name in level.values]
         value, error = richardson([level.values[name] for level in known], [level.n for level in known])
         of_peak = name == "peak_pressure"
