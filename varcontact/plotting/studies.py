@@ -41,6 +41,15 @@ if TYPE_CHECKING:
 CREEPAGES = {"vx": ("longitudinal creepage", "1"), "vy": ("lateral creepage", "1"), "spin": ("spin", "spin")}
 SHIFTS = {"vx": ("shift along x", "length"), "vy": ("shift along y", "length"), "spin": ("rotation", "1")}
 STYLES = ("-", "--", ":")
+LEGEND = {
+    "auto": "exact",
+    "linear": "linear theory",
+    "vermeulen-johnson": "Vermeulen-Johnson",
+    "polach": "Polach",
+    "strip": "strip theory",
+    "table": "table book",
+}
+"""Methods whose names are no words."""
 LEAST_DISTANCE = 1e-16
 """Distances below are rounding, and drawn here."""
 LEAST_ERROR = 1e-5
@@ -176,7 +185,9 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
     along = measure("1", None, found[against].values)
     forces = -np.stack([found.Fx.values, found.Fy.values], axis=-1) / (limit if normalised else 1.0)
     x = along(found[against].values)
-    curves = {str(label): (x, each) for label, each in zip(found.theory.values, forces, strict=True)}
+    names = [str(name) for name in found.theory.values]
+    shown = [LEGEND.get(name, name.replace("fastsim", "FASTSIM").replace("fastrip", "FaStrip")) for name in names]
+    curves = {label: (x, each) for label, each in zip(shown, forces, strict=True)}
     return curves, along.label(CREEPAGES[against][0]), Measure(1.0, ""), "friction limit"
 
 
