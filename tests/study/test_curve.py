@@ -49,7 +49,7 @@ def test_picture(rolling):
     curve = vc.creep_curve(rolling(motion=vc.Steady()), ["fastsim", "fastrip"], vx=VX)
     (axes,) = vc.plot_curve(curve).axes
     labels = [line.get_label() for line in axes.get_lines() if not line.get_label().startswith("_")]
-    assert labels == ["fastsim", "fastrip"]
+    assert labels == ["FASTSIM", "FaStrip"]
     assert axes.get_ylabel() == "$-F_x$ / friction limit"
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), -curve.Fx[0] / 0.3)
     spun = vc.creep_curve(rolling(motion=vc.Steady()), ["fastsim"], spin=np.linspace(0.0, 0.002, 4))

@@ -63,6 +63,7 @@ def plot_curve(
     *,
     against: str = "auto",
     normalised: bool = True,
+    total: bool = True,
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
@@ -78,6 +79,8 @@ def plot_curve(
     normalised : bool
         Whether forces are shown as parts of what friction can carry, ``sum(f pz) dx dy`` (without slip: of the normal
         force).
+    total : bool
+        Whether the size of the force is shown, too, where it has both components.
     ax, figsize
         As for `Solution.plot`.
 
@@ -101,7 +104,7 @@ def plot_curve(
     >>> figure.axes[0].get_xlabel()
     'longitudinal creepage [$10^{-3}$]'
     """
-    normalised = checks.flag("normalised", normalised)
+    normalised, total = checks.flag("normalised", normalised), checks.flag("total", total)
     check_axes(ax)
     size = figure_size(figsize, (COLUMN * 1.15, 2.9))
     read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
@@ -116,7 +119,7 @@ def plot_curve(
         for i, (name, (x, forces)) in enumerate(curves.items()):
             number = i if several else None
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
-            if len(shown) == 2:
+            if len(shown) == 2 and total:
                 lines.append(("$|F|$", np.hypot(*forces.T)))
             for j, (part, values) in enumerate(lines):
                 k = j if number is None else number
