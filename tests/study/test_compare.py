@@ -324,3 +324,18 @@ def test_without_a_grid_methods_are_compared_on_that_of_the_default_accuracy(rol
     assert table["force_distance"].max() < 1e-6
     assert table["approach"].to_numpy() == pytest.approx(best.approach, rel=1e-12)
     assert abs(table["Fx"][0] - best.force[0]) < 0.01 * 0.3
+
+
+def test_lists_of_scenes_are_numbered():
+    one = vc.Scene(
+        bodies=vc.Bodies(1.0, 0.3),
+        surface=vc.Ellipse(1.0, 1.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(vx=0.1),
+        grid=vc.Grid(nx=6, ny=6),
+    )
+    other = dataclasses.replace(one, friction=0.2)
+    table = vc.compare([one, other], ["tang"])
+    assert table["scene"].tolist() == ["0", "1"]
+    assert table["Fx"].tolist() == [vc.solve(each, method="active-set").Fx for each in (one, other)]

@@ -54,7 +54,7 @@ SHOWN = {
 
 
 def compare(
-    scenes: Scene | Mapping[str, Scene],
+    scenes: Scene | Mapping[str, Scene] | Sequence[Scene],
     methods: Iterable[str] = DEFAULT_METHODS,
     *,
     tol: float = 1e-6,
@@ -69,8 +69,8 @@ def compare(
 
     Parameters
     ----------
-    scenes : Scene or dict of str to Scene
-        One scene, or several by name (as `standard_bank()`).
+    scenes : Scene, or dict of str to Scene, or list of Scene
+        One scene, or several by name (as `standard_bank()`); those of a list are named "0", "1", ...
     methods : iterable of str
         Each a `method` of `solve` ("convex", "active-set", "kalker", also with a formulation, as "convex/marching") or
         ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish", "osqp|scs". A single
@@ -156,10 +156,15 @@ def compare(
         return comparison.result(named)
 
 
-def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
-    if not isinstance(scenes, Scene | Mapping):
-        raise SceneError("scenes", scenes, "a Scene, or a dict of them by name")
-    named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
+def _named(scenes: Scene | Mapping[str, Scene] | Sequence[Scene]) -> dict[str, Scene]:
+    if isinstance(scenes, Scene):
+        named = {"scene": scenes}
+    elif isinstance(scenes, Mapping):
+        named = dict(scenes)
+    elif isinstance(scenes, list | tuple):
+        named = {str(i): scene for i, scene in enumerate(scenes)}
+    else:
+        raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
     for name, scene in named.items():
         if not isinstance(name, str):
             raise SceneError("scenes", name, "named by strings")
