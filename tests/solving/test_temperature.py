@@ -95,6 +95,18 @@ def test_history_along_the_material_goes_over_into_steady_rolling():
     found, expected = history.temperature(), steady.temperature
     assert np.abs(found - expected).max() < 0.06 * expected.max()
     assert history.temperature(0).max() < 0.5 * expected.max()
+    with pytest.raises(vc.SceneError, match="k = "):
+        history.temperature(1.5)
+
+
+@pytest.mark.parametrize("n", [20, 30, 56])
+def test_history_without_friction_is_steady_rolling_whatever_the_rounding(n):
+    grid = vc.Grid(nx=n, ny=3, dx=24 / n, dy=7.5, x0=-16.0, y0=-11.25)
+    pair = STEEL, vc.Thermal(30.0, 7.2e-9, 5e8, temperature=50.0)
+    steady = rolling(pair, grid=grid, friction=0.0)
+    motion = vc.Transient(steps=n, dq=24 / n, dt=24 / n / 3e4, vx=-0.03333)
+    history = vc.solve(replace(steady, motion=motion))
+    assert np.allclose(history.temperature(), vc.solve(steady).temperature, rtol=1e-12)
 
 
 def test_friction_by_temperature_is_a_fixed_point():
@@ -141,6 +153,7 @@ def test_scene_files_keep_thermal_data(tmp_path):
         ({"motion": vc.Steady(vx=0.01)}, "motion.speed"),
         ({"motion": vc.Shift(ux=0.01)}, "motion"),
         ({"motion": vc.Transient(steps=2, vx=0.01, dq=0.1)}, "motion.dt"),
+        ({"motion": vc.Transient(steps=2, vx=0.01, dq=0.1, dt=[0.1, 0.0])}, "motion.dt"),
     ],
 )
 def test_thermal_data_that_do_not_do(changes, name):

@@ -231,6 +231,7 @@ def test_unlike_bodies_by_two_couplings():
         ({"h": -1.0, "G": 1.0}, "h"),
         ({"h": 1.0, "G": 0.0}, "G"),
         ({"h": 1.0, "G": 1.0, "tau_c0": -5.0}, "tau_c0"),
+        ({"h": 1.0, "G": 1.0, "tau_c0": np.ones(2)}, "tau_c0"),
         ({"h": 1.0, "G": 1.0, "k_tau": 5.0}, "k_tau"),
     ],
 )

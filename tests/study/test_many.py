@@ -187,6 +187,21 @@ def test_a_warm_start_ends_at_the_same_tractions():
     np.testing.assert_allclose(cold.x_centre[0], sol.grid.x, rtol=1e-12)
 
 
+def test_starts_that_do_not_do_are_refused_in_words():
+    coarse, fine = (scene("steady", np.random.default_rng(8), vc.Grid(nx=n, ny=n)) for n in (6, 10))
+    before = vc.solve_many([coarse], fields=True)
+    turned = vc.solve_many([coarse], fields=True, start=before.transpose("y", "x", "component", "scene"))
+    assert float(abs(turned.Fx[0] - before.Fx[0])) < 1e-8 * coarse.friction * coarse.normal_force
+    without = before.drop_vars("traction_bound"), before.rename(scene="other"), before.drop_vars("vx")
+    for scenes, start in (([fine], before), ([coarse] * 2, before), *(([coarse], each) for each in (5, {}, *without))):
+        with pytest.raises(vc.SceneError, match="start"):
+            vc.solve_many(scenes, start=start)
+    with pytest.raises(vc.SceneError, match="start"):
+        vc.solve_many([replace(coarse, grid="auto")], start=before)
+    with pytest.raises(vc.SceneError, match="fields"):
+        vc.solve_many([coarse], fields="no")
+
+
 @pytest.mark.parametrize("difference", ["first-order", "second-order", None])
 def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     """Coulomb's law of the problem as the influence operator of the package poses it."""

@@ -136,24 +136,25 @@ class History(Sequence[Solution]):
         thermal, grid, n = self.scene.thermal, self.grid, len(self)
         if thermal is None:
             raise SceneError("thermal", None, "given: the thermal data of both bodies")
-        if not -n <= k < n:
-            raise SceneError("k", k, f"a step, from 0 to {n - 1}")
-        count = k % n + 1
+        count = checks.whole("k", k, -n, n - 1) % n + 1
         dt = np.broadcast_to(np.asarray(self._motion.every("dt")), n)[:count].astype(float)
         dq, position, end = self.dq[:count], self.position[:count], np.cumsum(dt)
         middle = position - self._motion.every("direction")[:count] * dq / 2
         rise, passed = np.zeros(grid.shape), np.zeros((2, *grid.shape))
         for j, step in enumerate(self[:count]):
-            there = grid.x + position[-1] - middle[j]
             heat = step.power_density * (dq[j] if dq[j] > 0 else 1.0) / dt[j]
-            fields = np.array([heat, step.state != EXTERIOR])
-            heat, touches = (np.array([np.interp(there, grid.x, row, 0, 0) for row in field]) for field in fields)
+            heat, touches = (
+                np.array([np.interp(grid.x + position[-1] - place, grid.x, row, 0, 0) for row in field])
+                for place, field in ((middle[j], heat), (position[j], step.state != EXTERIOR))
+            )
             before, after = end[-1] - end[j] + dt[j], end[-1] - end[j]
             rise += 2 * heat * (np.sqrt(before) - np.sqrt(after))
             passed += [dt[j] * (touches >= 0.5), dt[j] * ((touches >= 0.5) | (passed[1] > 0))]
         rise /= np.sqrt(np.pi) * sum(body.effusivity for body in thermal)
-        out = np.where(passed[1] > 0, passed[0] / np.where(passed[1] > 0, passed[1], 1.0), 0.0)
-        return np.asarray(rise + background(2 / np.pi * np.arcsin(np.sqrt(out)), thermal))
+        inside, since = passed
+        since = np.maximum(since - dt[-1] / 2, inside)  # entered half a step before it was first seen
+        part = np.where(self[k].state != EXTERIOR, 1.0, inside / np.where(since > 0, since, 1.0))
+        return np.asarray(rise + background(2 / np.pi * np.arcsin(np.sqrt(part)), thermal))
 
     def work_along(self, period: float | None = None) -> xr.DataArray:
         """Work lost by friction where it was lost on the bodies: by area, along the way X that they have rolled.

@@ -91,6 +91,8 @@ def check_speed(scene: Scene) -> None:
         raise SceneError("motion", motion, "Steady(speed=...) or Transient(dt=...): temperatures need time")
     if scene.thermal is not None and motion is not None and given is None:
         raise SceneError(f"motion.{name}", None, f"given: temperatures depend on {what}")
+    if scene.thermal is not None and motion is not None and not np.all(np.asarray(given) > 0):
+        raise SceneError(f"motion.{name}", given, "positive: heat takes time")
     if given is not None and not scene.bodies.relaxes and scene.thermal is None:
         allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic, or thermal is given"
         raise SceneError(f"motion.{name}", given, allowed)

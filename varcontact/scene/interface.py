@@ -51,7 +51,7 @@ class ThirdBody:
         checks.entries(self, "third_body", checks.positive, "G")
         if self.h < 0:
             raise SceneError("third_body.h", self.h, "zero or positive: a thickness")
-        if self.tau_c0 != math.inf:
+        if not isinstance(self.tau_c0, float) or self.tau_c0 != math.inf:
             checks.entries(self, "third_body", checks.positive, "tau_c0")
         elif self.k_tau != 0:
             raise SceneError("third_body.k_tau", self.k_tau, "0 without a third_body.tau_c0, from which it hardens")

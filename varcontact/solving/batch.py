@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.elasticity.operators import edge_compliance
+from varcontact.errors import SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.bodies import Bodies, BodyPair
@@ -32,6 +33,7 @@ MOST_ELEMENTS = 4096
 """Elements of a lattice up to which dense transforms beat FFT by far."""
 MOST_IN_LINE = 512
 """The same of strips in line contact."""
+START = "the result of as many scenes on the same lattices, with fields=True"
 AT_ONCE = 1_000_000
 """Elements of all problems of a batch: their fields take 200 MB."""
 FIGURES = (
@@ -60,6 +62,8 @@ class Near:
         """Tractions and what comes to the rigid shift, with which some of the problems begin; `given` are creepages."""
         ny, nx, _ = problem.bound.shape
         part = np.moveaxis(self.part[numbers, :, :ny, :nx], 0, -1)
+        if part.shape[1:] != problem.bound.shape:
+            raise SceneError("start", part.shape[1:3], START)
         rigid = (self.creepage[numbers].T - given) * step
         return np.nan_to_num(part) * problem.bound, np.nan_to_num(np.where(np.isnan(problem.force), 0.0, rigid))
 

@@ -14,7 +14,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.batch import BARS, FIGURES, Fields, Near, fits, solve_batches
+from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import solve
 from varcontact.study.methods import figures
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHIFTS = {"ux_error": "vx_error", "uy_error": "vy_error"}
+FIELDS = {
+    "traction": ("scene", "component", "y", "x"),
+    "traction_bound": ("scene", "y", "x"),
+    "x_centre": ("scene", "x"),
+    "y_centre": ("scene", "y"),
+}
 
 
 def solve_many(
@@ -63,15 +69,15 @@ def solve_many(
     -------
     xarray.Dataset
         Over `scene`: normal_force, Fx, Fy, Mz, and vx, vy, spin (of a shift ux, uy, rotation), prescribed or found;
-        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`; `approach`; `ok`; `by`, "batched" or
-        "solve"; `message`. Scenes solved to an accuracy have
-        extrapolated values, and error bars `Fx_error`, ... With `fields`: `traction` (scene, component, y, x),
-        `traction_bound` (scene, y, x), x_centre (scene, x), y_centre (scene, y).
+        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`; `iterations`; `approach`; `ok`;
+        `by`, "batched" or "solve"; `message`. Scenes solved to an accuracy have extrapolated values, and error bars
+        `Fx_error`, ... With `fields`: `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
+        `x_centre` (scene, x), `y_centre` (scene, y).
 
     Raises
     ------
     SceneError
-        If there is no scene, or one is none or a history, or for fields of scenes without grids.
+        If there is no scene, or one is none or a history, for fields of scenes without grids, or another `start`.
     SceneError, Saturated
         As `solve`, before any work, with ``failures="raise"``.
     NotConverged, TooLarge, SolverUnavailable
@@ -99,9 +105,11 @@ def solve_many(
     given = _checked(scenes)
     tol, report = checks.positive("tol", tol), checks.progress(progress)
     checks.choice("failures", failures, ("raise", "keep"))
+    checks.flag("fields", fields)
     accuracy = None if accuracy is None else checks.positive("accuracy", accuracy)
     if (fields or start is not None) and any(scene.grid == "auto" for scene in given):
-        raise SceneError("fields", True, "False: a scene has no grid of its own")
+        name, value = ("fields", True) if fields else ("start", start)
+        raise SceneError(name, value, "left out: a scene has no grid of its own")
     errors: dict[int, VarcontactError] = {}
     for i, scene in enumerate(given):
         try:
@@ -169,28 +177,27 @@ def _named(error: VarcontactError, i: int) -> VarcontactError:
 
 def _near(start: Any, given: list[Scene]) -> Near:
     """Tractions by their bound, and creepages, of a dataset of as many scenes."""
-    if "traction" not in start or start.sizes["scene"] != len(given):
-        raise SceneError("start", start, "the result of as many scenes on the same lattices, with fields=True")
-    bound = start["traction_bound"].to_numpy()[:, None]
-    part = start["traction"].to_numpy() / np.where(bound > 0, bound, 1.0)
-    return Near(part, np.stack([start["vx"].to_numpy(), start["vy"].to_numpy()], axis=-1))
+    over = FIELDS | {"vx": ("scene",), "vy": ("scene",)}
+    try:
+        named = {name: start[name].transpose(*dims).to_numpy().astype(float) for name, dims in over.items()}
+    except (AttributeError, KeyError, TypeError, ValueError):
+        named = {}
+    if not named or len(named["vx"]) != len(given):
+        raise SceneError("start", start, START)
+    bound = named["traction_bound"][:, None]
+    part = named["traction"] / np.where(bound > 0, bound, 1.0)
+    return Near(part, np.stack([named["vx"], named["vy"]], axis=-1))
 
 
 def _shown(kept: Fields, count: int) -> dict[str, Any]:
     """Fields as arrays over the scenes, NaN beyond each scene's own grid."""
     ny, nx = (max((each[1].shape[k] for each in kept.values()), default=0) for k in (0, 1))
-    over = {
-        "traction": ("scene", "component", "y", "x"),
-        "traction_bound": ("scene", "y", "x"),
-        "x_centre": ("scene", "x"),
-        "y_centre": ("scene", "y"),
-    }
     sizes = {"scene": count, "component": 2, "y": ny, "x": nx}
-    arrays = {name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in over.items()}
+    arrays = {name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in FIELDS.items()}
     for i, own in kept.items():
         for array, values in zip(arrays.values(), own, strict=True):
             array[i][tuple(slice(n) for n in values.shape)] = values
-    return {name: (over[name], array) for name, array in arrays.items()}
+    return {name: (FIELDS[name], array) for name, array in arrays.items()}
 
 
 def figures_of(sol: Solution) -> dict[str, Any]:
