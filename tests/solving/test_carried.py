@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import label
 
 import varcontact as vc
 
@@ -250,3 +251,17 @@ def test_a_flat_deeper_than_the_approach_is_doubted():
         assert any("exceed the approach" in doubt for doubt in scene.doubts) == deep
         force = vc.solve(scene)[-1].normal_force
         assert (force == 0.0) == deep
+
+
+def test_a_field_of_asperities():
+    """Tens of contacts at once, which are there again after each wavelength; under friction they bear the force."""
+    x, y, wave = np.arange(160) * 0.04, np.arange(-64, 65) * 0.04, 2 * np.pi / 1.28
+    bumps = vc.Carried(1.6e-2 * np.cos(wave * x) * np.cos(5 * y)[:, None], x, y, period=6.4)
+    grid = vc.Grid(nx=64, ny=64, dx=0.08, dy=0.08, x0=-2.56, y0=-2.56)
+    field = replace(roller(steps=1), surface=vc.Paraboloids(R, R), normal_force=6e-2, grid=grid)
+    motion = vc.Transient(steps=18, dq=0.08, Fx=-2e-3, carried=bumps)
+    history = vc.solve(replace(field, motion=motion))
+    assert min(label(sol.pressure > 0)[1] for sol in history) >= 10
+    np.testing.assert_allclose(history[17].pressure, history[1].pressure, atol=1e-6 * history[1].max_pressure)
+    assert max(sol.certificate.residual for sol in history) < 1e-8
+    np.testing.assert_allclose(history.force[:, 0], -2e-3, rtol=1e-7)
