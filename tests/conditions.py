@@ -23,16 +23,7 @@ SLIP = 2
 
 
 def violations(sol: vc.Solution, tol: float, previous: vc.Solution | None = None) -> list[str]:
-    """What of the conditions a solution does not meet to `tol`; empty where it is one.
-
-    Parameters
-    ----------
-    sol : Solution
-    tol : float
-        Relative, of the tractions.
-    previous : Solution, optional
-        Of a step of a history: the step before.
-    """
+    """What of the conditions a solution does not meet to `tol`; empty where it is one."""
     held = Held(sol, previous)
     found = [*_finite(sol), *_pressures(held, tol)]
     if found or sol.motion is None or not sol.pressure.any():

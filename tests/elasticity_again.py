@@ -45,22 +45,7 @@ def influence(
     less: float | None = None,
     depth: float | None = None,
 ) -> np.ndarray:
-    """Displacements at the centres by unit tractions on elements: x, y and z, one after the other, (3 n, 3 m).
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit; with n elements.
-    constants : Constants
-    sources : ndarray of int, shape (m,), optional
-        The loaded elements; all of them if not given.
-    ahead : float
-        How far ahead of the centres along x the displacements are taken [length].
-    less : float, optional
-        Subtract the displacements so far ahead: A - C of steady rolling, before anything is rounded.
-    depth : float, optional
-        Reference depth of line contact; where there is none any will do, and it is four lengths of the grid.
-    """
+    """Displacements at the centres by unit tractions on elements: x, y and z, one after the other, (3 n, 3 m)."""
     nx, ny = grid.nx, grid.rows
     sources = np.arange(nx * ny) if sources is None else sources
     dx, dy = (np.longdouble(side) for side in grid.sides)

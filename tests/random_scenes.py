@@ -41,15 +41,7 @@ KINDS = (
 
 
 def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
-    """So many scenes of a kind; the same for the same seed. A history has the bodies and creepages of such a scene.
-
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    count : int
-    seed : int
-    """
+    """So many scenes of a kind; the same for the same seed. A history has the bodies and creepages of such a scene."""
     rng = np.random.default_rng([seed, KINDS.index(kind)])
     if not kind.endswith("history"):
         return [_scene(rng, kind) for _ in range(count)]

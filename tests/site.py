@@ -34,18 +34,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 class Page(HTMLParser):
-    """What a page has and needs.
-
-    Attributes
-    ----------
-    names : set of str
-        Its anchors.
-    links : list of str
-    resources : list of str
-        Pictures, scripts and styles.
-    pictures : int
-    prose : list of str
-    """
+    """What a page has and needs."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -76,12 +65,7 @@ class Page(HTMLParser):
 
 
 def faults(folder: Path) -> Iterator[str]:
-    """What is wrong with a site, in words.
-
-    Parameters
-    ----------
-    folder : Path
-    """
+    """What is wrong with a site, in words."""
     pages = {path.resolve(): Page(path.read_text()) for path in sorted(folder.rglob("*.html"))}
     for path, page in pages.items():
         name = path.relative_to(folder.resolve())
@@ -96,15 +80,7 @@ def faults(folder: Path) -> Iterator[str]:
 
 
 def broken(path: Path, link: str, pages: dict[Path, Page]) -> Iterator[str]:
-    """What is wrong with a link, if it leads within the site.
-
-    Parameters
-    ----------
-    path : Path
-        Of the page that has it.
-    link : str
-    pages : dict of Path to Page
-    """
+    """What is wrong with a link, if it leads within the site."""
     parts = urlsplit(html.unescape(link))
     if parts.scheme or parts.netloc:
         return
@@ -116,15 +92,7 @@ def broken(path: Path, link: str, pages: dict[Path, Page]) -> Iterator[str]:
 
 
 def missing(path: Path, resource: str) -> Iterator[str]:
-    """What is wrong with a picture, a script or a style of a page.
-
-    Parameters
-    ----------
-    path : Path
-        Of the page.
-    resource : str
-        Its address.
-    """
+    """What is wrong with a picture, a script or a style of a page."""
     parts = urlsplit(html.unescape(resource))
     if parts.scheme == "data":
         return
@@ -171,14 +139,7 @@ async function opened(address, width) {
 
 
 def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:
-    """What a browser finds wrong on any page.
-
-    Parameters
-    ----------
-    folder : Path
-    browser : str
-        Its command.
-    """
+    """What a browser finds wrong on any page."""
     addresses = [f"/{path.relative_to(folder)}" for path in sorted(folder.rglob("*.html"))]
     addresses = [each for each in addresses if "/_modules/" not in each and "/_static/" not in each]
     page = OPEN_ALL.replace("PAGES", json.dumps(addresses))
@@ -239,13 +200,7 @@ class Serving:
 
 
 def main(folder: str) -> int:
-    """Say what is wrong; the exit status.
-
-    Parameters
-    ----------
-    folder : str
-        Of the built site.
-    """
+    """Say what is wrong; the exit status."""
     root = Path(folder)
     browser = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     found = list(faults(root))

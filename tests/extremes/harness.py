@@ -105,38 +105,7 @@ def extremes(
     progress: Callable[[str], None] | None = None,
     chosen: Sequence[Case] | None = None,
 ) -> pd.DataFrame:
-    """Solve the scenes at the extremes by every family of solvers, each in a process that may hang or die.
-
-    Parameters
-    ----------
-    short : bool
-        The short form: some scenes of each group.
-    only : str
-        Only scenes whose group or name has this in it.
-    store : str or Path, optional
-        A CSV file, written after each scene; scenes that it has are not solved again.
-    progress : callable, optional
-        Told what is solved next.
-    chosen : sequence of Case, optional
-        Other scenes than those of `cases`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per scene and family that applies. `verdict` is "passed" (the residual within the family's tolerance, and
-        the answer that of the reference and of the other families), "refused" (an error of varcontact's own, its text
-        in `reason`), "known limit" (no answer, for a reason that the documentation gives) or "FAILED": a wrong answer
-        that was given as right, one with NaN in it, none in time, a crash, or a refusal where the default method owes
-        an answer. `error` is that against the reference, `agreement` the distance of pressures and tractions from those
-        of the family with the smallest residual. Hertz's pressure alone has no `residual`: it is a formula.
-
-    Raises
-    ------
-    SceneError
-        If no scene is chosen, or the store is another table.
-    Interrupted
-        On Ctrl-C; `partial` is the table so far.
-    """
+    """Solve the scenes at the extremes by every family of solvers, each in a process that may hang or die."""
     import pandas as pd
 
     short, progress = checks.flag("short", short), checks.progress(progress)

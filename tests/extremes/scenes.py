@@ -30,16 +30,7 @@ APPROXIMATE = ("johnson", "fastsim", "linear")
 
 @dataclass(frozen=True)
 class Reference:
-    """What an answer is held against.
-
-    Attributes
-    ----------
-    what : str
-    error : callable
-        From the answer to its relative error.
-    cap : float
-        What the grid may make of it, where `what` is for the continuum, or for a limit that is nearly reached.
-    """
+    """What an answer is held against."""
 
     what: str
     error: Callable[[Solution], float]
@@ -48,28 +39,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene at an extreme.
-
-    Attributes
-    ----------
-    group, name : str
-    scene : callable
-        Makes the scene; what it raises counts as the scene's refusal.
-    reference : Reference, optional
-        Beside the other families, with which every answer has to agree.
-    answer : bool
-        Whether there is an answer, which the default method has to find; otherwise the scene has to be refused.
-    limits : dict of str to str
-        By family: why it is known to find none here, as the documentation says.
-    families : tuple of str
-        Those that are asked, where they apply.
-    work : callable
-        From scene and options to the answer.
-    seconds : float
-        Time limit of one family.
-    short : bool
-        Whether it is in the short form.
-    """
+    """A scene at an extreme."""
 
     group: str
     name: str

@@ -15,11 +15,6 @@ class Worker:
 
     Functions and arguments are sent by pickle. A script that makes one needs the usual
     ``if __name__ == "__main__":``, for the process imports it anew.
-
-    Parameters
-    ----------
-    function : callable
-        Of a module.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -33,14 +28,7 @@ class Worker:
         self._end()
 
     def ask(self, arguments: tuple[Any, ...], seconds: float) -> tuple[Any, str]:
-        """What the function returns, and nothing; or None, and why there is nothing.
-
-        Parameters
-        ----------
-        arguments : tuple
-        seconds : float
-            Time limit. After it the process is ended, and another one begins.
-        """
+        """What the function returns, and nothing; or None, and why there is nothing."""
         try:
             self._pipe.send(arguments)
             if self._pipe.poll(seconds):

@@ -17,19 +17,7 @@ VERDICTS = (PASSED, REFUSED, UNSOLVED, FAILED)
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a case.
-
-    Attributes
-    ----------
-    verdict : str
-        One of `VERDICTS`.
-    reason : str
-        Of a refusal, its text; of a failure, what is wrong.
-    case : str
-        What the case was, in words.
-    seconds : float
-        Of a refusal of bad input, the processor time that it took.
-    """
+    """What came of a case."""
 
     verdict: str
     reason: str = ""
