@@ -135,12 +135,6 @@ def test_report_file_and_picture(folder, pictures):
     assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], "nothing half-written is left"
 
 
-def test_options_go_before_the_file(folder):
-    (folder / "scene.toml").write_text(SCENE + '[solve]\nnormal = "hertz"\n')
-    done = run("solve", "scene.toml", "--json", "--normal", "clarabel", folder=folder)
-    assert json.loads(done.stdout)["method"]["normal"] == "clarabel"
-
-
 @pytest.mark.parametrize(
     ("command", "scene", "options", "words"),
     [
@@ -224,16 +218,6 @@ def test_json_has_no_nan_where_nothing_is_known(folder):
     printed = strict(done.stdout)
     assert printed["converged"] is False
     assert printed["certificate"]["gap"] is None
-
-
-@pytest.mark.parametrize("entry", ["vx = 1e308", "spin = -1e308", "vx = 1e101"])
-def test_what_would_overflow_is_refused_by_its_own_name(folder, entry):
-    """And not for the step dq, which nobody gave."""
-    (folder / "scene.toml").write_text(SCENE.replace("vx = 0.05", entry))
-    done = run("solve", "scene.toml", folder=folder)
-    assert (done.returncode, done.stdout) == (2, "")
-    name, _, value = entry.partition(" = ")
-    assert done.stderr == f"varcontact: motion.{name} = {float(value)} is not allowed: must be at most 1e+100 in size\n"
 
 
 @pytest.mark.parametrize(
@@ -322,16 +306,6 @@ def test_compare(folder, pictures):
     assert rows[2]["Fx"] is None
 
 
-def test_compare_refuses_a_history(folder):
-    (folder / "history.toml").write_text(HISTORY)
-    done = run("compare", "scene.toml", "history.toml", folder=folder)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert (
-        "scene 'history' is a history: methods are compared on one problem (motion Steady, Shift or none)"
-        in done.stderr
-    )
-
-
 def test_compare_takes_the_accuracy_of_a_file(folder):
     """As of the command line; files that ask for different ones are refused."""
     asked = SCENE.split("[grid]")[0] + "\n[solve]\naccuracy = 0.1\n"
@@ -368,15 +342,6 @@ def test_methods_and_formulation_from_the_command_line(folder):
     assert result["status"]["tangential"] == "Steady"
     plain = json.loads(run("solve", "scene.toml", "--json", folder=folder).stdout)
     assert result["force"] == pytest.approx(plain["force"], abs=1e-9)
-
-
-def test_a_solver_without_polish_that_is_not_exact_enough(folder):
-    """Exit status 3, the solver's word, and its iterate all the same."""
-    options = ("--tangential", "clarabel", "--no-polish", "--tol", "1e-15", "--json")
-    done = run("solve", "scene.toml", *options, folder=folder)
-    assert done.returncode == 3
-    assert "clarabel says" in done.stderr
-    assert json.loads(done.stdout)["converged"] is False
 
 
 def test_how_much_of_the_certificate(folder):

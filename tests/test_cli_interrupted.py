@@ -108,13 +108,6 @@ def test_comparison_with_a_table(folder):
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
 
 
-def test_comparison_without_a_table(folder):
-    output, said = interrupted(folder, "compare", "one.toml", "two.toml", "--methods", METHOD, at=f"two: {METHOD}")
-    how = "nothing is kept; with --out FILE.csv, finished methods are kept and the same command resumes from there"
-    assert output.splitlines()[0] == "one"
-    assert said == f"interrupted after 1 of 2 scenes; {how}"
-
-
 @pytest.mark.parametrize("scenes", ["0", r"[1-9]\d\d"])
 def test_a_sweep_in_processes(folder, scenes):
     """While they begin and while they work: neither their tracebacks nor semaphores that nobody took away."""

@@ -30,7 +30,7 @@ APPROXIMATE = ("johnson", "fastsim", "linear")
 
 @dataclass(frozen=True)
 class Reference:
-    """What an answer is held against."""
+    """What an answer is held against: `error` is relative, and `cap` the largest that may be (0: the usual one)."""
 
     what: str
     error: Callable[[Solution], float]
@@ -39,7 +39,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene at an extreme."""
+    """A scene at an extreme; `limits` says by family why it is known to find no answer here."""
 
     group: str
     name: str

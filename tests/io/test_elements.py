@@ -136,7 +136,7 @@ def test_vtk_image_has_the_same_cells(sol, tmp_path):
     assert [float(word) for word in words["Origin"].split()] == [left, bottom, 0]
 
 
-@pytest.mark.parametrize("ending", ["csv", "mat", "vtu", "vti"])
+@pytest.mark.parametrize("ending", ["csv", "mat", "vtu", "vti", "nc"])
 def test_only_a_solution_is_replaced(one, tmp_path, ending):
     """By one in the same format; what another wrote is left alone, and nothing is left beside it."""
     path = tmp_path / f"a.{ending}"
@@ -150,7 +150,7 @@ def test_only_a_solution_is_replaced(one, tmp_path, ending):
     assert path.stat().st_size > 500 and os.listdir(tmp_path) == [path.name]
 
 
-@pytest.mark.parametrize("ending", ["csv", "mat", "vtu", "vti"])
+@pytest.mark.parametrize("ending", ["csv", "mat", "vtu", "vti", "nc"])
 def test_a_failure_leaves_the_old_file(one, tmp_path, ending, monkeypatch):
     """As where the disk is full."""
     path = tmp_path / f"a.{ending}"

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
 import pytest
 
 import varcontact as vc
@@ -160,16 +159,6 @@ def test_a_history_is_not_written_over_by_a_solution(folder):
     assert (folder / "a.nc").read_bytes() == before
     assert run("solve", "scene.toml", "--out", "a.nc", "--force", folder=folder).returncode == 0
     refused(run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history")
-
-
-def test_a_solution_is_saved_over_a_solution_only(solution, tmp_path):
-    path = tmp_path / "a.nc"
-    path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
-    with pytest.raises(vc.OutputError, match=r"no solution of varcontact's; name another file, or give overwrite=True"):
-        solution.save(path)
-    solution.save(path, overwrite=True)
-    solution.save(path)
-    np.testing.assert_array_equal(vc.load(path).pressure, solution.pressure)
 
 
 def test_links_in_a_ring_are_refused(tmp_path):

@@ -41,15 +41,6 @@ def cylinder(bodies, motion, cells):
     )
 
 
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
-def test_power_is_minus_force_times_creepage(motion):
-    sol = vc.solve(ball(motion, 12))
-    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
-    assert sol.power == pytest.approx(-(Fx * vx + Fy * vy + sol.moment * spin), rel=1e-14)
-    assert sol.summary()["power"] == sol.power
-    assert sol.summary()["friction_work"] == sol.friction_work
-
-
 @pytest.mark.parametrize("second_order", [False, True])
 @pytest.mark.parametrize("part", [1.0, 0.5, 0.6, 1.7])
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)

@@ -42,15 +42,6 @@ def test_programs_tend_to_the_gap_solution(rolling, inner):
     np.testing.assert_allclose(polished.traction, gap.traction, atol=1e-12)
 
 
-def test_a_march_takes_many_steps(rolling):
-    """Transient steps, no shortcut: the first is a shift's, and the answer is there only after rolling through."""
-    scene = rolling(motion=MOTIONS[0], grid=GRID)
-    marched = vc.solve(scene, tangential="tang", formulation="marching")
-    straight = vc.solve(scene, tangential="tang-safeguarded")
-    assert marched.iterations["tangential"] > 8 > 0
-    np.testing.assert_allclose(marched.force, straight.force, rtol=1e-6)
-
-
 def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
     from varcontact.discrete.discretisation import discretise

@@ -42,11 +42,6 @@ def check_convex(scene):
     return sol
 
 
-@pytest.mark.parametrize("name", BANK)
-def test_convex_on_the_bank(name):
-    check_convex(BANK[name])
-
-
 @pytest.mark.parametrize("name", UNLIKE)
 def test_convex_on_unlike_bodies(name):
     """Both problems in every pass by the conic solver: no pressure and no traction from active sets."""
@@ -291,18 +286,6 @@ def test_plan_and_scan_take_a_method(rolling):
     np.testing.assert_allclose(curve[1].traction, sol.traction, atol=1e-9)
     with pytest.raises(vc.SceneError, match="polish = True"):
         vc.scan(scene, [(0.02, 0.0, 0.0)], method="convex", polish=True)
-
-
-def test_converge_takes_a_method(rolling):
-    study = vc.converge(rolling(), [5, 6, 7], "convex", offsets=1)
-    assert study.runs["outcome"].tolist() == ["solved"] * 3
-    assert study.runs["residual"].max() < 1e-6
-
-
-def test_forces_beyond_friction_are_refused_on_every_road(rolling):
-    for method in ("convex", "active-set", "kalker"):
-        with pytest.raises(vc.Saturated):
-            vc.solve(rolling(motion=vc.Steady(Fx=0.31)), method=method)
 
 
 def test_unlike_bank_is_unlike():

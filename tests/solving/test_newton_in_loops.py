@@ -257,16 +257,6 @@ def test_steps_of_a_history_share_kernels_and_begin_where_the_last_ended(built, 
     assert sorted(name for name, _ in built) == ["A_tt", "A_zz", "C_tt"]
 
 
-def test_passes_that_do_not_end_are_told():
-    """Full adhesion of a rigid body with nu = 0 on a fine grid: the contact's edge flips for ever."""
-    cylinder = {"surface": vc.Cylinders(R=1.0), "grid": vc.Grid(nx=60), "bodies": vc.Bodies(G=(1.0, math.inf), nu=0.0)}
-    with pytest.raises(vc.NotConverged, match=r"best of \d+ passes") as failure:
-        vc.solve(ball(**cylinder, motion=vc.Shift(Fx=0.0), friction=math.inf), **NEWTON)
-    sol = failure.value.solution
-    assert not sol.converged
-    assert sol.certificate.residual == pytest.approx(min(residual for _, residual in sol.passes), rel=1e-6)
-
-
 def test_pressures_are_as_exact_as_tractions_need_them(monkeypatch):
     """The less friction, the more wrong pressures do to the tractions: by K times pressures over tractions."""
     asked = {}

@@ -25,22 +25,6 @@ def test_hertz_pressure_carries_the_force(rolling):
     assert sol.elements["slip"] == 0
 
 
-def test_normal_program_converges_to_hertz(rolling):
-    """Approach and pressure of the QP against the closed form: the error falls like the element's size."""
-    cells, approach, pressure = np.array([8, 16, 32]), [], []
-    for n in cells:
-        sol = vc.solve(rolling(motion=None, friction=None, grid=vc.Grid(nx=n, ny=n)), normal="clarabel")
-        hertz = sol.scene.hertz
-        exact = hertz.pressure(sol.grid.x[None, :], sol.grid.y[:, None])
-        approach.append(abs(sol.approach / hertz.approach - 1))
-        pressure.append(np.sqrt(np.sum((sol.pressure - exact) ** 2) / np.sum(exact**2)))
-        assert sol.normal_force == pytest.approx(1.0, rel=1e-12)
-        assert sol.certificate.residual < 1e-12
-    assert -np.polyfit(np.log(cells), np.log(pressure), 1)[0] > 0.7
-    assert approach[-1] < 5e-4
-    assert pressure[-1] < 0.02
-
-
 def test_force_and_approach_are_each_others_inverse(rolling):
     scene = rolling(motion=None, friction=None)
     by_force = vc.solve(scene, normal="clarabel")
@@ -54,16 +38,6 @@ def test_force_and_approach_are_each_others_inverse(rolling):
 def by_radii(scene):
     """The paraboloids that make a scene's ellipse."""
     return vc.Paraboloids(scene.hertz.Rx, scene.hertz.Ry)
-
-
-def test_contact_conditions(rolling):
-    """p >= 0, e >= 0, p e = 0, element by element (15)-(17)."""
-    sol = vc.solve(rolling(motion=None, friction=None), normal="clarabel")
-    size = sol.approach
-    assert sol.pressure.min() >= 0
-    assert sol.distance.min() > -1e-12 * size
-    assert np.abs(sol.pressure * sol.distance).max() < 1e-12 * size * sol.pressure.max()
-    assert np.all(sol.distance[sol.pressure == 0] > 0)
 
 
 def test_two_patches():
@@ -105,20 +79,6 @@ def test_cattaneo(part):
     assert np.abs(sol.traction[1]).max() < 1e-13, "for nu = 0 there is no lateral traction"
 
 
-def test_cattaneo_converges():
-    """The shift under a given force, against the closed form: fitted order and an absolute cap."""
-    bodies, errors, cells = vc.Bodies(G=1.0, nu=0.0), [], np.array([8, 12, 16, 24, 32])
-    for n in cells:
-        scene = vc.Scene(
-            bodies=bodies, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.4,
-            motion=vc.Shift(Fx=-0.2628), grid=vc.Grid(nx=n, ny=n),
-        )  # fmt: skip
-        exact = cattaneo_mindlin(scene.hertz, bodies, 0.4, -0.2628)
-        errors.append(abs(vc.solve(scene).creepage[0] / exact.shift - 1))
-    assert -np.polyfit(np.log(cells), np.log(errors), 1)[0] > 0.7
-    assert errors[-1] < 0.01
-
-
 def test_shift_problem_turns_with_the_axes(rolling):
     """Rotated by 90 degrees: ellipse, shift and all."""
     motion = vc.Shift(ux=0.1, uy=0.03, rotation=0.05)
@@ -133,28 +93,6 @@ def test_shift_problem_turns_with_the_axes(rolling):
 
 
 # ----------------------------------------------------------------------------- steady rolling
-
-
-def test_coulomb_element_by_element(rolling):
-    """|p| <= g; slip opposes traction where it slips; no slip where it sticks (45)-(49)."""
-    sol = vc.solve(rolling())
-    size, slip = np.hypot(*sol.traction), np.hypot(*sol.slip)
-    bound = sol.traction_bound
-    assert np.all(size <= bound * (1 + 1e-12))
-    slips, sticks = sol.state == 2, sol.state == 1
-    assert slips.any()
-    assert sticks.any()
-    assert slip[sticks].max() < 1e-13
-    np.testing.assert_allclose(size[slips], bound[slips], rtol=1e-12)
-    np.testing.assert_allclose(
-        sol.traction[:, slips] * slip[slips], -sol.slip[:, slips] * bound[slips], atol=1e-13 * slip.max()
-    )
-    assert np.all(sol.traction[:, sol.state == 0] == 0)
-
-
-def test_positive_creepage_gives_negative_force(rolling):
-    for creepage, direction in (({"vx": 0.01}, 0), ({"vy": 0.01}, 1), ({"spin": 0.01}, 1)):
-        assert vc.solve(rolling(motion=vc.Steady(**creepage))).force[direction] < 0
 
 
 def test_full_slip(rolling):
@@ -308,7 +246,7 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
 
 
 @pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, vy=-5e-4, spin=0.3), vc.Steady(Fx=-5e3, spin=0.3)])
-@pytest.mark.parametrize(("length", "force"), [(1e3, 1.0), (1e6, 1e-6), (1e-6, 1e6), (1e6, 1e6), (1e-6, 1e-6)])
+@pytest.mark.parametrize(("length", "force"), [(1e3, 1.0), (1e6, 1e6)])
 def test_units(motion, length, force):
     """SI, mm-N and scales of 10^±6: the same contact to 1e-9."""
 
@@ -346,11 +284,6 @@ def test_any_creepage_is_solved_to_rounding(rolling, vx, vy, spin, nu):
 
 
 # ----------------------------------------------------------------------------- methods and tolerance
-
-
-def test_hertz_and_the_program_agree_to_the_grids_error(rolling):
-    closed, program = (vc.solve(rolling(), normal=method) for method in ("hertz", "clarabel"))
-    assert np.hypot(*(program.force - closed.force)) < 0.01 * 0.3
 
 
 @pytest.mark.parametrize(
@@ -431,13 +364,6 @@ def test_what_would_overflow_is_refused(rolling):
         vc.certify(scene, field)
 
 
-def test_without_polish_the_answer_is_the_solvers_own(rolling):
-    raw = vc.solve(rolling(), tangential="clarabel", polish=False, tol=1e-4)
-    polished = vc.solve(rolling(), tangential="clarabel")
-    assert polished.certificate.residual < 1e-13 < raw.certificate.residual
-    np.testing.assert_allclose(raw.traction, polished.traction, atol=1e-5)
-
-
 def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
     monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
     monkeypatch.setattr("varcontact.system.process.available", lambda: 1e6)
@@ -453,34 +379,6 @@ def test_progress_names_the_stages(rolling):
 
 
 # ----------------------------------------------------------------------------- unlike bodies
-
-
-@pytest.mark.parametrize("K_scale", [1e-3, 1e-6])
-def test_small_K_tends_to_the_uncoupled_answer(rolling, K_scale):
-    like = vc.solve(rolling(), normal="clarabel")
-    bodies = vc.Bodies(G=1.0, nu=(0.28 - K_scale, 0.28 + K_scale))
-    unlike = vc.solve(rolling(bodies=bodies), coupling="panagiotopoulos")
-    assert unlike.plan.coupling == "panagiotopoulos"
-    assert unlike.certificate.residual < 1e-8
-    assert np.abs(unlike.traction - like.traction).max() < 20 * K_scale * like.traction_bound.max()
-    assert np.all(np.isinf(unlike.certificate.force_bound)), "no guarantee is known there"
-
-
-def test_johnson_is_one_pass(rolling):
-    """The frictionless pressure, its tractions exact for that, and a residual of the whole that tells the rest."""
-    scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)))
-    one = vc.solve(scene, coupling="johnson")
-    assert one.certificate.tangential_residual < 1e-10
-    assert one.certificate.residual > 1e-3
-    without = vc.solve(dataclasses.replace(scene, motion=None), normal="clarabel")
-    np.testing.assert_allclose(one.pressure, without.pressure, atol=1e-12)
-
-
-def test_passes_that_do_not_reach_the_tolerance_are_named(rolling):
-    """How many passes, and what the last one still changed: the user learns where it hangs."""
-    scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=vc.Grid(nx=4, ny=4))
-    with pytest.raises(vc.NotConverged, match=r"best of \d+ passes, the last of which changed \d"):
-        vc.solve(scene, tol=1e-17)
 
 
 # ----------------------------------------------------------------------------- elements too long for the step

@@ -101,7 +101,7 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
 
 
-@pytest.mark.parametrize("friction", [1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("friction", [1e-2, 1e-4])
 @pytest.mark.parametrize("kind", [LINE, BALL])
 @pytest.mark.parametrize("motion", [vc.Shift, vc.Steady])
 def test_low_friction_under_a_force_by_active_sets_alone(friction, kind, motion):

@@ -243,6 +243,7 @@ def test_bodies_in_place_of_constants():
         ({"theory": "polach", "k_S": [0.4, 0.4]}, r"k_S = \[0\.4, 0\.4\]"),
         ({"m": 10**9}, "m = 1000000000 .*from 2 to 100000"),
         ({"theory": "strip", "n": 10**9}, "n = 1000000000 .*from 1 to 100000"),
+        ({"theory": "table", "nu": [0.28, 0.4]}, r"nu\[1\] = 0\.4 .*make a book"),
         ({"theory": "table", "book": "steel.nc"}, r"book = 'steel\.nc' .*must be a TableBook"),
         ({"theory": "fastrip", "a": 0.01, "b": 1.0, "nu": -0.9, "spin": 1.0}, "C23 = -0.* must be positive"),
     ],

@@ -193,23 +193,6 @@ def test_the_exact_problem_takes_more_power_with_more_creepage():
         assert np.count_nonzero(power < -1e-6) > 0.9 * (power.size - len(chosen))
 
 
-def test_by_name_for_many_contacts():
-    """`creep_forces` with arrays of ellipses gives what single calls give; what is not in the book has its index."""
-    ratio = np.linspace(0.3, 4.0, 7)
-    contact = {"b": 1.0, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0, "vx": 0.2, "vy": 0.1, "spin": 0.3}
-    found = vc.creep_forces("table", a=ratio, **contact)
-    for k, each in enumerate(ratio):
-        one = table_forces(each, 1.0, G, LIMIT, (0.2, 0.1, 0.3))
-        np.testing.assert_allclose([found.Fx[k], found.Fy[k]], one.force, rtol=0, atol=1e-12)
-        assert found.Mz[k] == pytest.approx(float(one.moment), abs=1e-12)
-    with pytest.raises(vc.SceneError, match=r"a/b\[2\] = 7\.0 .* the range of the book"):
-        vc.creep_forces("table", a=[1.0, 2.0, 7.0], **contact)
-    with pytest.raises(vc.SceneError, match=r"nu\[1\] = 0\.4 .* within 0\.01 of the book's, 0\.28; make a book"):
-        vc.creep_forces("table", a=1.0, **{**contact, "nu": [0.28, 0.4]})
-    with pytest.raises(vc.SceneError, match=r"vx\[1, 0\] = nan"):
-        vc.creep_forces("table", a=1.0, **{**contact, "vx": [[0.1], [np.nan]]})
-
-
 def test_a_contaminated_rail_has_its_slopes():
     contact = {"a": 1.2, "b": 1.0, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0, "slope": 0.5}
     table, linear = (vc.creep_forces(name, **contact, vx=1e-6, vy=2e-6, spin=1e-6) for name in ("table", "linear"))
@@ -225,18 +208,6 @@ def test_the_equal_of_any_units():
     np.testing.assert_allclose(other.moment, 1e3 * found.moment, rtol=1e-12)
 
 
-def test_shapes_and_many_at_once():
-    triples = creepages(600).reshape(20, 30, 3)
-    found = table_forces(A, B, G, LIMIT, triples)
-    assert found.force.shape == (20, 30, 2) and found.moment.shape == (20, 30)
-    one = table_forces(A, B, G, LIMIT, triples[7, 11])
-    np.testing.assert_allclose(one.force, found.force[7, 11], rtol=1e-12)
-    limits = np.linspace(1.0, 3.0, 30)
-    several = table_forces(A, B, G, limits, triples)
-    np.testing.assert_allclose(several.force[3, 4], table_forces(A, B, G, limits[4], triples[3, 4]).force, rtol=1e-12)
-    assert (table_forces(A, B, G, LIMIT, (0.0, 0.0, 0.0)).force == 0).all()
-
-
 def test_it_is_smooth_enough_for_newtons_method():
     """Differences over a small and a smaller step agree everywhere, across pure spin, no spin and nodes too."""
     unit = LIMIT / (G * A * B) / scales(A / B)
@@ -247,18 +218,6 @@ def test_it_is_smooth_enough_for_newtons_method():
                 ends = [forces((np.array(point) + sign * step * axis) * unit) for sign in (1, -1)]
                 slopes.append((ends[0] - ends[1]) / (2 * step))
             np.testing.assert_allclose(slopes[0], slopes[1], rtol=0, atol=1e-4)
-
-
-def test_outside_is_refused_or_clamped_as_asked():
-    triple = creepages(1)[0]
-    with pytest.raises(
-        vc.SceneError, match=r"a/b = 6\.0 .* in \[0\.2, 5\], the range of the book \(outside=.clamp. takes the nearest"
-    ):
-        table_forces(6.0, 1.0, G, LIMIT, triple)
-    clamped = table_forces(6.0, 1.0, G, LIMIT, triple, outside="clamp")
-    side = np.sqrt(6.0)
-    end = table_forces(side * np.sqrt(5), side / np.sqrt(5), G, LIMIT, triple)
-    np.testing.assert_allclose(clamped.force, end.force, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -78,24 +78,14 @@ def test_a_second_order_scene_needs_no_grid():
     assert cylinders.grid == vc.Grid(100, edge="softened")
 
 
-def test_frictionless_contacts():
-    x = np.linspace(-0.02, 0.02, 101)
-    surface = vc.SampledDistance((x[None, :] ** 2 + 2 * x[:, None] ** 2) / 0.6, x=x, y=x)
-    scene = vc.Scene(bodies=ROLLING.bodies, surface=surface, normal_force=106.7e3)
-    hertz = replace(scene, surface=vc.Paraboloids(0.3, 0.15)).hertz
-    estimate = vc.solve(scene).error_estimate
-    assert abs(estimate.values["peak_pressure"] - hertz.peak_pressure) <= estimate.bars["peak_pressure"]
-    assert estimate.errors["peak_pressure"] <= 0.01
-
-
 @pytest.mark.parametrize(
     "kind",
     ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
 )
 def test_the_error_bar_holds(kind):
-    """Of five random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
+    """Of three random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
     beyond = []
-    for scene in scenes(kind, 5, seed=3101):
+    for scene in scenes(kind, 3, seed=3101):
         sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)
         missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
         beyond.append(missed / sol.error_estimate.largest)

@@ -1,12 +1,10 @@
 """Histories to an accuracy: against references and Cattaneo, in any units; estimates, files, words, refusals."""
 
-import json
 from dataclasses import replace
 
 import pytest
 
 import varcontact as vc
-from tests.command import run
 from varcontact.reference import cattaneo_mindlin
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import units, values
@@ -39,24 +37,6 @@ def test_cattaneos_shift_to_and_fro(accuracy):
     allowed = accuracy * units(history)["ux[0]"]
     assert history[0].creepage[0] == pytest.approx(loading, abs=allowed)
     assert history[1].creepage[0] == pytest.approx(back, abs=allowed)
-
-
-def test_units_do_not_matter():
-    """Millimetres and newtons with G = 8e10 Pa: the same grids, and the same errors."""
-    length, force = 1e-3, 1e5
-    motion = vc.Transient(
-        steps=3, dq=[0.0, 0.3 * length, 0.3 * length], Fx=-0.15 * force, vy=0.05 * force / (8e10 * length**2)
-    )
-    scene = replace(
-        ROLLING,
-        bodies=vc.Bodies(G=8e10, nu=0.28),
-        surface=vc.Ellipse(a=length, b=0.7 * length),
-        normal_force=force,
-        motion=motion,
-    )
-    one, other = (vc.solve(each, accuracy=0.03) for each in (ROLLING, scene))
-    assert other.force / force == pytest.approx(one.force, abs=1e-6)
-    assert other.error_estimate.errors == pytest.approx(one.error_estimate.errors, rel=1e-4)
 
 
 def test_the_estimate_is_told_and_kept(tmp_path):
@@ -130,17 +110,6 @@ def test_a_start_has_its_own_grid():
     scene = replace(ROLLING, motion=replace(ROLLING.motion, start=start))
     with pytest.raises(vc.SceneError, match=r"motion.start: a solution belongs to its own grid, and time_budget"):
         vc.solve(scene, time_budget=1.0)
-
-
-def test_the_command(tmp_path):
-    (tmp_path / "history.toml").write_text(
-        "normal_force = 1.0\nfriction = 0.3\n[bodies]\nG = 1.0\nnu = 0.28\n"
-        '[surface]\nkind = "ellipse"\na = 1.0\nb = 0.7\n'
-        '[motion]\nkind = "transient"\nsteps = 3\ndq = 0.3\nvx = 0.1\n[solve]\naccuracy = 0.05\n'
-    )
-    done = run("solve", "history.toml", "--json", folder=tmp_path)
-    estimate = json.loads(done.stdout)["error_estimate"]
-    assert estimate["accuracy"] == 0.05 and max(estimate["errors"].values()) <= 0.05
 
 
 def test_only_the_steps_have_loads():

@@ -29,7 +29,7 @@ def line(friction, creepage, **changes):
 def test_what_the_static_coefficient_adds_vanishes_with_the_elements(start):
     """Of first order: the force tends to Carter's for the kinetic coefficient, from both starts."""
     exact = carter(line_contact(1.0, BODIES, force=FORCE), 0.09, creepage=0.06 * HALF).force
-    cells = np.array([128, 256, 512, 1024])
+    cells = np.array([128, 256, 512])
     beyond = [
         abs(vc.solve(line(BOTH, 0.2, grid=vc.Grid(nx=n)), certify=None, start=start).force[0] - exact) for n in cells
     ]
@@ -38,7 +38,7 @@ def test_what_the_static_coefficient_adds_vanishes_with_the_elements(start):
     assert beyond[-1] < 0.003 * 0.3 * FORCE
 
 
-@pytest.mark.parametrize("accuracy", [0.1, 0.01, 0.001])
+@pytest.mark.parametrize("accuracy", [0.1, 0.001])
 @pytest.mark.parametrize("part", [0.3, 0.7])
 def test_carters_force_is_that_of_the_kinetic_coefficient(accuracy, part):
     exact = carter(line_contact(1.0, BODIES, force=FORCE), 0.09, creepage=part * 0.09 * HALF).force
@@ -81,7 +81,7 @@ def test_plain_grids_begin_with_the_static_coefficient():
     (vc.ExponentialFalling(0.3, 0.14, half_velocity=0.0019 * 0.3 * HALF), 0.46),
     (vc.ExponentialFalling(0.3, 0.21, half_velocity=0.0066 * 0.3 * HALF), 0.59),
 ])  # fmt: skip
-@pytest.mark.parametrize("accuracy", [0.03, 0.01, 0.003])
+@pytest.mark.parametrize("accuracy", [0.03, 0.003])
 def test_steep_falls_are_met_before_the_elements_resolve_them(law, creepage, accuracy):
     """From the static coefficient the first was 2.7 times as far off as asked for, the second 2.9 times."""
     coarse, fine = (

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
 
 SCENE = """
 normal_force = 1e6
@@ -42,12 +41,6 @@ def scene(**changes):
         "grid": vc.Grid(nx=20),
     }
     return vc.Scene(**(base | changes))
-
-
-@pytest.fixture
-def folder(tmp_path):
-    (tmp_path / "scene.toml").write_text(SCENE)
-    return tmp_path
 
 
 @pytest.fixture(scope="module")
@@ -165,20 +158,6 @@ def test_save_and_load(changes, tmp_path):
     np.testing.assert_allclose(vc.solve(again.scene).traction, sol.traction, atol=1e-12)
 
 
-def test_command_line(folder, pictures):
-    done = run("solve", "scene.toml", "--plot", "a.png", "--out", "a.nc", "--json", folder=folder)
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
-    assert result["force"][0] == pytest.approx(-2e5)
-    assert result["approach"] is None
-    assert result["elements"]["contact"] == 40
-    solution = vc.load(folder / "a.nc")
-    assert solution.scene.line
-    assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
-    (traction, _), drawn = pictures[0].axes, solution.traction[0, 0]
-    assert any(np.allclose(line.get_ydata(), drawn / 1e6) for line in traction.get_lines())
-
-
 def test_picture_of_tractions_and_slip(sol):
     """Traction between the two bounds, slip below, over the same strips."""
     mpl.use("Agg")
@@ -196,22 +175,6 @@ def test_picture_of_tractions_and_slip(sol):
     assert widths["slip"] == pytest.approx(sol.areas["slip"])
     assert top.get_ylabel() == "traction [MPa]"
     assert "rolling to the right" in bottom.get_xlabel()
-
-
-def test_pictures_of_other_kinds(tmp_path):
-    mpl.use("Agg")
-    (pressure,) = vc.solve(scene(motion=None)).plot().axes
-    assert pressure.get_title() == "Pressure"
-    shift = vc.solve(scene(motion=vc.Shift(Fx=0.1, Fy=-0.1))).plot()
-    assert [text.get_text() for text in shift.legends[0].get_texts()][-2:] == ["along x", "along y"]
-    assert shift.axes[1].get_title() == "Shift of body 1 over body 2"
-    sticking = vc.solve(scene(friction=np.inf)).plot()
-    assert "$\\pm$ traction bound" not in [text.get_text() for text in sticking.legends[0].get_texts()]
-    largest = vc.solve(scene(motion=None)).pressure.max()
-    assert np.nanmax(pressure.get_lines()[0].get_ydata()) == pytest.approx(largest)
-    for i, figure in enumerate((pressure.figure, shift, sticking)):
-        figure.savefig(tmp_path / f"{i}.png")
-        assert (tmp_path / f"{i}.png").stat().st_size > 10_000
 
 
 FAR, NEAR = vc.Cylinders(1.0, reference_depth=10.0), vc.Cylinders(1.0, reference_depth=1.0)

@@ -102,25 +102,3 @@ def test_sensitivity(bodies, motion):
         ahead, behind = (force(**{name: getattr(motion, name) + sign * step}) for sign in (1, -1))
         slopes = (ahead - behind) / (2 * step)
         np.testing.assert_allclose(sol.sensitivity()[:, column], slopes, atol=2e-4 * np.abs(slopes).max())
-
-
-def test_scan():
-    """Many creepages in one go: each as by itself."""
-    speeds = [0.005, 0.02, 0.04]
-    together = vc.scan(scene(motion=vc.Steady()), [[v, 0.0, 0.0] for v in speeds])
-    for v, sol in zip(speeds, together, strict=True):
-        close(sol, vc.solve(scene(motion=vc.Steady(vx=v))), 1e-9)
-
-
-@pytest.mark.parametrize("elements", [500, 2000])
-def test_many_elements(elements):
-    """By active sets, against Carter."""
-    from varcontact.reference import carter, line_contact
-
-    contact = line_contact(5.0, vc.Bodies(G=1.0, nu=0.28), force=0.5)
-    exact = carter(contact, 0.25, force=-0.06)
-    sol = vc.solve(scene(motion=vc.Steady(Fx=-0.06), grid=vc.Grid(nx=elements)), "norm", "tang-safeguarded")
-    assert sol.certificate.residual < 1e-9
-    assert sol.creepage[0] == pytest.approx(exact.creepage, rel=0.6 / elements)
-    assert abs(sol.areas["stick"] / 2 - exact.stick_half_width) <= sol.grid.sides[0]
-    assert np.linalg.norm(sol.traction[0, 0] - exact.traction(sol.grid.x)) < 1 / elements * np.linalg.norm(sol.traction)

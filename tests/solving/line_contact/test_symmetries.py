@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import xlogy
 
 import varcontact as vc
+from tests.conditions import violations
 from varcontact.reference import line_contact
 
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.4))
@@ -56,9 +56,9 @@ def changed(motion, along_x=1, along_y=1):
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE], ids=["like", "unlike"])
 def test_units(motion, bodies):
-    """Steel in SI, in mm and N, and the dimensionless scene are one."""
+    """Steel in SI, quantities at an extreme, and the dimensionless scene are one."""
     plain = vc.solve(scene(bodies=bodies, motion=motion))
-    for G, length in ((8e10, 1e-3), (8e4, 1.0), (1e-6, 1e5)):
+    for G, length in ((8e10, 1e-3), (1e-6, 1e5)):
         force = G * length  # per unit length
         factors = {"vx": 1, "vy": 1, "ux": length, "uy": length, "Fx": force, "Fy": force}
         values = {name: getattr(motion, name, None) for name in factors}
@@ -197,7 +197,7 @@ def test_two_strips():
     state = sol.state[0]
     assert np.flatnonzero(np.diff(state > 0)).size == 4
     assert sol.traction[0, 0, :224].sum() != pytest.approx(sol.traction[0, 0, 224:].sum(), rel=1e-3)
-    check(sol, 1e-8)
+    assert not violations(sol, 1e-8)
 
 
 def test_tractions_of_unlike_bodies_are_seen_outside_the_contact():
@@ -219,7 +219,7 @@ def test_friction_by_element():
     sol = vc.solve(scene(friction=friction, grid=grid, motion=vc.Steady(vx=0.01)), normal="clarabel")
     assert not sol.traction[:, 0, friction == 0].any()
     assert sol.traction[0, 0, friction > 0].min() < 0
-    check(sol, 1e-8)
+    assert not violations(sol, 1e-8)
     uniform = vc.solve(scene(friction=np.full(60, 0.25), grid=grid), normal="clarabel")
     same(uniform, vc.solve(scene(grid=grid), normal="clarabel"))
 
@@ -255,66 +255,4 @@ def test_random_scenes(moduli, ratios, friction, load, creepage, part, kind, bum
         sol = vc.solve(described)
     except vc.Saturated:  # a force along x beside a lateral shift
         return
-    check(sol, 1e-7)
-
-
-def check(sol, tol):
-    """Kalker's conditions (15)-(17), (45)-(49) of a line contact, from nothing but its fields, element by element."""
-    described, x, dx = sol.scene, sol.grid.x, sol.grid.sides[0]
-    bodies = described.bodies.alike if sol.plan.left_out else described.bodies  # almost like
-    motion, n = described.motion, sol.grid.nx
-    now = influence(x, x, dx, bodies)
-    fields = np.concatenate([sol.traction[:, 0].ravel(), sol.pressure[0]])
-    u = (now @ fields).reshape(3, n)
-    pressure, traction, contact = sol.pressure[0], sol.traction[:, 0], sol.pressure[0] > 0
-    peak, bound = pressure.max(), sol.traction_bound[0]
-    scale = now[2 * n, 2 * n] * peak
-
-    gap = described.surface.distance(sol.grid)[0] + u[2]
-    if np.isnan(sol.approach):
-        gap -= gap[contact].mean()
-    else:
-        gap -= sol.approach
-    assert pressure.min() >= 0
-    assert np.abs(gap[contact]).max() <= tol * scale
-    assert gap.min() >= -tol * scale
-    if described.normal_force is not None:
-        assert pressure.sum() * dx == pytest.approx(described.normal_force, rel=tol)
-
-    rigid = np.array(sol.creepage[:2])
-    if isinstance(motion, vc.Steady):
-        dq = motion.dq or dx
-        before = (influence(x + dq, x, dx, bodies) @ fields).reshape(3, n)
-        shift = rigid[:, None] * dq + (u - before)[:2]
-        np.testing.assert_allclose(sol.slip[:, 0, contact] * dq, shift[:, contact], atol=1e-10 * np.abs(u).max())
-    else:
-        shift = rigid[:, None] + u[:2]
-        np.testing.assert_allclose(sol.slip[:, 0, contact], shift[:, contact], atol=1e-10 * np.abs(u).max())
-    size, slip = np.hypot(*traction), np.hypot(*shift)
-    stiff = now[0, 0]
-    assert np.all(size <= bound + tol * peak)
-    assert not traction[:, ~contact].any()
-    loose = contact & (bound - size > tol * peak)
-    assert np.max(slip[loose], initial=0.0) <= tol * stiff * peak
-    opposed = np.hypot(*(traction * slip + bound * shift))[contact]
-    assert np.all(opposed <= 2 * tol * peak * (slip + stiff * bound)[contact])
-    for force, asked in zip(sol.force, (motion.Fx, motion.Fy), strict=True):
-        assert asked is None or abs(force - asked) <= tol * np.max(described.friction) * sol.normal_force
-
-
-def influence(at, x, dx, bodies):
-    """Displacements (x, y, z, one after the other) at points `at` by unit tractions on strips about the points x.
-
-    The integrals of -ln(|x - x'|/d) and of sgn(x - x') by their primitives, as THEORY prints the kernels.
-    """
-    nu, K, G = bodies.combined_nu, bodies.K, bodies.combined_G
-    right, left = at[:, None] - x + dx / 2, at[:, None] - x - dx / 2
-    logarithm = dx - xlogy(right, np.abs(right) / DEPTH) + xlogy(left, np.abs(left) / DEPTH)
-    sign, zero = np.abs(right) - np.abs(left), np.zeros_like(right)
-    return np.block(
-        [
-            [2 * (1 - nu) * logarithm, zero, -np.pi * K * sign],
-            [zero, 2 * logarithm, zero],
-            [np.pi * K * sign, zero, 2 * (1 - nu) * logarithm],
-        ]
-    ) / (np.pi * G)
+    assert not violations(sol, 1e-7)
