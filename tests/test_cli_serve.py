@@ -118,6 +118,7 @@ MALFORMED = {
     "tolerance": line({**GOOD, "tol": -1}),
     "tolerance in words": line({**GOOD, "tol": "small"}),
     "id": line({**GOOD, "id": {}}),
+    "id beyond numbers": b'{"id": 1e999' + line(GOOD)[len('{"id": 1') :],
     "scene": line({**GOOD, "scene": 3}),
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import signal
 import socketserver
 import sys
@@ -123,8 +124,9 @@ def _message(line: bytes) -> dict[str, Any]:
     if not isinstance(message, dict):
         raise SceneError("message", message, "an object with the entry wheels")
     check_keys("", message, KEYS)
-    if not isinstance(message.get("id"), str | int | float | None):
-        raise SceneError("id", message["id"], "a string or a number")
+    name = message.get("id")
+    if not isinstance(name, str | int | float | None) or name in (math.inf, -math.inf):  # 1e999 is JSON
+        raise SceneError("id", name, "a string or a finite number")
     wheels = message.get("wheels")
     if not isinstance(wheels, dict) or not 0 < len(wheels) <= MOST_WHEELS:
         raise SceneError("wheels", wheels, f"an object with scenes of 1 to {MOST_WHEELS} wheels by name")
@@ -162,7 +164,7 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     now = None
     try:
         found = solve_many(scenes.values(), fields=True, start=start, **options)
-        if found["ok"].all():
+        if found["ok"].all() and len(lattices) == 1:
             now = Before(tuple(scenes), lattices.pop(), found)
     except SceneError as error:
         if error.field != "fields":  # of scenes that are on no common lattice
