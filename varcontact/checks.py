@@ -227,7 +227,7 @@ def _takes_a_word(function: Callable[..., Any]) -> bool:
 def file_name(field: str, value: Any) -> Path:
     """The name of a file, as a path."""
     name = os.fspath(value) if isinstance(value, os.PathLike) else value
-    if not isinstance(name, str):
+    if not isinstance(name, str) or not name:
         raise SceneError(field, value, "the name of a file")
     return Path(name)
 

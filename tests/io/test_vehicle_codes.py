@@ -241,6 +241,8 @@ def test_files_of_others_stay(book, tmp_path):
     assert len(write_c(tmp_path, book, overwrite=True)) == len(write_c(tmp_path, book)) == 4
     with pytest.raises(vc.OutputError, match="cannot be made"):
         write_c(tmp_path / "nowhere" / "code", book)
+    with pytest.raises(vc.SceneError, match="folder"):
+        write_c("", book)
     done = run("table", "export", folder=tmp_path)
     assert (done.returncode, done.stderr) == (2, "varcontact: --c is missing: name a folder with --c or --fmu\n")
 

@@ -38,6 +38,9 @@ def test_only_html_and_no_foreign_file(tmp_path):
     sol = vc.solve(vc.Scene(bodies=vc.Bodies(1.0, 0.3), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0))
     with pytest.raises(vc.OutputError):
         sol.to_html(tmp_path / "report.txt")
+    for name in (None, 5, b"report.html", ""):
+        with pytest.raises(vc.SceneError, match="path"):
+            sol.to_html(name)
     other = tmp_path / "other.html"
     other.write_text("<html>mine</html>")
     with pytest.raises(vc.OutputError):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
@@ -364,7 +365,7 @@ class Solution:
         The page at `path`, which ends in ``.html``, needs no other file, no network and no Python; `overwrite` and
         errors are those of `save`.
         """
-        check_ending("path", Path(path), ".html")
+        check_ending("path", checks.file_name("path", path), ".html")
         self.save(path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
