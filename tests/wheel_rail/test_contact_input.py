@@ -183,7 +183,7 @@ def test_the_older_smoothing_passes_the_same_waves(folder):
         (TRACK, "   14.0     2     1435.0  0.000 ", "line 11: GAUGSQ = 2.0 is not supported"),
         (TRACK, "   14.0     0     1435.0  0.000 1e-6 ", "line 11: CURV = 1e-6 is not supported: the track here is"),
         (TRACK, "   140.     0     1435.0  0.000 ", "line 3: track.gauge_height = 140 mm, but the rail's profile ends"),
-        ("'rail.csv' ", "'rail.slcs' ", "line 12: RFNAME = 'rail.slcs' is a variable profile (slices)"),
+        ("'rail.csv' ", "'rail.slcs' ", "line 12: path "),
         ("'rail.csv' ", "'none.csv' ", "line 12: path "),
         ("     0.0    0.0   0.000   0.0 ", "     0.0    1.5   0.000   0.0 ", "line 13: DZ = 1.5 is not supported"),
         ("-70.0   460.0 ", "0.0   460.0 ", "line 14: wheelset.flange_back = 0 mm"),
@@ -198,6 +198,46 @@ def test_what_is_not_read_is_said_by_line(folder, old, new, words):
     with pytest.raises(vc.SceneError) as error:
         read(folder, (old, new))
     assert words in str(error.value)
+
+
+SLICES = """% a rail that widens behind 0, from which a nose begins
+ 0.0   1.0               S_OFFSET, S_SCALE
+ 3                       NSLC
+ {features}  0  0        NFEAT, NKINK, NACCEL
+ 1                       S_METHOD
+ -100.0   'rail.csv'
+    0.0   'rail.csv'   ! as before
+  150.0   'rail.csv'
+"""
+FEATURES = """ -100.0  -1.0  0.0  40.0  999.0
+    0.0   0.0  5.0  45.0  999.0
+  150.0   0.0  5.0  45.0  999.0
+"""
+
+
+def test_slices_of_one_profile_are_that_profile(folder):
+    (known,) = read(folder)
+    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "), (PLACE, PLACE.replace("0.0", "20.", 1)))
+    assert found.position.s == 20.0
+    assert list(found.track.rail.positions) == [-100.0, 0.0, 150.0]
+    assert found.touching == known.touching
+
+
+def test_parts_that_slices_lack_are_rails_of_their_own(folder):
+    (folder / "rail.slcs").write_text(SLICES.format(features=4) + FEATURES)
+    (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "))
+    nose, rail = found.track.rail
+    assert (list(nose.positions), nose.features[0].tolist()) == ([0.0, 150.0], [0.0, 5.0])
+    assert rail.features.shape == (3, 3)
+    assert rail.features[0, :2].tolist() == [0.0, 40.0]
+    assert np.isfinite(found.touching)
+
+
+def test_slices_out_of_order_are_named(folder):
+    (folder / "rail.slcs").write_text(SLICES.format(features=0).replace("150.0", "-50.0"))
+    with pytest.raises(vc.SceneError, match=r"rail.slcs, line 8: slice 3 at -50 is out of order"):
+        read(folder, ("'rail.csv' ", "'rail.slcs' "))
 
 
 def test_a_height_does_not_become_a_force(folder):

@@ -15,6 +15,7 @@ from varcontact.wheel_rail.geometry_table import (
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
+from varcontact.wheel_rail.slices import ProfileSlices
 from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.sweep import sweep_wheel_sets
 from varcontact.wheel_rail.track import Irregularity, Position, Track, Velocity, WheelSet
@@ -39,6 +40,7 @@ __all__ = [
     "PatchWear",
     "Position",
     "Profile",
+    "ProfileSlices",
     "RoughProfile",
     "Shakedown",
     "Track",

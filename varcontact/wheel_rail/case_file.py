@@ -25,6 +25,7 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
+from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
@@ -172,7 +173,8 @@ def _with_profile(name: str, kind: type[Any], key: str, table: Any, folder: Path
         path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
         if path is None or not path.is_file():
             raise SceneError(field, file, f'the name of a file beside the case file, or "{known}"')
-        entries[key] = Profile.read(path, cast(Kind, key), **read)
+        reader: Any = ProfileSlices.read if path.suffix.lower() in SLICES else Profile.read
+        entries[key] = reader(path, cast(Kind, key), **read)
     return make(name, kind, entries)
 
 
@@ -281,6 +283,9 @@ def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     for name in SINCE:
         if getattr(case.track, name) == getattr(usual, name):
             del said["track"][name]
+    for name in ("s", "pitch"):
+        if getattr(case.position, name) == 0:
+            del said["position"][name]
     described = json.dumps([said, settings + ["fast"] * file.fast], sort_keys=True, default=np.ndarray.tolist)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 

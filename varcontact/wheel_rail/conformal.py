@@ -14,7 +14,8 @@ import numpy as np
 from varcontact.kinematics import Frame, RigidBody
 from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve, spline
-from varcontact.wheel_rail.patches import Overlap, Seams, Tangent, grid_over, too_rough, wheel_heights
+from varcontact.wheel_rail.locus import Overlap
+from varcontact.wheel_rail.patches import Seams, Tangent, grid_over, too_rough, wheel_heights
 
 
 @dataclass(frozen=True, eq=False)

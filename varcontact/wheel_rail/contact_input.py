@@ -24,6 +24,7 @@ from varcontact.io.contact_words import Group, Lines, modules, number_of, skip_i
 from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
@@ -42,7 +43,6 @@ SUPPORTED: dict[str, dict[int, str]] = BASIC | {
     "E": {0: "as before", 1: "new position", 2: "new position and velocity", 3: "new wheel set, position and velocity"},
 }
 """Values of the control digits that are read, but for INFLCF: see `BASIC`."""
-SLICES = ".slcs"
 ANY_HEIGHT = 1.0
 """A depth below the rail top that all rails reach [mm]."""
 
@@ -188,11 +188,9 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
                 deviations.refuse(name, deviations.values[k], why)
 
 
-def _profile(lines: Lines, kind: Kind, folder: Path) -> Profile:
+def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices
     group = lines.group(f"{kind[0].upper()}FNAME", "MIRRORY", "SCALE", "SMOOTH")
     name = group.values[0].strip("'\"").replace("\\", "/")
-    if name.lower().endswith(SLICES):
-        group.refuse(group.names[0], group.values[0], "is a variable profile (slices); supported: one cross section")
     options = [value for value in map(number_of, group.rest[:2]) if value is not None]
     mirror_y, mirror_z, option = group.number(1), *(int(value) for value in [*options, 0, 0][:2])
     method = 0
@@ -206,13 +204,16 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Profile:
     smooth = group.number(3)
     read: dict[str, Any] = {"scale": group.number(2), "smoothing": smooth if method == 1 else 0.0}
     read["mirror_y"] = {1: True, -1: False}.get(int(mirror_y), "auto")
+    if name.lower().endswith(SLICES) and method == 0 and smooth > 0:
+        group.refuse("SMOOTH", smooth, "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1")
     with _located(group):
+        reader: Any = ProfileSlices.read if name.lower().endswith(SLICES) else Profile.read
         try:
-            profile = Profile.read(folder / name, kind, mirror_z=mirror_z == 1, **read)
+            profile = reader(folder / name, kind, mirror_z=mirror_z == 1, **read)
         except SceneError as error:
             if error.field != "profile.z" or mirror_z != 0:
                 raise
-            profile = Profile.read(folder / name, kind, mirror_z=True, **read)
+            profile = reader(folder / name, kind, mirror_z=True, **read)
         if method == 1 or smooth <= 0:
             return profile
         # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the squared distances are
@@ -234,7 +235,8 @@ def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path
         group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
         case["height"] = {"vertical_force" if norm else "z": group.number(2)}
         with _located(group):
-            case["position"] = Position(y=group.number(1), roll=group.angle(3), yaw=group.angle(4))
+            places = {"roll": group.angle(3), "yaw": group.angle(4), "pitch": group.angle(5)}
+            case["position"] = Position(s=group.number(0), y=group.number(1), **places)
     if digit >= 2:
         group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
         speed, lateral, vertical = (group.number(k) for k in range(3))

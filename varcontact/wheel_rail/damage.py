@@ -111,9 +111,10 @@ def worn_profile(
     checks.choice("kind", kind, ("rail", "wheel"))
     times, length = checks.positive("passages", passages), checks.number("smoothing", smoothing)
     profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
-    if len({id(each) for each in profiles}) != 1:
-        raise SceneError("found", len(profiles), "wheels on one profile, one or more")
-    profile, curve = profiles[0], profiles[0].running
+    profile: Any = profiles[0] if profiles else None
+    if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
+        raise SceneError("found", len(profiles), "wheels on one profile, one or more, which does not vary")
+    curve = profile.running
     at = curve.sampled(SAMPLE)
     step, along, depth = float(at[1] - at[0]), curve.directions(at), np.zeros(at.size)
     for wheel in found:

@@ -25,7 +25,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import contact_locus
+from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.track import (
     SIGN,
     Irregularity,
@@ -246,6 +246,8 @@ def geometry_table(
     -771 N, -7749 N m
     """
     check_kind("track", track, Track)
+    if not track.constant or not wheelset.constant:
+        raise SceneError("track", track, "one profile along the track, and a round wheel")
     if np.isfinite(track.curve_radius) or not track.left == track.right == Irregularity():
         reason = "track: a table is of straight, even track; in a curve add speed / curve_radius to the yaw rate"
         raise SceneError("track", track.curve_radius, message=reason)

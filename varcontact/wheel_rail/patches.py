@@ -1,9 +1,4 @@
-"""Where a wheel touches a rail: the contact locus, and the contact patches with their planes and distances.
-
-On each circle of the wheel one point can touch a rail that is straight along x: the one whose normal has no component
-along x (Wang 1984, "The track of wheel contact points and the calculation of wheel/rail geometric contact parameters").
-These points are the contact locus. It depends on roll and yaw, and is moved up and down by the height of the axle.
-"""
+"""Contact patches: where the contact locus is below the rail's surface, with their planes and distances."""
 
 from __future__ import annotations
 
@@ -14,14 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
-from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.locus import Locus, Overlap
+from varcontact.wheel_rail.locus import contact_locus as contact_locus
+from varcontact.wheel_rail.surface import RailSurface, WheelSurface
 
-STEP = 0.05
-"""Distance of the circles of the wheel [mm]."""
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES, AROUND = 100, 20
@@ -35,157 +30,6 @@ FALL = 0.8
 
 Seams = tuple[tuple[float, float], ...]
 """Where parts of a patch meet along y, ascending, and the weights with which they feel each other."""
-
-
-@dataclass(frozen=True, eq=False)
-class Locus:
-    """The points of a wheel that come nearest to a rail, with the axle at the height 0.
-
-    Attributes
-    ----------
-    s : ndarray, shape (n,)
-        Parameters of the circles on the wheel's curve [mm].
-    theta : ndarray, shape (n,)
-        Their angles on the circles, forward from the bottom [rad].
-    points : ndarray, shape (n, 3)
-        In track coordinates [mm].
-    radii : ndarray, shape (n,)
-        Of the circles [mm].
-    gap : ndarray, shape (n,)
-        Height above the rail [mm]; infinite beside it.
-    angles : ndarray, shape (n,)
-        Inclination of the rail below [rad].
-    height : float
-        Of the middle of the axle in track coordinates, where its height z is 0 [mm].
-    """
-
-    s: np.ndarray
-    theta: np.ndarray
-    points: np.ndarray
-    radii: np.ndarray
-    gap: np.ndarray
-    angles: np.ndarray
-    height: float
-
-    @property
-    def touching(self) -> float:
-        """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
-        return float(self.gap.min())
-
-    def overlaps(self, z: float) -> list[Overlap]:
-        """Runs of circles that are below the rail's surface, from left to right.
-
-        Parameters
-        ----------
-        z : float
-            Height of the axle, downwards [mm].
-
-        Raises
-        ------
-        NoContact
-            If the wheel is above the rail.
-        SceneError
-            If the contact reaches the end of a profile.
-        """
-        if z <= self.touching:
-            reason = (
-                f"no contact: with z = {z:.6g} mm the wheel is {self.touching - z:.3g} mm above the rail; "
-                f"it touches at z = {self.touching:.6g} mm"
-            )
-            raise NoContact("z", z, message=reason)
-        inside = np.concatenate([[False], self.gap < z, [False]])
-        edges = np.flatnonzero(np.diff(inside.astype(int))).tolist()
-        found = []
-        for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            for end, beside in ((first, first - 1), (stop - 1, stop)):
-                if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
-                    reason = (
-                        f"the contact reaches the end of a profile near y = {self.points[end, 1]:.4g} mm, where the "
-                        f"wheel is {z - self.gap[end]:.3g} mm below the rail's surface: a profile is too narrow or too "
-                        "rough, or the load too large"
-                    )
-                    raise SceneError("z", z, message=reason)
-            found.append(overlap(self, slice(first, stop), z))
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class Overlap:
-    """A run of circles of the wheel that are below the rail's surface, with the axle at some height."""
-
-    run: slice
-    """Of the locus."""
-    locus: Locus
-    points: np.ndarray
-    """Of the locus at this height, shape (n, 3)."""
-    depth: np.ndarray
-    """Below the rail's surface, shape (n,)."""
-    surface: np.ndarray
-    """(y, z) of the rail above the points, shape (n, 2)."""
-    half_lengths: np.ndarray
-    """Along x, over which the circles are below the surface, shape (n,)."""
-    weights: np.ndarray
-    """The squared depth, summed up along x and over the width of each circle, shape (n,): CONTACT has the origin of a
-    patch at the weighted centre."""
-
-
-def overlap(locus: Locus, run: slice, z: float) -> Overlap:
-    """The overlap of a run of circles at a height of the axle; circles above the rail have negative depths."""
-    points = np.asarray(locus.points[run] + [0.0, 0.0, z])
-    depth = np.asarray(z - locus.gap[run])
-    surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
-    half_lengths = np.sqrt(2 * locus.radii[run] * np.maximum(depth, 0.0))
-    width = np.abs(np.gradient(points[:, 1])) if depth.size > 1 else np.ones(1)
-    return Overlap(run, locus, points, depth, surface, half_lengths, depth**2 * half_lengths * width)
-
-
-@one_blas_thread()
-def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.ndarray) -> Locus:
-    """The contact locus of a wheel over a rail.
-
-    Parameters
-    ----------
-    wheel : Curve
-        (y along the axle, radius), y growing.
-    rail : Curve
-        (y, z) in track coordinates, y growing.
-    rotation : ndarray, shape (3, 3)
-        The axle's axes in track coordinates.
-    centre : ndarray, shape (3,)
-        The middle of the axle in track coordinates, at the height 0.
-
-    Raises
-    ------
-    NoContact
-        If no point of it is above the rail.
-
-    Notes
-    -----
-    The normal of a surface of revolution of radius ``r(y)`` is along ``(sin(theta), -r', cos(theta))`` in the frame of
-    the axle. That its component along the track is zero makes one equation for theta, solved in closed form.
-    """
-    s = wheel.sampled(STEP)
-    y, r = wheel.points(s).T
-    along = wheel.directions(s)
-    a, b, c = rotation[0]
-    slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
-    possible = np.abs(slope) < 1
-    s, y, r, slope = (each[possible] for each in (s, y, r, slope))
-    theta = np.arcsin(slope) - np.arctan2(c, a)
-    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=1) @ rotation.T + centre
-    below = rail.at(points[:, 1])
-    over = np.isfinite(below)
-    if not over.any():
-        ends = rail.points(rail.s[[0, -1]])[:, 0]
-        reason = (
-            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm, "
-            f"the rail from {ends[0]:.5g} to {ends[1]:.5g} mm"
-        )
-        raise NoContact("position.y", float(centre[1]), message=reason)
-    gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
-    gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
-    angles[over] = rail.angles(below[over])
-    return Locus(s, theta, points, r, gap, angles, float(centre[2]))
 
 
 def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
@@ -206,27 +50,33 @@ def _apart(left: Overlap, right: Overlap) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """The plane of a contact patch: its contact angle about x [rad], and its frame.
+    """The plane of a contact patch: its contact angle about x [rad], and its frame; the angle about y of a slope.
 
     The origin is on the rail's surface at the weighted centre of the overlap; axes are as of `ContactPatch`.
     """
 
     frame: Frame
     angle: float
+    slope: float = 0.0
 
 
-def tangent_of(overlaps: list[Overlap], rail: Curve) -> Tangent:
+def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
     """The plane of a group of overlaps by itself."""
     weights = np.concatenate([each.weights for each in overlaps])
     weights = weights / weights.sum()
     points = np.concatenate([each.points for each in overlaps])
     angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
     x, y = (float(weights @ points[:, i]) for i in (0, 1))
-    surface = rail.points(rail.at(np.array([y])))[0]
-    return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle)), angle)
+    if isinstance(rail, Curve):
+        surface, slope = rail.points(rail.at(np.array([y])))[0], 0.0
+    else:
+        slopes = [each.locus.slopes[each.run] for each in overlaps if each.locus.slopes is not None]
+        slope = -math.atan(float(weights @ np.concatenate(slopes)) * math.cos(angle))
+        surface = rail.nearest(x, y, np.concatenate([each.surface for each in overlaps]))
+    return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle, pitch=slope)), angle, slope)
 
 
-def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn: float) -> list[Tangent]:
+def tangents_of(groups: list[list[Overlap]], rail: Curve | RailSurface, separate: float, turn: float) -> list[Tangent]:
     """The planes of all patches, those of near neighbours turned towards each other.
 
     Where the gap between two is `separate`, both have the angle that they would have as one patch, from `turn` on their
@@ -242,7 +92,7 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn:
             together = float(angles[two] @ loads[two] / loads[two].sum())
             turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
     return [
-        Tangent(Frame(each.frame.origin, rotation(roll=angle)), angle)
+        Tangent(Frame(each.frame.origin, rotation(roll=angle, pitch=each.slope)), angle, each.slope)
         for each, angle in zip(found, turned.tolist(), strict=True)
     ]
 
@@ -250,8 +100,8 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn:
 def undeformed_distance(
     overlaps: list[Overlap],
     frame: Frame,
-    wheel: Curve,
-    rail: Curve,
+    wheel: Curve | WheelSurface,
+    rail: Curve | RailSurface,
     axle: np.ndarray,
     centre: np.ndarray,
     sides: tuple[float, float] | None = None,
@@ -264,10 +114,13 @@ def undeformed_distance(
     along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
     across = [(each.surface - frame.origin[1:]) @ along for each in overlaps]
     grid = grid_over(overlaps, frame, np.concatenate(across), sides)
-    part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
-    on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
-    rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)
-    gap = rail_heights[:, None] - wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, grid.y), axle, centre)
+    if isinstance(rail, Curve):
+        part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
+        on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
+        rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)[:, None]
+    else:
+        rail_heights = rail.heights(frame, grid.x, grid.y)
+    gap = rail_heights - wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, grid.y), axle, centre)
     known = np.isfinite(gap)
     if not known.any():
         raise too_rough(float(frame.origin[1]))
@@ -305,7 +158,7 @@ def too_rough(y: float) -> SceneError:
 
 def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: tuple[float, float] | None) -> Grid:
     """Elements over the overlap and y `across` it, and around it; the frame's origin is in the middle of one."""
-    along = np.concatenate([each.points[:, 0] + sign * each.half_lengths for each in overlaps for sign in (-1, 1)])
+    along = np.concatenate([each.ends.ravel() for each in overlaps])
     dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)
     if not min(dx, dy) > 0:
         raise NotConverged("wheel and rail overlap by no more than their heights are rounded", math.nan)
@@ -325,7 +178,7 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
 
 def wheel_heights(
     locus: Locus,
-    wheel: Curve,
+    wheel: Curve | WheelSurface,
     frame: Frame,
     lines: tuple[np.ndarray, np.ndarray],
     axle: np.ndarray,
@@ -366,14 +219,17 @@ def wheel_heights(
 
 
 def _surface(
-    wheel: Curve, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
+    wheel: Curve | WheelSurface, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of the wheel in the frame, shape (3, n), and their derivatives with respect to theta and s."""
-    y, r = np.moveaxis(wheel.points(s), -1, 0)
-    dy, dr = np.moveaxis(wheel.directions(s), -1, 0)
+    if isinstance(wheel, Curve):
+        (y, r), (dy, dr) = np.moveaxis(wheel.points(s), -1, 0), np.moveaxis(wheel.directions(s), -1, 0)
+        ty, tr = np.zeros_like(y), np.zeros_like(r)
+    else:
+        (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.around(theta, s), -1, 1)
     sine, cosine = np.sin(theta), np.cos(theta)
     return (
         np.tensordot(axes, np.array([r * sine, y, r * cosine]), 1) + middle[:, None],
-        np.tensordot(axes, np.array([r * cosine, np.zeros_like(y), -r * sine]), 1),
+        np.tensordot(axes, np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine]), 1),
         np.tensordot(axes, np.array([dr * sine, dy, dr * cosine]), 1),
     )

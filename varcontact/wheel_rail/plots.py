@@ -11,6 +11,7 @@ from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
+from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.result import PatchSolution
 from varcontact.wheel_rail.wear_laws import Archard
 
@@ -106,8 +107,11 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
 def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
     """The rail, the points of the wheel nearest to it, and the patches with the directions of their normal forces."""
     case = solution.case
-    rail = case.rail.points(case.rail.sampled(STEP))
-    ax.plot(*rail.T, color="0.25", label="rail")
+    curves = [case.rail] if isinstance(case.rail, Curve) else case.rail.sections(0.0)
+    shapes = [curve.points(curve.sampled(STEP)) for curve in curves]
+    for shape in shapes:
+        ax.plot(*shape.T, color="0.25", label="rail" if shape is shapes[0] else None)
+    rail = np.concatenate(shapes)
     wheel = case.locus.points[:, 1:] + [0.0, solution.z]
     ax.plot(*wheel.T, color=colour(0), label="wheel")
     largest = max(float(each.force[2]) for each in solution.patches)
@@ -232,7 +236,7 @@ def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> F
                     ax.errorbar(over, values, yerr=bars, fmt=line, color=tint, markersize=3, capsize=2, label=which)
             ax.set(xlabel=entry, ylabel=label)
         if case is not None:
-            for ax, profile, name in zip(axes[6:], (case.track.rail, case.wheelset.wheel), CONTACTS, strict=False):
+            for ax, profile, name in zip(axes[6:], (case.track.profile, case.wheelset.profile), CONTACTS, strict=False):
                 shape = profile.running.points(profile.running.sampled(STEP))
                 ax.plot(*shape.T, color="0.4")
                 for i, side in enumerate(("left", "right")):

@@ -423,9 +423,9 @@ def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
     if patch.scene.conformal or half == 0:
         return {}
     across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
-    for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
-        turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
+    for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
+        turned = curve.angles(curve.at(y + across))  # on average over the patch: noise does not count
         curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
         if curvature * half * CONFORMAL > 1:
-            found[profile.kind] = float(1 / curvature)
+            found[kind] = float(1 / curvature)
     return found

@@ -18,6 +18,8 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.profile import Profile, flange, inclination
+from varcontact.wheel_rail.slices import ProfileSlices
+from varcontact.wheel_rail.surface import Surface, surface_of
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
@@ -83,7 +85,10 @@ class Track:
 
     Parameters
     ----------
-    rail : Profile
+    rail : Profile, ProfileSlices, or tuple of these
+        Of several rails under one wheel, as the wing and the nose of a crossing, in one coordinate system, the highest
+        counts; each ends with its slices where another one goes on. Gauge and rail tops are those of the first slice of
+        the first one.
     gauge : float
         Distance of the rails' inner sides [mm].
     gauge_height : float
@@ -113,7 +118,7 @@ class Track:
     717.5 True
     """
 
-    rail: Profile
+    rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...]
     gauge: float = 1435.0
     gauge_height: float = 14.0
     cant: float = 0.0
@@ -123,7 +128,10 @@ class Track:
     stiffness: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        _check_profile("track.rail", self.rail, "rail")
+        if isinstance(self.rail, list):
+            object.__setattr__(self, "rail", tuple(self.rail))
+        for each in self.rails or (None,):
+            _check_profile("track.rail", each, "rail")
         checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
         checks.entries(self, "track", _angle, "cant")
         checks.entries(self, "track", checks.real, "curve_radius")
@@ -146,13 +154,23 @@ class Track:
             raise SceneError("track.gauge_height", self.gauge_height, message=reason)
 
     @property
+    def rails(self) -> tuple[Profile | ProfileSlices, ...]:
+        """All rails under one wheel."""
+        return self.rail if isinstance(self.rail, tuple) else (self.rail,)
+
+    @property
+    def profile(self) -> Profile:
+        """The one from which gauge and rail tops are measured."""
+        return _first(self.rails[0])
+
+    @property
     def _turn(self) -> np.ndarray:
         return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
 
     @cached_property
     def _inner(self) -> tuple[np.ndarray, np.ndarray]:
         """The turned profile from its track side to its top: points (y, z), and their depths below the top."""
-        curve = self.rail.curve.moved(self._turn, np.zeros(2))
+        curve = self.profile.curve.moved(self._turn, np.zeros(2))
         points = curve.points(curve.sampled(FINE))
         points = points[: int(points[:, 1].argmin()) + 1]
         return points, points[:, 1] - points[-1, 1]
@@ -168,7 +186,12 @@ class Track:
         return np.array([self.gauge / 2 - innermost, -points[-1, 1]])
 
     def placed(self, side: Side) -> Curve:
-        """The part of the rail on a `side` that can be touched: a curve (y, z) in track coordinates, y growing."""
+        """The part of the rail on a `side` that can be touched: a curve (y, z) in track coordinates, y growing.
+
+        SceneError for slices, which have no such curve, unless all are one profile.
+        """
+        if not self.constant:
+            raise SceneError("track.rail", self.rail, "one profile along the track")
         right = self._right if side == "right" else self._right.mirrored
         turn, shift = self._moved(side)
         if getattr(self, side) == IN_PLACE:
@@ -176,9 +199,24 @@ class Track:
         moved = right.moved(turn, shift)
         return _above(moved, moved.sampled(FINE)) if turn[0, 1] else moved
 
+    @property
+    def constant(self) -> bool:
+        """Whether the rail is one profile along the track."""
+        return len(self.rails) == 1 and _constant(self.rails[0])
+
+    def surfaces(self, side: Side) -> tuple[Surface, ...]:
+        """Those of all rails on a `side`, in track coordinates."""
+        turn, shift = self._moved(side)
+
+        def placed(profile: Profile) -> Curve:
+            curve = profile.curve.moved(self._turn, self.origin)
+            return (curve if side == "right" else curve.mirrored).moved(turn, shift)
+
+        return tuple(surface_of(each, placed, backwards=side == "left") for each in self.rails)
+
     @cached_property
     def _right(self) -> Curve:
-        curve = self.rail.curve.moved(self._turn, self.origin)
+        curve = self.profile.curve.moved(self._turn, self.origin)
         return _above(curve, curve.sampled(FINE))
 
     def _moved(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
@@ -207,7 +245,8 @@ class WheelSet:
 
     Parameters
     ----------
-    wheel : Profile
+    wheel : Profile or ProfileSlices
+        Slices of a wheel that is out of round.
     radius : float
         Nominal radius of the wheels, where the profile's z is 0 [mm].
     inside_distance : float
@@ -228,7 +267,7 @@ class WheelSet:
     750.0
     """
 
-    wheel: Profile
+    wheel: Profile | ProfileSlices
     radius: float = 460.0
     inside_distance: float = 1360.0
     flange_back: float = -70.0
@@ -237,14 +276,14 @@ class WheelSet:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
         checks.entries(self, "wheelset", checks.positive, "radius", "inside_distance")
         checks.entries(self, "wheelset", checks.moderate, "flange_back")
-        smallest = self.radius + float(self.wheel.z.min())
+        smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
             reason = (
                 f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's profile "
                 "is highest: it must be in millimetres"
             )
             raise SceneError("wheelset.radius", self.radius, message=reason)
-        y, z = self.wheel.y, self.wheel.z
+        y, z = self.profile.y, self.profile.z
         tip = float(y[z.argmax()])
         if flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
             reason = (
@@ -254,17 +293,41 @@ class WheelSet:
             raise SceneError("wheelset.flange_back", self.flange_back, message=reason)
 
     @property
+    def profile(self) -> Profile:
+        """The wheel's profile, or its first slice."""
+        return _first(self.wheel)
+
+    @property
+    def constant(self) -> bool:
+        """Whether the wheel is round."""
+        return _constant(self.wheel)
+
+    @property
     def middle(self) -> float:
         """Distance of a wheel profile's origin from the middle of the axle [mm]."""
         return self.inside_distance / 2 - self.flange_back
 
     def placed(self, side: Side) -> Curve:
-        """The part of the wheel on a `side` that can be touched: (y from the middle of the axle, radius), y growing."""
+        """The part of the wheel on a `side` that can be touched: (y from the middle of the axle, radius), y growing.
+
+        SceneError for a wheel out of round.
+        """
+        if not self.constant:
+            raise SceneError("wheelset.wheel", self.wheel, "a round wheel")
         return self._right if side == "right" else self._right.mirrored
+
+    def surface(self, side: Side) -> Surface:
+        """That of the wheel on a `side`: (y from the middle of the axle, radius) over the angle."""
+
+        def placed(profile: Profile) -> Curve:
+            curve = profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
+            return curve if side == "right" else curve.mirrored
+
+        return surface_of(self.wheel, placed, backwards=side == "left")
 
     @cached_property
     def _right(self) -> Curve:
-        return self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius]))
+        return self.profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
 
 
 @checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
@@ -278,6 +341,10 @@ class Position:
         Of the middle of its axle, to the right [mm].
     roll, yaw : float
         About x (right wheel down) and z (turned to the right) [rad]: yawed first, then rolled about the track's x.
+    s : float
+        Along the track: where rails vary, see `ProfileSlices` [mm].
+    pitch : float
+        Angle about the axle, where wheels are out of round: negative when they have rolled forwards [rad].
 
     Raises
     ------
@@ -288,9 +355,11 @@ class Position:
     y: float = 0.0
     roll: float = 0.0
     yaw: float = 0.0
+    s: float = 0.0
+    pitch: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "position", checks.moderate, "y")
+        checks.entries(self, "position", checks.moderate, "y", "s", "pitch")
         checks.entries(self, "position", _angle, "roll", "yaw")
 
     @property
@@ -395,7 +464,7 @@ def check_forward(rolling: float) -> None:
 
 def check_sides(track: Track, stacklevel: int) -> None:
     """Warn of a rail's profile that leans to the field side, as one whose sides are exchanged."""
-    lean = inclination(track.rail)
+    lean = inclination(track.profile)
     if lean < -OUTWARDS:
         warnings.warn(
             f"track.rail: the profile leans to the field side by 1:{-1 / lean:.0f}, so its gauge side is probably on "
@@ -405,6 +474,15 @@ def check_sides(track: Track, stacklevel: int) -> None:
 
 
 def _check_profile(field: str, profile: Any, kind: str) -> None:
-    if not isinstance(profile, Profile) or profile.kind != kind:
-        given = f"a {profile.kind}'s" if isinstance(profile, Profile) else profile
-        raise SceneError(field, given, f"a Profile of kind {kind!r}")
+    known = isinstance(profile, Profile | ProfileSlices)
+    if not known or profile.kind != kind:
+        given = f"a {profile.kind}'s" if known else profile
+        raise SceneError(field, given, f"a Profile of kind {kind!r}, or slices of that")
+
+
+def _first(profile: Profile | ProfileSlices) -> Profile:
+    return profile if isinstance(profile, Profile) else profile.first
+
+
+def _constant(profile: Profile | ProfileSlices) -> bool:
+    return isinstance(profile, Profile) or profile.constant

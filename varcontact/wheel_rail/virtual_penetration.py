@@ -24,7 +24,9 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.patches import Overlap, joined, overlap, tangent_of, too_rough
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.locus import Overlap, overlap
+from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.solve import bearing_height
 from varcontact.wheel_rail.track import check_sides
@@ -166,6 +168,8 @@ def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> 
     circle = deepest.run.start + k
     angle, radius = float(deepest.locus.angles[circle]), float(deepest.locus.radii[circle])
     if normal == "hertz":
+        if not isinstance(case.rail, Curve):
+            raise SceneError("normal", "hertz", message='normal = "hertz": it is for one profile; take the other')
         return _by_curvatures(case, point, approach * np.cos(angle), radius / np.cos(angle), z)
     # with the circles beside, which are above the rail, and those between separate overlaps, which count together
     whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
@@ -182,7 +186,7 @@ def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rollin
 
     on_rail = case.track.on_rail(point[1:], case.side)
     on_wheel = case.on_wheel(point, case.body(z))
-    bent = float(case.track.rail.curvature_at(on_rail[0]) + case.wheelset.wheel.curvature_at(on_wheel[0]))
+    bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
     if not bent > 0:
         reason = (
             f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other by {bent:.3g} 1/mm, "

@@ -21,16 +21,10 @@ from varcontact.scene.units import MM_N
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import (
-    Locus,
-    Seams,
-    contact_locus,
-    joined,
-    seams_of,
-    tangents_of,
-    undeformed_distance,
-)
+from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
+from varcontact.wheel_rail.patches import Seams, joined, seams_of, tangents_of, undeformed_distance
 from varcontact.wheel_rail.regions import FrictionByAngle
+from varcontact.wheel_rail.surface import RailSurface, WheelSurface
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
 
 if TYPE_CHECKING:
@@ -187,22 +181,55 @@ class WheelOnRail:
             set_(self, "turn", checks.positive("turn", self.turn))
             if self.turn < self.separate:
                 raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
+        if not self.track.constant:
+            first = min(each.positions[0] for each in self._rails.parts)
+            last = max(each.positions[-1] for each in self._rails.parts)
+            if not first <= self.position.s <= last:
+                raise SceneError("position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm")
+        if self.conformal is True and not self._constant:
+            reason = "conformal: its curved surface is straight along the rail; give False where profiles vary"
+            raise SceneError("conformal", True, message=reason)
+
+    @property
+    def _constant(self) -> bool:
+        return self.track.constant and self.wheelset.constant
 
     @cached_property
-    def rail(self) -> Curve:
-        """The part of the rail that can be touched, (y, z) in track coordinates."""
-        return self.track.placed(self.side)
+    def _rails(self) -> RailSurface:
+        return RailSurface(self.track.surfaces(self.side), self.position.s)
 
     @cached_property
-    def wheel(self) -> Curve:
-        """The part of the wheel that can be touched, (y along the axle, radius)."""
-        return self.wheelset.placed(self.side)
+    def rail(self) -> Curve | RailSurface:
+        """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a profile varies."""
+        return self.track.placed(self.side) if self._constant else self._rails
+
+    @cached_property
+    def wheel(self) -> Curve | WheelSurface:
+        """The part of the wheel that can be touched, (y along the axle, radius); a surface where a profile varies."""
+        if self._constant:
+            return self.wheelset.placed(self.side)
+        return WheelSurface(self.wheelset.surface(self.side), self.position.pitch)
+
+    def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
+        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
+        if isinstance(self.rail, Curve) or isinstance(self.wheel, Curve):
+            on_rail = self.track.on_rail(location[1:], self.side)
+            rail, wheel = self.track.profile.running, self.wheelset.profile.running
+            return {"rail": (rail, float(on_rail[0])), "wheel": (wheel, float(on_wheel[0]))}
+        theta = float(np.arcsin(location[0] / self.wheelset.radius))
+        axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
+        rail, wheel = self.rail.section(*location[:2].tolist()), self.wheel.section(theta)
+        return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
 
     @cached_property
     def locus(self) -> Locus:
         """The contact locus; NoContact if the wheel is beside the rail."""
         axle = np.array([0.0, self.position.y, -self.wheelset.radius])
-        return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
+        if isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
+            return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
+        assert isinstance(self.wheel, WheelSurface)
+        assert isinstance(self.rail, RailSurface)
+        return varied_locus(self.wheel, self.rail, self.position.rotation, axle)
 
     @property
     def touching(self) -> float:
@@ -237,7 +264,9 @@ class WheelOnRail:
         patches = []
         for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
             frame = tangent.frame
-            surface = curved_surface(group, tangent, *known) if curved else None
+            surface = None
+            if curved and isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
+                surface = curved_surface(group, tangent, self.wheel, self.rail, body.rotation, body.position, sides)
             grid, distance, approach = undeformed_distance(group, frame, *known) if surface is None else surface.flat
             rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
             motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
@@ -267,7 +296,7 @@ class WheelOnRail:
                 frame=frame,
                 on_rail=self.track.on_rail(frame.origin[1:], self.side),
                 on_wheel=on_wheel,
-                rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
+                rolling_radius=self._rolling_radius(frame.origin, on_wheel),
                 creepage=rolled,
                 approach=approach,
                 scene=scene,
@@ -276,6 +305,12 @@ class WheelOnRail:
             patches.append(patch)
         return tuple(patches)
 
+    def _rolling_radius(self, location: np.ndarray, on_wheel: np.ndarray) -> float:
+        if self._constant:
+            return self.wheelset.radius + float(self.wheelset.profile.z_at(float(on_wheel[0])))
+        curve, y = self.sections(location, on_wheel)["wheel"]
+        return float(curve.points(curve.at(np.array([y])))[0, 1])
+
     def _friction(
         self, frame: Frame, grid: Grid, turned: np.ndarray | float, with_grid: bool
     ) -> float | np.ndarray | Law:
@@ -283,9 +318,10 @@ class WheelOnRail:
         if not isinstance(self.friction, FrictionByAngle):
             return self.friction
         if np.ndim(turned) == 0:  # in a plane, those of the rail below
-            below = self.rail.at(frame.origin[1] + grid.y * frame.axes[1, 1])
+            rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*frame.origin[:2].tolist())
+            below = rail.at(frame.origin[1] + grid.y * frame.axes[1, 1])
             known = np.isfinite(below)
-            angles = np.interp(grid.y, grid.y[known], self.rail.angles(below[known]))
+            angles = np.interp(grid.y, grid.y[known], rail.angles(below[known]))
         else:
             angles = np.asarray(turned)
         found = self.friction(-SIGN[self.side] * angles)

@@ -125,7 +125,7 @@ class WheelSetSolution:
         M. J. Nadal, Annales des Mines 10 (1896) 232.
         """
         wheel = getattr(self, side).case
-        profile = wheel.wheelset.wheel.running
+        profile = wheel.wheelset.profile.running
         steepest = float(np.abs(profile.angles(profile.sampled(0.1))).max())
         f, slope = wheel.friction_at(-SIGN[side] * steepest), np.tan(steepest)
         return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))

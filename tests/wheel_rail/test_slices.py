@@ -1,0 +1,243 @@
+"""Rails whose profile changes along the track, and wheels out of round: closed forms, symmetries, one profile."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from varcontact.errors import NoContact, SceneError
+from varcontact.wheel_rail import (
+    Position,
+    Profile,
+    ProfileSlices,
+    Track,
+    Velocity,
+    WheelOnRail,
+    WheelSet,
+    WheelSetOnTrack,
+    geometry_table,
+    worn_profile,
+)
+from varcontact.wheel_rail.wear_laws import Archard
+
+R, HEAD = 460.0, 300.0
+MIDDLE = 2 * (750.0 - np.sqrt(HEAD**2 - (HEAD - 14.0) ** 2))
+"""The gauge with which a round rail's top is below the middle of the wheel."""
+
+
+def round_rail(radius: float = HEAD, y: float = 0.0, z: float = 0.0, width: float = 120.0) -> Profile:
+    across = np.linspace(-width, width, 241)
+    return Profile(y=across + y, z=radius - np.sqrt(radius**2 - across**2) + z, kind="rail")
+
+
+RAIL = round_rail()
+CYLINDER = Profile(y=np.linspace(-60.0, 60.0, 121), z=np.zeros(121), kind="wheel")
+WHEEL = WheelSet(wheel=CYLINDER, radius=R)
+
+
+def on(rail: Any, wheel: WheelSet = WHEEL, **more: Any) -> WheelOnRail:
+    usual: dict[str, Any] = {"vertical_force": 80e3, "dx": 1.0, "dy": 1.0, "friction": 0.0}
+    return WheelOnRail(track=Track(rail=rail, gauge=MIDDLE), wheelset=wheel, **usual | more)
+
+
+def flat(half: float, wheel: Profile = CYLINDER) -> ProfileSlices:
+    """A chord of the wheel over an angle to either side of 0."""
+    angles = np.array([-half, *np.linspace(-half, half, 31), half])
+    return ProfileSlices(profiles=wheel, positions=angles, z=R * (np.cos(half) / np.cos(angles) - 1))
+
+
+def standard(rail: Any, wheel: Any, **more: Any) -> WheelOnRail:
+    given: dict[str, Any] = {"vertical_force": 80e3, "dx": 1.0, "dy": 1.0, "position": Position(y=3.0, yaw=0.003)}
+    return WheelOnRail(track=Track(rail=rail, cant=1 / 40), wheelset=WheelSet(wheel=wheel), **given | more)
+
+
+def test_equal_slices_are_one_profile_to_the_bit() -> None:
+    rail, wheel = Profile.rail_60e1(), Profile.s1002()
+    known = standard(rail, wheel).solve()
+    slices = ProfileSlices(profiles=rail, positions=[-50.0, 0.0, 80.0])
+    turned = ProfileSlices(profiles=wheel, positions=[0.0, 1.0, 2.0])
+    assert np.array_equal(standard(slices, turned).solve().force, known.force)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_slices_that_hardly_vary_are_near_one_profile(side: str) -> None:
+    rail, wheel = Profile.rail_60e1(), Profile.s1002()
+    varied = ProfileSlices(profiles=rail, positions=[-50.0, 0.0, 80.0], z=[0.0, 1e-9, 0.0])
+    known, found = (standard(each, wheel, side=side, dy=0.5).solve() for each in (rail, varied))
+    assert found.force == pytest.approx(known.force, abs=1e-5 * 80e3)
+    assert found.z == pytest.approx(known.z, abs=1e-6)
+    one, other = known.patches[0].patch, found.patches[0].patch
+    assert other.location == pytest.approx(one.location, abs=2e-3)
+    assert other.rolling_radius == pytest.approx(one.rolling_radius, abs=0.1)
+    assert found.case.touching == pytest.approx(known.case.touching, abs=1e-5)
+
+
+def test_ramp_is_a_level_rail_turned() -> None:
+    slope = 0.02
+    ramp = ProfileSlices(profiles=RAIL, positions=[-200.0, 200.0], z=[-200 * slope, 200 * slope])
+    found, angle = on(ramp).solve(), np.arctan(slope)
+    (patch,) = found.patches
+    assert found.case.touching == pytest.approx(R - R / np.cos(angle), abs=1e-7)
+    assert patch.normal_force == pytest.approx(80e3 / np.cos(angle), rel=1e-6)
+    assert found.force == pytest.approx([-80e3 * slope, 0.0, 80e3], abs=0.1)
+    assert patch.patch.location[0] == pytest.approx(-R * np.sin(angle), abs=2e-3)
+    level = on(RAIL, vertical_force=float(patch.normal_force)).solve().patches[0]
+    assert patch.peak_pressure == pytest.approx(level.peak_pressure, rel=1e-4)
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.01, -0.02, 0.05])
+def test_flat_touches_at_its_chord(pitch: float) -> None:
+    half = 0.03
+    case = on(RAIL, replace(WHEEL, wheel=flat(half)), position=Position(pitch=pitch))
+    nearest = R * np.cos(max(half - abs(pitch), 0.0))  # the corner, or the circle where the flat is beside the rail
+    assert case.touching == pytest.approx(R - nearest, abs=1e-7)
+
+
+def test_distance_below_a_flat_is_that_of_the_chord() -> None:
+    half, deep = 0.03, 0.05
+    case = on(RAIL, replace(WHEEL, wheel=flat(half)), z=R * (1 - np.cos(half)) + deep, vertical_force=None)
+    (patch,) = case.patches(case.z or 0.0)
+    surface, grid = patch.scene.surface, patch.scene.grid
+    row = int(np.abs(grid.y).argmin())  # type: ignore[union-attr]
+    x = patch.location[0] + grid.x  # type: ignore[union-attr]
+    chord = R * np.cos(half)
+    expected = np.where(np.abs(x) <= R * np.sin(half), 0.0, chord - np.sqrt(R**2 - x**2))
+    assert surface.h[row] - surface.h[row].min() == pytest.approx(expected, abs=1e-6)  # type: ignore[union-attr]
+    assert patch.approach == pytest.approx(deep, abs=1e-5)
+    assert patch.location[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_rolling_back_and_forth_are_mirror_images() -> None:
+    wheel = replace(WHEEL, wheel=flat(0.03))
+    left, right = (on(RAIL, wheel, position=Position(pitch=sign * 0.02)).solve() for sign in (-1, 1))
+    assert left.z == pytest.approx(right.z, abs=1e-7)
+    assert left.patches[0].patch.location[0] == pytest.approx(-right.patches[0].patch.location[0], abs=1e-6)
+    rolled = on(RAIL, wheel, position=Position(pitch=0.02 - 4 * np.pi)).solve()
+    assert rolled.z == pytest.approx(right.z, abs=1e-9)
+
+
+def test_sides_are_mirror_images() -> None:
+    rail, wheel = Profile.rail_60e1(), Profile.s1002()
+    other = replace(rail, z=rail.z + 0.4 * (rail.y / 36) ** 2)
+    slices = ProfileSlices(profiles=[rail, other, rail], positions=[-60.0, 0.0, 60.0])
+    right, left = (
+        standard(slices, wheel, side=side, position=Position(y=sign * 3.0, yaw=sign * 0.003, s=10.0)).solve()
+        for side, sign in (("right", 1), ("left", -1))
+    )
+    assert left.force == pytest.approx(right.force * [1, -1, 1], abs=0.5)
+    assert left.z == pytest.approx(right.z, abs=1e-6)
+
+
+@pytest.mark.parametrize("s", [0.0, 25.0, 80.0, 100.0])
+def test_between_two_profiles_sections_are_their_means(s: float) -> None:
+    """Heads of two radii with equal parts of the arc; linear between two slices."""
+    slices = ProfileSlices(profiles=[RAIL, round_rail(200.0)], positions=[0.0, 100.0])
+    (section,) = on(slices, position=Position(s=s)).rail.sections(0.0)  # type: ignore[union-attr]
+    at = section.sampled(5.0)
+    y, z = section.points(at).T
+    part = np.linspace(-1.0, 1.0, 20001)
+    ends = [radius * np.array([np.sin(a), 1 - np.cos(a)]) for radius in (300.0, 200.0) for a in [
+        part * np.arcsin(120.0 / radius)]]  # fmt: skip
+    mean = (1 - s / 100) * ends[0] + s / 100 * ends[1]
+    assert z == pytest.approx(np.interp(y - 750.0, *mean), abs=1e-4)
+
+
+def test_two_rails_under_one_wheel_bear_it_together() -> None:
+    """Wing and nose of equal heights to either side of the middle, each with half of the load."""
+    wing, nose = (round_rail(y=y, width=20.0) for y in (-35.0, 35.0))
+    track = Track(rail=(wing, nose), gauge=2 * (750.0 - 35.0 - 20.0), gauge_height=0.5)
+    case = WheelOnRail(track=track, wheelset=WHEEL, vertical_force=80e3, dx=1.0, dy=1.0, friction=0.0)
+    found = case.solve()
+    assert len(found.patches) == 2
+    assert [each.normal_force for each in found.patches] == pytest.approx([40e3, 40e3], rel=1e-6)
+    alone = on(RAIL, vertical_force=40e3).solve()
+    assert found.z == pytest.approx(alone.z, abs=1e-5)
+    lower = replace(track, rail=(wing, replace(nose, z=nose.z + 1.0)))
+    (patch,) = replace(case, track=lower).solve().patches
+    assert patch.normal_force == pytest.approx(80e3, rel=1e-6)
+
+
+def test_nose_takes_over_where_it_begins() -> None:
+    """A wing that descends and a nose that begins at s = 0 and rises."""
+    wing = ProfileSlices(profiles=round_rail(y=-35.0, width=20.0), positions=[-200.0, 200.0], z=[-1.0, 1.0])
+    nose = ProfileSlices(profiles=round_rail(y=35.0, width=20.0), positions=[0.0, 400.0], z=[1.0, -1.0])
+    track = Track(rail=(wing, nose), gauge=2 * (750.0 - 35.0 - 20.0), gauge_height=0.5)
+    shares = []
+    for s in (-100.0, 100.0, 180.0):
+        case = WheelOnRail(
+            track=track, wheelset=WHEEL, vertical_force=80e3, dx=1.0, dy=1.0, friction=0.0, position=Position(s=s)
+        )
+        shares.append({bool(each.patch.location[1] > 750.0): each.normal_force for each in case.solve().patches})
+    assert list(shares[0]) == [False]
+    assert shares[1][False] == pytest.approx(shares[1][True], rel=1e-4)
+    assert list(shares[2]) == [True]
+
+
+def test_step_is_climbed_at_its_edge() -> None:
+    """The circle comes down on the edge of a higher rail ahead."""
+    height, ahead = 0.2, 8.0
+    step = ProfileSlices(profiles=RAIL, positions=[-100.0, 0.0, 0.0, 100.0], z=[0.0, 0.0, -height, -height])
+    case = on(step, position=Position(s=-ahead))
+    assert case.touching == pytest.approx(-height + R - np.sqrt(R**2 - ahead**2), abs=1e-6)
+    (patch,) = case.solve().patches
+    assert patch.patch.location[0] == pytest.approx(ahead, abs=3.0)
+    assert on(step, position=Position(s=50.0)).touching == pytest.approx(-height, abs=1e-6)
+
+
+def test_grids_are_chosen_for_an_accuracy_where_profiles_vary() -> None:
+    waves = ProfileSlices(profiles=RAIL, positions=np.arange(-200.0, 201.0, 25.0), z=[0.0, 0.1] * 8 + [0.0])
+    found = on(waves, dx=None, dy=None, friction=0.3, velocity=Velocity(speed=1e3, yaw_rate=1e-3)).solve(accuracy=0.02)
+    assert np.isfinite(found.error).all()
+    assert found.force[2] == pytest.approx(80e3, rel=1e-5)
+
+
+def test_wheel_set_with_a_flat_is_balanced() -> None:
+    wheel = flat(0.02, Profile.s1002())
+    track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
+    case = WheelSetOnTrack(track=track, wheelset=WheelSet(wheel=wheel), vertical_force=160e3, free=())
+    found = case.estimate()
+    assert found.force[1:] == pytest.approx([0.0, 160e3], abs=5.0)
+    rounded = replace(case, wheelset=WheelSet(wheel=Profile.s1002())).estimate()
+    assert found.z > rounded.z + 0.05  # the axle sinks by a part of the flat's depth, 0.092 mm
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"positions": [0.0, 20.0, 10.0]}, "slice 3 at 10 comes after slice 2 at 20"),
+        ({"positions": [0.0, 0.0, 0.0]}, "two at most at one position"),
+        ({"positions": [0.0, 1.0], "profiles": [RAIL]}, "as many as positions"),
+        ({"positions": [0.0, 1.0], "profiles": [RAIL, CYLINDER]}, "all of a rail, as the first; slice 2 is not"),
+        ({"positions": [0.0, 7.0], "profiles": CYLINDER}, "less than a turn"),
+        ({"positions": [0.0, 1.0], "z": [1.0, 2.0, 3.0]}, "one for each position"),
+        ({"positions": [0.0, 1.0], "features": [[0.0, 5.0], [5.0, 0.0]]}, "ascend"),
+    ],
+)
+def test_slices_that_make_no_surface_are_refused(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(words)):
+        ProfileSlices(**{"profiles": RAIL} | given)
+
+
+def test_what_needs_one_profile_refuses_slices() -> None:
+    slices = ProfileSlices(profiles=RAIL, positions=[0.0, 100.0], z=[0.0, 1.0])
+    with pytest.raises(SceneError, match=r"position.s.*within the slices, 0 to 100 mm"):
+        on(slices, position=Position(s=101.0))
+    with pytest.raises(SceneError, match="straight along the rail"):
+        on(slices, conformal=True)
+    with pytest.raises(SceneError, match=r"normal = .hertz"):
+        on(slices, position=Position(s=50.0)).estimate("hertz")
+    with pytest.raises(SceneError, match="one profile along the track"):
+        geometry_table(Track(rail=slices), WHEEL, y=[-1.0, 1.0], yaw=[-1e-3, 1e-3], vertical_force=1e4)
+    with pytest.raises(SceneError, match="which does not vary"):
+        worn_profile([on(slices).solve()], Archard(k=1e-4, hardness=2e3), "rail")
+    with pytest.raises(NoContact, match="beside the rail"):
+        _ = on(slices, position=Position(y=300.0)).touching
+    with pytest.raises(SceneError, match="a Profile of kind 'rail'"):
+        Track(rail=flat(0.01))
+    high = ProfileSlices(profiles=RAIL, positions=[0.0, 50.0, 50.0, 100.0], z=[0.0, 0.0, -9.0, -9.0])
+    with pytest.raises(SceneError, match="a step is too high"):
+        on(high, z=1.0, vertical_force=None, position=Position(s=10.0)).patches(1.0)

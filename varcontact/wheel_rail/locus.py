@@ -1,0 +1,265 @@
+"""Contact locus: the points of a wheel that come nearest to a rail, and where these are below its surface.
+
+On each circle of the wheel one point can touch a rail that is straight along x: the one whose normal has no component
+along x (Wang 1984, "The track of wheel contact points and the calculation of wheel/rail geometric contact parameters").
+The locus depends on roll and yaw, and is moved up and down by the height of the axle. Where the rail varies along the
+track, or the wheel is out of round, there is no closed form: the points are looked for in planes across the track.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.errors import NoContact, SceneError
+from varcontact.system.process import one_blas_thread
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.surface import RailSurface, WheelSurface
+
+STEP = 0.05
+"""Distance of the circles of the wheel [mm]."""
+CIRCLE = 0.2
+"""The same where surfaces vary [mm]."""
+REACH, PLANE = 50.0, 1.0
+"""Distance of the planes from the axle, and of each other [mm]."""
+AWAY, SMALL = 10, 1e-6
+"""Planes over which the curvature along the track is a mean, and the least rise over them [mm]."""
+BESIDE = 1e-6
+"""Distance of planes from a step [mm]."""
+ROUNDS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Locus:
+    """The points of a wheel that come nearest to a rail, with the axle at the height 0.
+
+    Attributes
+    ----------
+    s : ndarray, shape (n,)
+        Parameters of the circles on the wheel's curve [mm].
+    theta : ndarray, shape (n,)
+        Their angles on the circles, forward from the bottom [rad].
+    points : ndarray, shape (n, 3)
+        In track coordinates [mm].
+    radii : ndarray, shape (n,)
+        Of the circles [mm].
+    gap : ndarray, shape (n,)
+        Height above the rail [mm]; infinite beside it.
+    angles : ndarray, shape (n,)
+        Inclination of the rail below [rad].
+    height : float
+        Of the middle of the axle in track coordinates, where its height z is 0 [mm].
+    planes, gaps : ndarray, shapes (m,) and (n, m)
+        Of surfaces that vary: x of planes across the track [mm], and heights of the circles above the rail there.
+    slopes : ndarray, shape (n,)
+        Of the rail below, along x: of one that varies [-].
+    """
+
+    s: np.ndarray
+    theta: np.ndarray
+    points: np.ndarray
+    radii: np.ndarray
+    gap: np.ndarray
+    angles: np.ndarray
+    height: float
+    planes: np.ndarray | None = None
+    gaps: np.ndarray | None = None
+    slopes: np.ndarray | None = None
+
+    @property
+    def touching(self) -> float:
+        """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
+        return float(self.gap.min())
+
+    def overlaps(self, z: float) -> list[Overlap]:
+        """Runs of circles that are below the rail's surface, from left to right.
+
+        Parameters
+        ----------
+        z : float
+            Height of the axle, downwards [mm].
+
+        Raises
+        ------
+        NoContact
+            If the wheel is above the rail.
+        SceneError
+            If the contact reaches the end of a profile.
+        """
+        if z <= self.touching:
+            reason = (
+                f"no contact: with z = {z:.6g} mm the wheel is {self.touching - z:.3g} mm above the rail; "
+                f"it touches at z = {self.touching:.6g} mm"
+            )
+            raise NoContact("z", z, message=reason)
+        if self.gaps is not None and (self.gaps[:, [0, -1]] < z).any():
+            reason = f"z = {z:.6g} mm: the wheel touches too far before or behind its axle; a step is too high"
+            raise SceneError("z", z, message=reason)
+        inside = np.concatenate([[False], self.gap < z, [False]])
+        edges = np.flatnonzero(np.diff(inside.astype(int))).tolist()
+        found = []
+        for first, stop in zip(edges[::2], edges[1::2], strict=True):
+            for end, beside in ((first, first - 1), (stop - 1, stop)):
+                if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
+                    reason = (
+                        f"the contact reaches the end of a profile near y = {self.points[end, 1]:.4g} mm, where the "
+                        f"wheel is {z - self.gap[end]:.3g} mm below the rail's surface: a profile is too narrow or too "
+                        "rough, or the load too large"
+                    )
+                    raise SceneError("z", z, message=reason)
+            found.append(overlap(self, slice(first, stop), z))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Overlap:
+    """A run of circles of the wheel that are below the rail's surface, with the axle at some height."""
+
+    run: slice
+    """Of the locus."""
+    locus: Locus
+    points: np.ndarray
+    """Of the locus at this height, shape (n, 3)."""
+    depth: np.ndarray
+    """Below the rail's surface, shape (n,)."""
+    surface: np.ndarray
+    """(y, z) of the rail above the points, shape (n, 2)."""
+    ends: np.ndarray
+    """x between which the circles are below the surface, shape (2, n)."""
+    weights: np.ndarray
+    """The squared depth, summed up along x and over the width of each circle, shape (n,): CONTACT has the origin of a
+    patch at the weighted centre."""
+
+
+def overlap(locus: Locus, run: slice, z: float) -> Overlap:
+    """The overlap of a run of circles at a height of the axle; circles above the rail have negative depths."""
+    points = np.asarray(locus.points[run] + [0.0, 0.0, z])
+    depth = np.asarray(z - locus.gap[run])
+    surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
+    half_lengths = np.sqrt(2 * locus.radii[run] * np.maximum(depth, 0.0))
+    width = np.abs(np.gradient(points[:, 1])) if depth.size > 1 else np.ones(1)
+    ends, weights = points[:, 0] + np.multiply.outer([-1, 1], half_lengths), depth**2 * half_lengths
+    if locus.gaps is not None and locus.planes is not None:
+        x, inside = locus.planes, locus.gaps[run] < z
+        squared = np.where(inside, (z - locus.gaps[run]) ** 2, 0.0) * np.gradient(x)
+        some = inside.any(axis=1)
+        points[some, 0] = squared[some] @ x / squared[some].sum(axis=1)
+        weights = np.where(some, squared.sum(axis=1), weights)
+        first, last = inside.argmax(axis=1), x.size - 1 - inside[:, ::-1].argmax(axis=1)
+        ends = np.where(some, [x[np.maximum(first - 1, 0)], x[np.minimum(last + 1, x.size - 1)]], ends)
+    return Overlap(run, locus, points, depth, surface, ends, weights * width)
+
+
+@one_blas_thread()
+def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.ndarray) -> Locus:
+    """The contact locus of a wheel over a rail.
+
+    Parameters
+    ----------
+    wheel : Curve
+        (y along the axle, radius), y growing.
+    rail : Curve
+        (y, z) in track coordinates, y growing.
+    rotation : ndarray, shape (3, 3)
+        The axle's axes in track coordinates.
+    centre : ndarray, shape (3,)
+        The middle of the axle in track coordinates, at the height 0.
+
+    Raises
+    ------
+    NoContact
+        If no point of it is above the rail.
+
+    Notes
+    -----
+    The normal of a surface of revolution of radius ``r(y)`` is along ``(sin(theta), -r', cos(theta))`` in the frame of
+    the axle. That its component along the track is zero makes one equation for theta, solved in closed form.
+    """
+    s = wheel.sampled(STEP)
+    y, r = wheel.points(s).T
+    along = wheel.directions(s)
+    a, b, c = rotation[0]
+    slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
+    possible = np.abs(slope) < 1
+    s, y, r, slope = (each[possible] for each in (s, y, r, slope))
+    theta = np.arcsin(slope) - np.arctan2(c, a)
+    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=1) @ rotation.T + centre
+    below = rail.at(points[:, 1])
+    over = np.isfinite(below)
+    if not over.any():
+        ends = rail.points(rail.s[[0, -1]])[:, 0]
+        reason = (
+            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm, "
+            f"the rail from {ends[0]:.5g} to {ends[1]:.5g} mm"
+        )
+        raise NoContact("position.y", float(centre[1]), message=reason)
+    gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
+    gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
+    angles[over] = rail.angles(below[over])
+    return Locus(s, theta, points, r, gap, angles, float(centre[2]))
+
+
+def varied_locus(wheel: WheelSurface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray) -> Locus:
+    """The contact locus of a wheel over a rail of which one varies; arguments as of `contact_locus`."""
+    surface = wheel.surface
+    length = float(np.diff(surface.features, axis=1).sum(axis=1).max())
+    v = np.linspace(wheel.s[0], wheel.s[1], int(np.ceil(length / CIRCLE)) + 1)
+    a, b, c = rotation[0]
+    radius = float(surface.points(surface.positions[:1], v[:1])[0, 0, 1])
+    middle = float(surface.points(surface.positions[:1], np.array([v.mean()]))[0, 0, 0])
+    lowest = centre[0] + b * middle + c * radius
+    planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
+    turned = np.remainder(surface.steps + wheel.pitch + np.pi, 2 * np.pi) - np.pi
+    steps = np.concatenate([rail.steps, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
+    steps = steps[(steps > planes[0]) & (steps < planes[-1])]
+    planes = np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
+    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
+    for _ in range(ROUNDS):
+        (y, r), (y_by, r_by) = np.moveaxis(wheel.around(theta, v[:, None])[:2], -1, 1)
+        sine, cosine = np.sin(theta), np.cos(theta)
+        off = a * r * sine + b * y + c * r * cosine + centre[0] - planes
+        step = off / (a * (r * cosine + r_by * sine) + b * y_by + c * (r_by * cosine - r * sine))
+        theta = theta - step
+        if np.abs(step).max() * radius < 1e-9:
+            break
+    (y, r), sine, cosine = np.moveaxis(wheel.around(theta, v[:, None])[0], -1, 0), np.sin(theta), np.cos(theta)
+    points = np.stack([r * sine, y, r * cosine], axis=-1) @ rotation.T + centre
+    points[..., 0] = planes
+    gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
+    gaps = np.where(np.isfinite(gaps), gaps, np.inf)
+    if not np.isfinite(gaps).any():
+        reason = f"the wheel is beside the rail: it spans y from {points[..., 1].min():.5g} to "
+        raise NoContact("position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm")
+    nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL  # of a flat, the middle
+    off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
+    rows, k = np.arange(v.size), np.where(nearest, off, np.inf).argmin(axis=1)
+    inside = np.clip(k, 1, planes.size - 2)
+    left, middle_gap, right = (gaps[rows, inside + i] for i in (-1, 0, 1))
+    even = np.isclose(planes[inside + 1] - planes[inside - 1], 2 * PLANE) & (k == inside)
+    even &= np.isfinite(left) & np.isfinite(right)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bend = (left - 2 * middle_gap + right) / PLANE**2
+        shift = (left - right) / (2 * PLANE * bend)
+    even &= np.abs(shift) < PLANE
+    bend, shift = np.where(even, bend, 0.0), np.where(even, shift, 0.0)
+    gap = gaps[rows, k] - bend * shift**2 / 2
+    beside = np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
+    with np.errstate(invalid="ignore", divide="ignore"):  # radii of circles through the points beside, for fast ways
+        rises = np.maximum(gaps[rows, beside] - gap, SMALL)
+        radii = 1 / np.mean(2 * rises / (planes[beside] - planes[k]) ** 2, axis=0)
+    radii = np.where(np.isfinite(radii), np.clip(radii, 1.0, 10 * radius), radius)
+    at = points[rows, k]
+    at[:, 0] += shift
+    return Locus(
+        v,
+        theta[rows, k] + shift / radius,
+        at,
+        radii,
+        gap,
+        np.arctan(np.nan_to_num(by_y[rows, k])),
+        float(centre[2]),
+        planes=planes,
+        gaps=gaps,
+        slopes=np.nan_to_num(by_x[rows, k]),
+    )
