@@ -171,9 +171,9 @@ BREAKS = (
     Break(
         "left wheel with the profile of the right one",
         "wheel_rail/track.py",
-        '(y from the middle of the axle, radius), y growing."""\n'
+        'raise SceneError("wheelset.wheel", self.wheel, "a round wheel")\n'
         '        return self._right if side == "right" else self._right.mirrored',
-        '(y from the middle of the axle, radius), y growing."""\n        return self._right',
+        'raise SceneError("wheelset.wheel", self.wheel, "a round wheel")\n        return self._right',
         ("wheel_rail/test_search.py", "wheel_rail/test_wheel_on_rail.py"),
     ),
     Break(
