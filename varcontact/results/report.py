@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.stick_slip import SLIP
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import BRANCHES, Law, kind_of
+from varcontact.scene.friction import BRANCHES, Law, TemperatureFalling, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.solvers.interface import Calls
 
@@ -85,12 +85,17 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
         how = "" if motion.rolls == 0 else " per unit of distance rolled"
         given = "undefined (no reference depth)" if np.isnan(put) else f"{put:.5g}{unit(by)}"
-        rows.append(("work", f"{given} supplied, {lost:.5g}{unit(by)} dissipated by friction{how}"))
+        layer = sol.scene.third_body
+        flow = "" if layer is None or not layer.yields else " and flow of the third body"
+        rows.append(("work", f"{given} supplied, {lost:.5g}{unit(by)} dissipated by friction{flow}{how}"))
         if sol.scene.bodies.relaxes and isinstance(motion, Steady):
             rows.append(("", f"{put - lost:.5g}{unit(by)} dissipated inside the viscoelastic bodies"))
         if sol.negative_work < 0:
             part = f"{-100 * sol.negative_work:.2g} %"
             rows.append(("", f"{part} of it is negative on single elements: grid error"))
+    if sol.temperature is not None:
+        hottest = sol.temperature[0, sol.state != EXTERIOR].max()
+        rows.append(("temperature", f"at most {hottest:.4g} in the contact"))
     return rows
 
 
@@ -198,7 +203,8 @@ def no_guarantee(sol: Solution) -> str:
         kind = "conformal" if sol.scene.conformal else "unlike"
         return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
-        return "the coefficient of friction depends on the slip, and there may be several solutions"
+        on = "temperature" if isinstance(sol.scene.friction, TemperatureFalling) else "slip"
+        return f"the coefficient of friction depends on the {on}, and there may be several solutions"
     if sol.scene.third_body is not None and sol.scene.third_body.k_tau != 0:
         return "the yield stress of the third body depends on the solution"
     dx, dy = sol.grid.sides

@@ -13,6 +13,7 @@ from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.errors import SceneError
 from varcontact.results.plan import Cost, Matrix, Plan, Sizes
+from varcontact.scene.friction import TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
@@ -110,7 +111,8 @@ def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, st
     if plan.surface == "Hertzian":
         averaged = ", averaged over every element that it touches" if scene.touched else ""
         surface = f"contact and frictionless pressure in closed form{averaged}"
-    friction = "the coefficient depends on the slip: an outer loop solves for known coefficients in each pass"
+    on = "temperature" if isinstance(scene.friction, TemperatureFalling) else "slip"
+    friction = f"the coefficient depends on the {on}: an outer loop solves for known coefficients in each pass"
     if plan.friction in ("none", "given"):
         friction = (
             "no tangential traction" if plan.friction == "none" else "the traction bound follows from the pressure"
