@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
+from varcontact.discrete.loading import Loading, PreviousStep, Scales
 from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding
 from varcontact.elasticity.conformal import Conformal
@@ -21,10 +22,8 @@ from varcontact.elasticity.operators import GridOperator, RestrictedOperator, ed
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Motion, Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 
@@ -39,102 +38,6 @@ RANGE = 280
 
 LARGEST_SHIFT = 1e100
 """Greatest rigid shift by the scale of displacements: squares of products with it stay in the range."""
-
-
-@dataclass(frozen=True)
-class Scales:
-    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined G."""
-
-    length: float
-    pressure: float
-    modulus: float
-    line: bool
-
-    @property
-    def displacement(self) -> float:
-        """[length]"""
-        return self.pressure * self.length / self.modulus
-
-    @property
-    def force(self) -> float:
-        """[force]; in line contact [force/length]."""
-        return self.pressure * (self.length if self.line else self.length**2)
-
-
-@dataclass(frozen=True, eq=False)
-class PreviousStep:
-    """What a step of a history finds, dimensionless.
-
-    The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
-    before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
-    corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
-    Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
-    particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
-    Of a third body that yields their plastic displacement and yield stress (3, ny, nx).
-    """
-
-    displacement: np.ndarray
-    force: np.ndarray
-    traction: np.ndarray | None = None
-    left: np.ndarray | None = None
-    distance: np.ndarray | None = None
-    friction: np.ndarray | None = None
-    plastic: np.ndarray | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Loading:
-    """What acts on a contact, physical: force or approach, motion, friction; in a history also the step before.
-
-    Without a motion it is normal contact only. The coefficient of friction is one number or one for each element,
-    (ny, nx); under a law it is that taken at the moment, the static one where nothing is known of slip. So is the yield
-    stress of a third body, dimensionless (ny, nx): that with which particles arrive; of one that does not harden, that
-    which holds.
-    """
-
-    normal_force: float | None
-    approach: float | None
-    motion: Motion | None
-    law: Law | None
-    coefficient: float | np.ndarray | None
-    previous_step: PreviousStep | None = None
-    third_body: ThirdBody | None = None
-    yield_stress: np.ndarray | None = None
-    thermal: tuple[Thermal, Thermal] | None = None
-
-    @classmethod
-    def of(cls, scene: Scene) -> Loading:
-        """That of a scene; of a history without its motion."""
-        motion, friction = scene.motion, scene.friction
-        law = friction if isinstance(friction, Law) else None
-        coefficient = friction if not isinstance(friction, Law) else friction.static
-        motion = None if isinstance(motion, Transient) else motion
-        return cls(
-            scene.normal_force,
-            scene.approach,
-            motion,
-            law,
-            coefficient,
-            third_body=scene.third_body,
-            thermal=scene.thermal,
-        )
-
-    @property
-    def steady(self) -> bool:
-        return isinstance(self.motion, Steady)
-
-    @property
-    def slip_difference(self) -> str:
-        return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
-
-    @property
-    def frictionless(self) -> bool:
-        """Whether no tangential traction can arise."""
-        return self.motion is None or (self.law is None and not np.any(self.coefficient))
-
-    @property
-    def no_slip(self) -> bool:
-        return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,7 +75,7 @@ class Solution:
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
-        Of each pass of a coupling loop, or under a law of friction: relative change, and residual after it.
+        Of each pass of a loop: relative change, and residual after it.
     branch : str
         Under a law of friction: where the search began, "stick", "slip", a "solution" or a "history".
     calls : dict of dict of Calls
@@ -85,8 +85,7 @@ class Solution:
     warnings : tuple of str
         Faults of the scene that rule the solution: noise of a sampled surface.
     error_estimate : ErrorEstimate or None
-        Estimated error against the continuum, of a solution to an accuracy or corrected: forces are then those of the
-        estimate; the fields are those of the grid.
+        Estimated error against the continuum; forces are then those of the estimate, fields those of the grid.
     refinement : Refinement or None
         With ``refine``: the field on parts of the elements that has these forces.
     pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
@@ -96,8 +95,7 @@ class Solution:
     memory : ndarray, shape (relaxations, 3, rows, columns), or None
         Of viscoelastic bodies, in a history: tractions that particles on and around the grid remember [force/area].
     plastic : ndarray, shape (3, ny, nx), or None
-        Of a third body that yields: plastic displacement of the particles, x and y [length], and their yield stress
-        [force/area], at the end of the step.
+        Of a third body that yields: plastic displacement of the particles [length], and yield stress [force/area].
 
     Examples
     --------
@@ -259,10 +257,7 @@ class Solution:
 
     @property
     def contact(self) -> tuple[Grid, np.ndarray]:
-        """Where there is contact, as exactly as the pressure is known: a grid, and bool (ny, nx) on it.
-
-        It is the grid of the elements, or that of their parts where the pressure was solved for on these.
-        """
+        """Where there is contact: a grid, that of the elements or of their parts if pressures are, and bool on it."""
         if self.pressure_on_parts is None:
             return self.grid, self.state != EXTERIOR
         (rows, columns), (ny, nx) = self.pressure_on_parts.shape, self.grid.shape
@@ -362,8 +357,7 @@ class Solution:
     def to_html(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the report as one web page: values with error bars, picture, certificate, scene, and the command.
 
-        The page at `path`, which ends in ``.html``, needs no other file, no network and no Python; `overwrite` and
-        errors are those of `save`.
+        `path` and `overwrite` are as of `save`, with the ending ``.html``; the page needs no other file.
         """
         check_ending("path", checks.file_name("path", path), ".html")
         self.save(path, overwrite=overwrite)
@@ -452,8 +446,7 @@ class Solution:
     ) -> Figure:
         """Picture of a section along x: the traction and its size within the bound; without a motion the pressure.
 
-        It is of the row of elements next to `y` [length], or that with the largest pressure; `ax` and `figsize` as for
-        `plot`. SceneError for a `y` off the grid, or in line contact.
+        `y`, `ax`, `figsize` and errors are those of `plot`; the row of the largest pressure if no `y` is given.
         """
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattice, sampled
-from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid

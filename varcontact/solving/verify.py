@@ -11,7 +11,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
-from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.state import ContactState, means, with_subgrid
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.io.history import Stored

@@ -39,8 +39,6 @@ MOST_INNER, MOST_STEPS = 25, 60
 FAR = 0.3
 """Turn of a slipping traction [rad] from which a step is put back on the bound."""
 STEP_LENGTHS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
-WITHIN = 0.7
-"""Part of the tolerance at which a problem is ready: its residual is then renewed in double precision."""
 COARSE_TOLERANCE, COARSEST = 1e-2, 8
 """Of the problems with elements twice as large, which are solved first from twice so many elements on."""
 SINGLE, DOUBLE = 3e-7, 1e-15
@@ -57,10 +55,9 @@ def solve_batch(
 ) -> BatchedSolution:
     """Solve all problems, from tractions and unknown rigid shifts, if given.
 
-    One that misses the tolerance after `MOST_STEPS` is marked, and disturbs no other.
+    One that misses the tolerance after `MOST_STEPS` is marked and disturbs no other.
     """
-    ny, nx, n = problem.bound.shape
-    rigid = np.zeros((2, n))
+    (ny, nx, n), rigid = problem.bound.shape, np.zeros((2, problem.dx.size))
     if start is not None:
         traction, rigid = projected(start[0], problem.bound), start[1]
     elif nx >= 2 * COARSEST and (problem.line or ny >= 2 * COARSEST):
@@ -71,15 +68,7 @@ def solve_batch(
         traction = projected(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
     else:
         traction = np.zeros(problem.rigid_shift.shape)
-    out = BatchedSolution(
-        np.zeros(problem.rigid_shift.shape),
-        np.zeros((2, n)),
-        np.full(n, np.inf),
-        np.full(n, np.inf),
-        np.zeros(n, bool),
-        np.zeros(n, int),
-        np.zeros(n, int),
-    )
+    out = BatchedSolution.unsolved(problem)
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
     places, waiting = max(1, min(n, POOL // (ny * nx))), 0
     pool: Pool | None = None
@@ -96,11 +85,10 @@ def solve_batch(
         if certified and stale.size:
             method.renew(pool, stale)
             at = method.natural(pool)
-        ready = np.flatnonzero((at.residual <= WITHIN * tol * at.size) | (pool.steps >= MOST_STEPS))
+        ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MOST_STEPS))
         if ready.size:
             leaving = method.left(pool, at, ready, out, tol, certified)
-            staying = np.ones(pool.size, bool)
-            staying[leaving] = False
+            staying = ~np.isin(np.arange(pool.size), leaving)
             if not staying.any():
                 pool = None
                 continue

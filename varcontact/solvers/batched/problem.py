@@ -72,6 +72,13 @@ class BatchedSolution:
     iterations: np.ndarray
     slipping: np.ndarray
 
+    @classmethod
+    def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
+        """To be written to as problems are solved."""
+        n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
+        far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros((2, n), int)
+        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none[0], none[1])
+
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
     """``pi G A/dx`` of xx, xy and yy by offset from 0 to ny - 1 and to `columns` - 1 elements: (3, ny, columns, n).

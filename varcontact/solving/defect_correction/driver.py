@@ -13,7 +13,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.contact_grid import across, known_grid, within
-from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.elasticity.operators import table_bytes
