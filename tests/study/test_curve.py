@@ -86,6 +86,8 @@ def test_the_command(tmp_path):
         ({"vx": [0.0, np.nan]}, r"vx\[1\] = nan"),
         ({"vx": VX, "methods": ["fastsim", "fastsim"]}, "none of them twice"),
         ({"vx": VX, "methods": "fastsym"}, "fastsym"),
+        ({"vx": VX, "methods": None}, "at least one name"),
+        ({"vx": VX, "methods": {"polach": 0.3}}, "methods.*a dict of options"),
         ({"vx": VX, "spin": 0.1, "methods": "vermeulen-johnson"}, "without spin|must be 0"),
     ],
 )

@@ -197,12 +197,15 @@ def creep_curve(
     motion = scene.motion if isinstance(scene, Scene) else None
     if not isinstance(motion, Steady) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
-    names = [str(name) for name in ([methods] if isinstance(methods, str) else methods)]
-    if not names or len(set(names)) < len(names):
-        raise SceneError("methods", names, "at least one name, none of them twice")
+    names = [methods] if isinstance(methods, str) else list(methods) if isinstance(methods, Iterable) else []
+    if not names or len({str(name) for name in names}) < len(names):
+        raise SceneError("methods", methods, "at least one name, none of them twice")
     triples = _broadcast(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
-    of_theories = {name: dict(methods[name]) if isinstance(methods, Mapping) else {} for name in names}
+    of_theories = methods if isinstance(methods, Mapping) else {name: {} for name in names}
+    for name, given in of_theories.items():
+        if not isinstance(given, Mapping):
+            raise SceneError(f"methods[{name!r}]", given, 'a dict of options, as {"k_A": 0.3}')
     options = {name: _scan_options(scene, name) for name in names}  # refused before anything is solved
     for name, given in of_theories.items():
         if given and options[name] is not None:
@@ -212,7 +215,7 @@ def creep_curve(
         if report is not None:
             report(f"{name}: {len(triples)} points")
         if each is None:
-            found.append(_by_formula(scene, name, triples, of_theories[name]))
+            found.append(_by_formula(scene, name, triples, dict(of_theories[name])))
         else:
             found.append(_forces(scene, triples, each))
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
