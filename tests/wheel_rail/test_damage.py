@@ -117,3 +117,10 @@ def test_what_is_refused(flanged):
         worn_profile([right, other], LAW, "rail")
     with pytest.raises(SceneError, match="ascending"):
         ArchardMap(velocities=(700.0, 200.0))
+
+
+def test_functions_of_t_gamma_take_other_numbers():
+    """The first pieces alone go on as lines through 0."""
+    assert british_rail_wear(400.0, 920.0, pieces=[(0.0, 0.25, 0.0)]) == pytest.approx(0.25 * 400 / 920)
+    assert sheffield_wear([1.0, 100.0], pieces=[(0.0, 2.0, 0.0), (50.0, 0.0, 7.0)]) == pytest.approx([2.0, 7.0])
+    assert fatigue_damage([5.0, 20.0], course=([0.0, 10.0], [0.0, 1.0])) == pytest.approx([0.5, 2.0])

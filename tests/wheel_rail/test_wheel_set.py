@@ -15,6 +15,7 @@ from varcontact.wheel_rail import (
     FrictionByAngle,
     Irregularity,
     Position,
+    Track,
     Velocity,
     WheelSet,
     WheelSetOnTrack,
@@ -180,10 +181,52 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
     ({"roll_moment": 150e6}, SceneError, "lift the (left|right) wheel off"),
     ({"y": 100.0}, NoContact, "beside the rail"),
     ({"y": 7.0, "vertical_force": 20e3, "yaw": -0.03, "friction": 1.0}, NotConverged, "may climb"),
+    ({"track": replace(TRACK, gauge=1560.0)}, SceneError, "wheel is on its outer end, .* falls between the rails"),
+    ({"y": -60.0}, SceneError, "right wheel is on its outer end, at y = 740"),
+    ({"wheelset": replace(WHEELSET, inside_distance=1100.0)}, NoContact, "beside the rail"),
 ])  # fmt: skip
 def test_what_no_position_bears(more, error, words):
     with pytest.raises(error, match=words):
         wheel_set(**more).estimate()
+
+
+def test_wheel_that_friction_wedges_on_its_flange():
+    """With friction 1 and a yaw that turns the flange off the rail, deeper means a lesser vertical force."""
+    from scipy.optimize import brentq
+
+    def level(roll):
+        at = wheel_set(
+            position=Position(y=7.5, yaw=-0.02, roll=roll), friction=1.0, free=(), z=0.0, vertical_force=None
+        )
+        return at, [at.wheel(side, 0.0).touching for side in ("left", "right")]
+
+    roll = brentq(lambda roll: float(np.diff(level(roll)[1]).item()), -0.015, 0.0, xtol=1e-9)
+    case, (_, touching) = level(roll)
+    right = replace(case, z=touching + 0.05).wheel("right", touching + 0.05)
+    deeper = replace(right, z=touching + 0.1)
+    assert deeper.estimate().force[2] < right.estimate().force[2] < 0
+    for solver in ("estimate", "solve"):
+        with pytest.raises(SceneError, match=r"right wheel is wedged at y = 7.5 mm: .* friction lifts it"):
+            getattr(replace(case, z=touching + 0.05), solver)()
+    borne = replace(case, friction=0.05, z=touching + 0.05).solve()
+    assert borne.right.force[2] > 0
+    assert borne.imbalance == 0
+
+
+@pytest.mark.parametrize(("kind", "entry", "words"), [
+    (WheelSet, {"wheel": TRACK.rail}, "of kind 'wheel'"),
+    (Track, {"rail": WHEELSET.wheel}, "of kind 'rail'"),
+    (WheelSet, {"wheel": WHEELSET.wheel, "flange_back": 70.0}, "tip of the wheel's flange is at"),
+])  # fmt: skip
+def test_profiles_that_are_exchanged_or_mirrored(kind, entry, words):
+    with pytest.raises(SceneError, match=words):
+        kind(**entry)
+
+
+def test_a_mirrored_rail_is_warned_of_in_a_wheel_set():
+    leaning = replace(TRACK.rail, y=-TRACK.rail.y)
+    with pytest.warns(UserWarning, match="leans to the field side"):
+        wheel_set(track=replace(TRACK, rail=leaning), free=()).estimate()
 
 
 @pytest.mark.parametrize(("more", "words"), [

@@ -42,6 +42,8 @@ NEAR = 1e-4
 """Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their error bars."""
 PRESSED = 0.02
 """Step to a greater depth, by the depth, at which a wheel must be borne by more."""
+EDGE = 10.0
+"""Distance from the outer end of a wheel at which it falls between the rails [mm]."""
 ROUNDS = 20
 """Exact solutions with the derivatives of the fast way."""
 
@@ -144,7 +146,7 @@ def solve_wheel_set(
     from scipy.optimize import NoConvergence, broyden1, root
 
     balance, x = _balanced(case, _near)
-    inverse = np.linalg.inv(balance.slopes(x, _near))
+    inverse = np.linalg.inv(balance.slopes(x, _near)) if x.size else np.zeros((0, 0))
     solved = 0
 
     def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
@@ -312,7 +314,17 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
     else:
         roll = case.position.roll
     at = case.moved({"roll": roll})
-    touching = [at.wheel(side, 0.0).touching for side in SIGN]
+    wheels = [at.wheel(side, 0.0) for side in SIGN]
+    touching = [wheel.touching for wheel in wheels]
+    for wheel in wheels:
+        outwards, nearest = SIGN[wheel.side] * wheel.locus.points[:, 1], int(wheel.locus.gap.argmin())
+        y, axle = SIGN[wheel.side] * float(outwards[nearest]), case.wheelset.inside_distance
+        if outwards.max() - outwards[nearest] < EDGE:
+            reason = (
+                f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, and falls between the rails "
+                f"(gauge {case.track.gauge:g} mm, flange backs {axle:g} mm apart, y = {case.position.y:.4g} mm)"
+            )
+            raise SceneError("position.y", case.position.y, message=reason)
     if load is None:
         assert case.z is not None
         load = 2 * stiffness * max(case.z - max(touching), 1e-3) ** 1.5

@@ -1,4 +1,8 @@
-"""Laws of wear and fatigue: Archard's, by a coefficient or a map, and functions of T-gamma."""
+"""Laws of wear: Archard's with a coefficient or a map, and functions of T-gamma.
+
+The numbers of the map and the functions are from secondary sources: those that reviews quote of the papers named. They
+were not compared with the papers themselves; each takes other numbers.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,7 @@ from varcontact.errors import SceneError
 if TYPE_CHECKING:
     from varcontact.wheel_rail.result import PatchSolution
 
+Pieces = Sequence[tuple[float, float, float]]
 BRITISH_RAIL = ((0.0, 0.25, 0.0), (100.0, 0.0, 25.0), (200.0, 1.19, -154.0))
 """From T-gamma [N] on: slope and constant of the area worn off by distance, times the diameter [mm^2/km mm]."""
 SHEFFIELD = ((0.0, 5.3, 0.0), (10.4, 0.0, 55.0), (77.2, 61.9, 55.0 - 61.9 * 77.2))
@@ -65,8 +70,8 @@ class Archard:
 class ArchardMap:
     """Archard's law with a coefficient by pressure and slip velocity, as mapped by tests at KTH.
 
-    Without arguments it has the middle of the ranges of T. Jendel, Wear 253 (2002) 215-223, for dry contact: wide ones,
-    and coefficients of lubricated or wet contact are far smaller.
+    Without arguments it has the middle of the ranges of T. Jendel, Wear 253 (2002) 215-223, for dry contact, as reviews
+    quote them: wide ones, and coefficients of lubricated or wet contact are far smaller.
 
     Parameters
     ----------
@@ -118,7 +123,7 @@ class ArchardMap:
         return self.coefficient(solved.solution.pressure, slip) / self.hardness
 
 
-def british_rail_wear(t_gamma: Any, diameter: float) -> np.ndarray:
+def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RAIL) -> np.ndarray:
     """Area worn off a wheel's profile by distance, by the function of British Rail.
 
     Parameters
@@ -127,57 +132,64 @@ def british_rail_wear(t_gamma: Any, diameter: float) -> np.ndarray:
         [N]
     diameter : float
         Of the wheel [mm].
+    pieces : sequence of (start, slope, constant)
+        Other numbers, see `BRITISH_RAIL`.
 
     Returns
     -------
     ndarray
-        [mm^2/km]: 0.25 T-gamma/D in mild wear, 25/D from 100 N on, and (1.19 T-gamma - 154)/D from 200 N on. Source:
-        T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351.
+        [mm^2/km]: 0.25 T-gamma/D in mild wear, 25/D from 100 N on, and (1.19 T-gamma - 154)/D from 200 N on, by
+        T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, as reviews quote it.
 
     Examples
     --------
     >>> print(british_rail_wear([40.0, 150.0, 300.0], diameter=920.0).round(4))
     [0.0109 0.0272 0.2207]
     """
-    return _by_pieces("t_gamma", t_gamma, BRITISH_RAIL) / checks.positive("diameter", diameter)
+    return _by_pieces("t_gamma", t_gamma, pieces) / checks.positive("diameter", diameter)
 
 
-def sheffield_wear(t_gamma_by_area: Any) -> np.ndarray:
+def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarray:
     """Mass worn off R8T wheel steel by distance and area of contact, by the function of the University of Sheffield.
 
     Parameters
     ----------
     t_gamma_by_area : float or array_like
         `PatchWear.t_gamma_by_area` [N/mm^2].
+    pieces : sequence of (start, slope, constant)
+        Other numbers, as of other steels; see `SHEFFIELD`.
 
     Returns
     -------
     ndarray
         [ug/(m mm^2)]: 5.3 T-gamma/A in mild wear, 55 in severe wear from 10.4 N/mm^2 on, and
-        55 + 61.9 (T-gamma/A - 77.2) in catastrophic wear from 77.2 N/mm^2 on. Source: F. Braghin, R. Lewis,
-        R. S. Dwyer-Joyce, S. Bruni, Wear 261 (2006) 1253-1264.
+        55 + 61.9 (T-gamma/A - 77.2) in catastrophic wear from 77.2 N/mm^2 on, by F. Braghin, R. Lewis,
+        R. S. Dwyer-Joyce, S. Bruni, Wear 261 (2006) 1253-1264, as reviews quote it.
 
     Examples
     --------
     >>> print(sheffield_wear([2.0, 20.0, 80.0]).round(1))
     [ 10.6  55.  228.3]
     """
-    return _by_pieces("t_gamma_by_area", t_gamma_by_area, SHEFFIELD)
+    return _by_pieces("t_gamma_by_area", t_gamma_by_area, pieces)
 
 
-def fatigue_damage(t_gamma: Any) -> np.ndarray:
+def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]] = WHOLE_LIFE) -> np.ndarray:
     """Damage of a rail by rolling contact fatigue by one passage, by the whole life rail model.
 
     Parameters
     ----------
     t_gamma : float or array_like
         [N]
+    course : pair of sequences
+        Other values of T-gamma and damages there, two or more; beyond them the last line goes on.
 
     Returns
     -------
     ndarray
         [1e-6]: cracks begin where the sum reaches 1. Up to 15 N there is none, at 65 N it is largest, and from 175 N on
-        negative: wear removes cracks. Source: M. Burstow, Whole life rail model application, RSSB T115 (2004).
+        negative: wear removes cracks. By M. Burstow, Whole life rail model application, RSSB T115 (2004), as reviews
+        quote it.
 
     Examples
     --------
@@ -185,12 +197,12 @@ def fatigue_damage(t_gamma: Any) -> np.ndarray:
     [ 0.  5. 10.  5. -5.]
     """
     given = checks.numbers("t_gamma", t_gamma)
-    (*_, peak, last), (*_, most, end) = WHOLE_LIFE
+    (*_, peak, last), (*_, most, end) = course
     beyond = end + (most - end) / (peak - last) * (given - last)
-    return np.asarray(np.where(given > last, beyond, np.interp(given, *WHOLE_LIFE)))
+    return np.asarray(np.where(given > last, beyond, np.interp(given, *course)))
 
 
-def _by_pieces(field: str, value: Any, pieces: Sequence[tuple[float, float, float]]) -> np.ndarray:
+def _by_pieces(field: str, value: Any, pieces: Pieces) -> np.ndarray:
     given = checks.numbers(field, value)
     if (given < 0).any():
         raise SceneError(field, float(given.min()), "zero or positive")
