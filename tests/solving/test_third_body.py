@@ -213,6 +213,7 @@ def test_files_keep_the_layer_and_what_it_has_flowed(tmp_path):
         assert np.array_equal(stored.plastic, last.plastic) and np.array_equal(stored.state, last.state)
         assert stored.elements["plastic"] == np.sum(last.state == 3) > 0
         assert "plastic" in stored.report() and "flow of the third body" in stored.report()
+        assert "omit the grid" not in stored.report()  # `accuracy` refuses layers
     scene.save(tmp_path / "layer.toml")
     assert vc.read_scene(tmp_path / "layer.toml")[0].third_body == LAYER
 

@@ -169,6 +169,8 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
             why = f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
         elif sol.scene.no_slip:
             why = "errors are relative to the friction limit, which is infinite"
+        elif sol.scene.third_body is not None:
+            why = "the certificate holds for this grid; solve on another to see how the answer depends on it"
         return [("", f"no error bar: {why}")]
     force, moment, rest = "f Fz", "f Fz sqrt(ab)", "saturation"
     if sol.scene.no_slip:
