@@ -13,7 +13,7 @@ import numpy as np
 
 from varcontact.kinematics import Frame, RigidBody
 from varcontact.scene.grid import Grid
-from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.locus import Overlap
 from varcontact.wheel_rail.patches import Seams, Tangent, grid_over, too_rough, wheel_heights
 
@@ -105,8 +105,5 @@ def _section(overlap: Overlap, frame: Frame) -> Curve:
     lowered = overlap.points[0] - overlap.locus.points[overlap.run][0]
     points = overlap.locus.points + lowered
     across = points[:, 1:] @ frame.axes[1:, 1]
-    nearest = int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
-    falls = np.flatnonzero(np.diff(across) <= 0)
-    first = int(max(falls[falls < nearest] + 1, default=0))
-    last = int(min(falls[falls >= nearest], default=across.size - 1))
-    return spline(points[first : last + 1, 1:], np.zeros(0, dtype=int), 0.0)
+    run = growing(across, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
+    return spline(points[run, 1:], np.zeros(0, dtype=int), 0.0)

@@ -114,6 +114,13 @@ class Curve:
         return s
 
 
+def growing(values: np.ndarray, near: int) -> slice:
+    """The run around the index `near` in which values grow."""
+    falls = np.flatnonzero(np.diff(values) <= 0)
+    first = int(max(falls[falls < near] + 1, default=0))
+    return slice(first, int(min(falls[falls >= near], default=values.size - 1)) + 1)
+
+
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
     """The curve through points, shape (n, 2), whose direction jumps at the indices `kinks`.
 

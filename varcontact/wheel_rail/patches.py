@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
-from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.curve import Curve, growing
 from varcontact.wheel_rail.locus import Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
 from varcontact.wheel_rail.surface import RailSurface, WheelSurface
@@ -190,10 +190,7 @@ def wheel_heights(
     """
     points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
     across = (points - frame.origin) @ frame.axes[:, 1]
-    nearest = int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
-    falls = np.flatnonzero(np.diff(across) <= 0)
-    first = int(max(falls[falls < nearest] + 1, default=0))
-    run = slice(first, int(min(falls[falls >= nearest], default=across.size - 1)) + 1)
+    run = growing(across, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
     grid_x, grid_y = lines
     shape = grid_y.size, grid_x.size
     rows = [np.interp(grid_y, across[run], each[run], left=np.nan, right=np.nan) for each in (locus.s, locus.theta)]

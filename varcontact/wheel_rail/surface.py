@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from varcontact.kinematics import Frame
-from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.slices import ProfileSlices
 
@@ -161,10 +161,8 @@ class RailSurface:
         found = np.full(y.shape, np.nan)
         for j in np.flatnonzero(self._there(part, x + self.s)):
             across, height = sections[:, j].T
-            top, falls = int(height.argmin()), np.flatnonzero(np.diff(across) <= 0)
-            a = int(max(falls[falls < top] + 1, default=0))
-            b = int(min(falls[falls >= top], default=across.size - 1)) + 1
-            found[:, j] = np.interp(y[:, j], across[a:b], part.table[a:b], left=np.nan, right=np.nan)
+            run = growing(across, int(height.argmin()))
+            found[:, j] = np.interp(y[:, j], across[run], part.table[run], left=np.nan, right=np.nan)
         return found
 
     def along(self, points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Laws of wear: Archard's with a coefficient or a map, and functions of T-gamma.
+"""Laws of wear and fatigue: Archard's with a coefficient or a map, and functions of T-gamma.
 
 The numbers of the map and the functions are from secondary sources: those that reviews quote of the papers named. They
 were not compared with the papers themselves; each takes other numbers.

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 Friction = float | Law | FrictionByAngle
+SAME = "track", "wheelset", "position", "velocity", "bodies", "dx", "dy", "join", "separate", "turn", "conformal"
+"""Entries that both wheels have from the wheel set."""
 BALANCED = {
     "y": "lateral_force",
     "lateral": "lateral_force",
@@ -130,22 +132,8 @@ class WheelSetOnTrack:
             if len(friction) != 2:
                 raise SceneError("friction", friction, "one for both rails, or a pair for the left and the right one")
             friction = friction[side == "right"]
-        return WheelOnRail(
-            track=self.track,
-            wheelset=self.wheelset,
-            side=side,
-            position=self.position,
-            velocity=self.velocity,
-            z=z,
-            friction=friction,
-            bodies=self.bodies,
-            dx=self.dx,
-            dy=self.dy,
-            join=self.join,
-            separate=self.separate,
-            turn=self.turn,
-            conformal=self.conformal,
-        )
+        same: dict[str, Any] = {name: getattr(self, name) for name in SAME}
+        return WheelOnRail(side=side, z=z, friction=friction, **same)
 
     def moved(self, values: dict[str, float]) -> WheelSetOnTrack:
         """The case with other `values` of positions and velocities, and of rails moved sideways and down, by name."""
