@@ -24,19 +24,21 @@ def normal(radius, above=0.0, turned=0.0):
     return vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=balls(radius, above, turned), normal_force=5e-3)
 
 
-@pytest.mark.parametrize(("radius", "above"), [(0.1, 0.0), (0.1, 3e-3), (0.02, 0.0)])
-@pytest.mark.parametrize("accuracy", [0.05, 0.01])
-def test_the_peak_of_a_small_patch(radius, above, accuracy):
+@pytest.mark.parametrize(
+    ("radius", "above", "accuracies"), [(0.1, 0.0, [0.05]), (0.1, 3e-3, [0.05, 0.01]), (0.02, 0.0, [0.05])]
+)
+def test_the_peak_of_a_small_patch(radius, above, accuracies):
     scene = normal(radius, above)
-    sol = vc.solve(scene, accuracy=accuracy)
     exact = values(vc.solve(replace(scene, grid=vc.Grid(300, 200)), certify="none"))
-    found = sol.error_estimate.values
-    for name, value in exact.items():
-        assert abs(found[name] / value - 1) <= accuracy + 0.002
-    assert sol.error_estimate.largest <= accuracy
-    right = sol.pressure * (sol.grid.x > 0)
-    assert right.max() == sol.pressure.max()
-    assert np.count_nonzero((right > 0).any(axis=1)) >= 8
+    for accuracy in accuracies:
+        sol = vc.solve(scene, accuracy=accuracy)
+        found = sol.error_estimate.values
+        for name, value in exact.items():
+            assert abs(found[name] / value - 1) <= accuracy + 0.002
+        assert sol.error_estimate.largest <= accuracy
+        right = sol.pressure * (sol.grid.x > 0)
+        assert right.max() == sol.pressure.max()
+        assert np.count_nonzero((right > 0).any(axis=1)) >= 8
 
 
 def test_forces_of_a_small_patch():
