@@ -16,6 +16,10 @@ def test_slow_swings_are_steady_rolling(ratio):
     np.testing.assert_allclose(slow.real, steady, atol=2e-5 * np.abs(steady).max())
     assert np.abs(slow.imag).max() < 1e-3 * np.abs(steady).max()
     np.testing.assert_array_equal(harmonic_coefficients(ratio, NU, 0.0), steady)
+    for kappa_a in (1e-8, 1e-300):  # the formulas divide by its square
+        slower = harmonic_coefficients(ratio, NU, kappa_a) - steady
+        np.testing.assert_allclose(slower.imag, slow.imag * kappa_a / 1e-4, rtol=1e-3, atol=1e-12)
+        assert np.abs(slower.real).max() < 1e-12 + kappa_a * np.abs(steady).max()
 
 
 @pytest.mark.parametrize(

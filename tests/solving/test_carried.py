@@ -193,6 +193,7 @@ def test_bad_input_is_refused(field, entries):
     ("field", "given"),
     [
         ("height", {"height": [0.0, np.nan], "x": [0.0, 1.0]}),
+        ("x", {"height": [0.0, 1.0], "x": None}),
         ("x", {"height": [0.0, 1.0], "x": [1.0, 0.0]}),
         ("x", {"height": [0.0, 1.0], "x": [0.0, 1.0, 2.0]}),
         ("y", {"height": [[0.0, 1.0]] * 2, "x": [0.0, 1.0], "y": [0.0]}),
@@ -203,6 +204,8 @@ def test_bad_heights_are_refused(field, given):
     with pytest.raises(vc.SceneError) as error:
         vc.Carried(**given)
     assert error.value.field.startswith(f"carried.{field}")
+    with pytest.raises(vc.SceneError, match="worn"):
+        vc.Carried.flat(length=1.0, radius=R, at=1.0, worn="no")
 
 
 def test_functions_are_not_stored(tmp_path):

@@ -22,6 +22,8 @@ PERIOD = 1.6
 """Period of Fourier's extension of k(y), by the width of the contact."""
 HIGHEST = 20.0
 """Largest kappa a: beyond it degree and modes resolve the waves no longer."""
+SLOW = 1e-4
+"""Kappa a below which coefficients are linear in it: the formulas divide by its square."""
 LEAST_RATIO = 0.1
 """Ellipses more slender than this, either way, would need more degrees and modes."""
 
@@ -69,8 +71,10 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     frequency = checks.number("kappa_a", kappa_a, allowed)
     if not 0 <= frequency <= HIGHEST:
         raise SceneError("kappa_a", frequency, allowed)
-    if frequency == 0:
-        return no_slip_ellipse(ratio, nu).astype(complex)
+    if frequency < SLOW:
+        steady = no_slip_ellipse(ratio, nu).astype(complex)
+        slow = steady if frequency == 0 else harmonic_coefficients(ratio, nu, SLOW)
+        return steady + frequency / SLOW * (slow - steady)
     a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
     kappa = frequency / a
     edge = np.pi * np.arange(1, 2 * MODES + 24) / (2 * MODES + 24) - np.pi / 2

@@ -58,7 +58,7 @@ class Carried:
         set_, rows = object.__setattr__, self.y is not None
         set_(self, "height", checks.array("carried.height", self.height, 2 if rows else 1))
         for name, size in (("x", self.height.shape[-1]), ("y", self.height.shape[0])):
-            if getattr(self, name) is None:
+            if name == "y" and not rows:
                 continue
             points = checks.array(f"carried.{name}", getattr(self, name), 1)
             if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
@@ -96,7 +96,7 @@ class Carried:
         Raises
         ------
         SceneError
-            If a length is not positive.
+            If a length is not positive, or an entry of another kind.
 
         Examples
         --------
@@ -106,7 +106,7 @@ class Carried:
         half, radius = checks.positive("length", length) / 2, checks.positive("radius", radius)
         s = np.linspace(-half, half, checks.whole("samples", samples, least=5))
         depth = (half**2 - s**2) / (2 * radius)
-        if worn:
+        if checks.flag("worn", worn):
             depth = half**2 / (2 * radius) * (1 + np.cos(np.pi * s / half)) / 2
         return cls(-depth, checks.moderate("at", at) + s)
 
