@@ -34,7 +34,14 @@ from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
-from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic, TemperatureFalling
+from .scene.friction import (
+    ExponentialFalling,
+    FrictionLaw,
+    LinearFalling,
+    RationalFalling,
+    StaticKinetic,
+    TemperatureFalling,
+)
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -77,6 +84,7 @@ __all__ = [
     "ErrorEstimate",
     "ExponentialFalling",
     "FrequencyResponse",
+    "FrictionLaw",
     "Grid",
     "History",
     "Interrupted",

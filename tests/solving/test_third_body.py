@@ -83,6 +83,26 @@ def test_steady_rolling_is_that_of_contact(case):
     assert sol.friction_work == pytest.approx(sol.power, rel=1e-9)
 
 
+@pytest.mark.parametrize("layer", [vc.ThirdBody(0.02, 820.0), replace(LAYER, k_tau=0.0), LAYER])
+def test_heat_is_work_of_friction_and_of_flow(layer):
+    """Elastic shear of the layer gives back all it took: what is left is ``|p| (|slip| + |flow|)``, to first order."""
+    sums, fields = [], []
+    for n in (14, 28, 56):
+        side = 15.4 / n
+        sol = vc.solve(ball(vc.Steady(vx=3e-3), layer, grid=vc.Grid(nx=n, ny=n, dx=side, dy=side, x0=-7.7, y0=-7.7)))
+        size, heat = np.hypot(*sol.traction), np.hypot(*sol.slip) * np.hypot(*sol.traction)
+        if layer.yields:  # along the rows, from the leading edge
+            flow = sol.plastic[:2] - np.pad(sol.plastic[:2, :, 1:], ((0, 0), (0, 0), (0, 1)))
+            heat += size * np.hypot(*flow) / side
+        assert sol.friction_work == pytest.approx(sol.power, rel=1e-9)
+        assert sol.power_density.min() > -1e-9 * sol.power_density.max()
+        inside = np.abs(sol.grid.x) < 5.5  # away from the edges, where tractions are steep
+        fields.append(np.abs((sol.power_density - heat)[:, inside]).sum() * sol.grid.area / sol.power)
+        sums.append(1 - heat.sum() * sol.grid.area / sol.power)
+    for off in (sums, fields):
+        assert off[0] > 1.4 * off[1] > 2.3 * off[2] > 0 and off[2] < 0.041
+
+
 @pytest.mark.parametrize(("k_tau", "part"), [(4018e3, 0.6562), (123e3, 0.6420), (0.0, 0.5959)])
 def test_carter_with_plasticity(k_tau, part):
     scene = vc.Scene(

@@ -17,7 +17,7 @@ from varcontact.io.toml_tables import check_keys, file_named, make, needed, numb
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.carried import Carried
-from varcontact.scene.friction import LAWS
+from varcontact.scene.friction import LAWS, FrictionLaw
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -180,6 +180,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _plain(each) for name, each in value.items()}
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        if callable(value):
+            allowed = "laws and numbers: no file can hold a function; for the friction of a solution, sol.friction"
+            raise SceneError("friction.factors", getattr(value, "__name__", "a function"), allowed)
         return value
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
     if isinstance(value, BodyPair) and not value.coupled:
@@ -240,6 +243,15 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
         entries = _history(entries, folder)
     if made is Steady and isinstance(entries.get("rigid_slip"), Mapping):
         entries["rigid_slip"] = _from_file("motion.rigid_slip", entries["rigid_slip"], folder, 2)
+    if made is FrictionLaw and isinstance(entries.get("factors"), list):
+        entries["factors"] = [
+            each
+            if not isinstance(each, Mapping)
+            else _from_file(f"{name}.factors", each, folder, 2)
+            if "file" in each
+            else _kind(f"{name}.factors", each, kinds, folder)
+            for each in entries["factors"]
+        ]
     if made is SampledDistance:
         several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
         for field, dimensions in (("h", several), ("x", 1), ("y", 1), ("inclination", 1)):

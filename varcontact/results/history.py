@@ -139,16 +139,17 @@ class History(Sequence[Solution]):
         count = checks.whole("k", k, -n, n - 1) % n + 1
         dt = np.broadcast_to(np.asarray(self._motion.every("dt")), n)[:count].astype(float)
         dq, position, end = self.dq[:count], self.position[:count], np.cumsum(dt)
-        middle = position - self._motion.every("direction")[:count] * dq / 2
         rise, passed = np.zeros(grid.shape), np.zeros((2, *grid.shape))
         for j, step in enumerate(self[:count]):
-            heat = step.power_density * (dq[j] if dq[j] > 0 else 1.0) / dt[j]
-            heat, touches = (
-                np.array([np.interp(grid.x + position[-1] - place, grid.x, row, 0, 0) for row in field])
-                for place, field in ((middle[j], heat), (position[j], step.state != EXTERIOR))
+            field, began = step.power_density * (dq[j] or 1.0) / dt[j], 0.0 if j == 0 else position[j - 1]
+            first, last, touches = (
+                np.array([np.interp(grid.x + position[-1] - place, grid.x, row, 0, 0) for row in values])
+                for place, values in ((began, field), (position[j], field), (position[j], step.state != EXTERIOR))
             )
-            before, after = end[-1] - end[j] + dt[j], end[-1] - end[j]
-            rise += 2 * heat * (np.sqrt(before) - np.sqrt(after))
+            after = end[-1] - end[j]
+            before, fall = after + dt[j], (first - last) / dt[j]  # of the heat, linear in time
+            rise += 2 * (last - fall * after) * (np.sqrt(before) - np.sqrt(after))
+            rise += 2 / 3 * fall * (before**1.5 - after**1.5)
             passed += [dt[j] * (touches >= 0.5), dt[j] * ((touches >= 0.5) | (passed[1] > 0))]
         rise /= np.sqrt(np.pi) * sum(body.effusivity for body in thermal)
         inside, since = passed

@@ -17,7 +17,7 @@ from varcontact.html import html_table
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
-from varcontact.scene.friction import Law, TemperatureFalling
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
@@ -175,9 +175,10 @@ class Solution:
             return None
         if law.memory_distance > 0 and self.weakening is not None:
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
-        if isinstance(law, TemperatureFalling):
-            assert self.temperature is not None
-            return law.at(self.temperature[0])
+        if law.local:
+            slip, warm = np.hypot(*self.slip) * (self.state == SLIP), self.temperature if law.warm else None
+            places = np.meshgrid(self.grid.x, self.grid.y)
+            return law.on(slip, None if warm is None else warm[0], self.pressure, *places)
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
 
     @property

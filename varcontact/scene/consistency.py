@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic, TemperatureFalling
+from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -210,10 +210,13 @@ def check_friction(scene: Scene) -> None:
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
-        warm = isinstance(problem.friction, TemperatureFalling)
-        if warm and not (isinstance(scene.motion, Steady) and scene.thermal is not None):
+        law = problem.friction if isinstance(problem.friction, Law) else None
+        if law is not None and law.warm and not (isinstance(scene.motion, Steady) and scene.thermal is not None):
             allowed = "a law by slip: temperatures need thermal data, and steady rolling"
-            raise SceneError("friction", problem.friction, allowed)
+            raise SceneError("friction", law, allowed)
+        if law is not None and law.local and isinstance(scene.motion, Transient):
+            allowed = "a law by slip, or numbers by place: in a history others do not follow the material"
+            raise SceneError("friction", law, allowed)
         falls = isinstance(problem.friction, Law) and not isinstance(problem.friction, StaticKinetic)
         if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
             field = "friction" if problem.friction is scene.friction else "motion.friction"

@@ -306,10 +306,13 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
         while passes.goes_on:
             try:
                 state = _pass_under_law(disc, solver, passes.state, tol)
+                found = residual(state)
             except VarcontactError as error:
+                if getattr(error, "field", "").startswith("friction"):  # of a law
+                    raise
                 passes.fail(error)
             else:
-                passes.add(state, residual(state))
+                passes.add(state, found)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})") from None
     return passes.best

@@ -91,7 +91,7 @@ class FixedPoint:
         gained = residual < self._best.passes[-1][1]
         self._best, self._lost = (after, 0) if gained else (self._best, self._lost + 1)
         self._failures = 0 if gained or all(after.solved.values()) else self._failures + 1
-        ready = len(before) > self._limits.plain or residual < self._limits.near
+        ready = len(before) > self._limits.plain or residual < self._limits.near or self._turns_back()
         self._held = 0 if gained and self._held < HELD else self._held + self._accelerated
         slow = ready and not residual < SLOW * before[-1][1]
         self._accelerated = self._held < HELD and (self._accelerated or slow)
@@ -99,6 +99,11 @@ class FixedPoint:
             mixed = np.clip(self._mixed(), self._unknown.least, self._unknown.greatest)
             after = replace(after, **{name: mixed})
         self.state = after
+
+    def _turns_back(self) -> bool:
+        """Whether the last change goes against the one before, as under rising friction: no branch is lost then."""
+        changes = [found - given for found, given in zip(self._found[-2:], self._given[-2:], strict=True)]
+        return len(changes) == 2 and float(np.sum(changes[0] * changes[1])) < 0
 
     def _mixed(self) -> np.ndarray:
         """The combination of found values for which the same combination of changes is smallest."""

@@ -25,7 +25,7 @@ from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influ
 from varcontact.discrete.temperature import surface_temperatures
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law, TemperatureFalling
+from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 
@@ -55,8 +55,8 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
     assert state.friction is not None
     law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
-    if isinstance(law, TemperatureFalling):
-        return _by_temperature(law, disc, state)
+    if law.local:
+        return _locally(disc, state, np.hypot(*shift) * (areas == SLIP))
     if law.memory_distance > 0:
         return _with_memory(disc, shift * (areas == SLIP))
     own = law(np.hypot(*shift) / unit_slip(disc))
@@ -70,20 +70,19 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     would slip even under the static coefficient: then that is not what it should have.
     """
     law = _law(disc)
-    if isinstance(law, TemperatureFalling):
-        return _by_temperature(law, disc, state)
     if law.memory_distance > 0:
         known = disc.loading.coefficient if state.friction is None else state.friction
         shift, areas = shift_and_areas(disc.with_loading(coefficient=known), state)
         return _with_memory(disc, shift * (areas == SLIP))
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
     moved = shift / own_influence(disc)
-    own = law(np.hypot(*shift) / unit_slip(disc))
+    own = _locally(disc, state, np.hypot(*shift)) if law.local else law(np.hypot(*shift) / unit_slip(disc))
+    static = _locally(disc, state, np.zeros_like(own)) if law.local else law.static
     trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
-    beyond = magnitude(trial) > law.static * state.pressure.ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
+    beyond = magnitude(trial) > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
     image = project(trial, (own * state.pressure).ravel())
     nearer = magnitude(state.traction.reshape(2, -1) - image) < size
-    return np.where((beyond | nearer).reshape(own.shape), own, law.static)
+    return np.where((beyond | nearer).reshape(own.shape), own, static)
 
 
 def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
@@ -180,13 +179,17 @@ def _law(disc: Discretisation) -> Law:
     return disc.loading.law
 
 
-def _by_temperature(law: TemperatureFalling, disc: Discretisation, state: ContactState) -> np.ndarray:
-    """The coefficients at the temperatures of a state, where it sticks, too."""
-    motion, thermal, contact = disc.loading.motion, disc.loading.thermal, state.pressure > 0
-    assert isinstance(motion, Steady) and motion.speed is not None and thermal is not None
-    work = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
-    found = surface_temperatures(work * motion.speed, contact, disc.grid.sides[0], motion.speed, thermal)
-    return law.at(found[0])
+def _locally(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
+    """The coefficients of a law at the temperatures, pressures and places of a state, and sizes of its shift."""
+    law, motion, thermal = _law(disc), disc.loading.motion, disc.loading.thermal
+    temperature = None
+    if law.warm:
+        assert isinstance(motion, Steady) and motion.speed is not None and thermal is not None
+        work = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
+        contact, dx = state.pressure > 0, disc.grid.sides[0]
+        temperature = surface_temperatures(work * motion.speed, contact, dx, motion.speed, thermal)[0]
+    places = np.meshgrid(disc.grid.x, disc.grid.y)
+    return law.on(shift / unit_slip(disc), temperature, state.pressure * disc.scales.pressure, *places)
 
 
 def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:

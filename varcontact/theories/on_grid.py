@@ -13,7 +13,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import Law, TemperatureFalling
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -49,9 +49,9 @@ def why_not(name: str, scene: Scene) -> str:
         return "it is for elliptic contacts"
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
-    if isinstance(scene.friction, TemperatureFalling):
-        return "it is for friction that does not depend on temperature"
     if isinstance(scene.friction, Law):
+        if scene.friction.local:
+            return "it is for friction by slip alone, not by temperature, pressure or place"
         if name in ("vermeulen-johnson", "strip", "fastrip", "polach", "table"):
             return "it is for one finite coefficient of friction, not for a law"
         if scene.friction.memory_distance > 0:

@@ -1,0 +1,217 @@
+"""Friction by slip, temperature, pressure and place together: limits, fixed point, branches, units, files, refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.solving.test_temperature import rolling
+
+GRID = vc.Grid(nx=24, ny=11, dx=0.56, dy=2.2, x0=-6.72, y0=-12.1)
+MIXED = vc.Steady(vx=-2e-3, speed=3e4)  # sticks and slips
+SCALE = 1e-8 * 0.3e5  # of f Fn
+
+
+def mixed(friction, **changes):
+    return rolling(**{"friction": friction, "grid": GRID, "motion": MIXED} | changes)
+
+
+def exponential(slip_velocity):
+    return 0.1 + 0.2 * 2.0 ** (-slip_velocity / 30.0)
+
+
+def by_pressure(pressure):
+    return 0.4 / (1 + pressure / 2000.0)
+
+
+def by_place(x, y):
+    return 1.0 - 0.02 * np.abs(y) + 0.01 * x
+
+
+@pytest.mark.parametrize("start", ["stick", "slip"])
+@pytest.mark.parametrize(
+    "factors",
+    [
+        lambda: 0.3,
+        lambda x: np.full_like(x, 0.3),
+        [lambda: 0.3, vc.TemperatureFalling(1.0, 0.4, reference=1e5)],  # so hot it does not get
+        np.full((11, 24), 0.3),
+    ],
+)
+def test_constant_products_are_a_number(factors, start):
+    number, sol = vc.solve(mixed(0.3)), vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors)), start=start)
+    assert np.all(np.abs(sol.force - number.force) < SCALE)
+    assert np.all(sol.friction == 0.3) and sol.branch == start
+
+
+def test_a_function_of_slip_is_the_law_that_falls():
+    law = vc.ExponentialFalling(0.3, 0.1, half_velocity=30.0, velocity=3e4)
+    expected = vc.solve(mixed(law))
+    for factors in (exponential, law):
+        sol = vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors, velocity=3e4)))
+        assert np.all(np.abs(sol.force - expected.force) < SCALE)
+        assert 0.1 < sol.friction[sol.state == 2].min() < 0.29
+
+
+def test_friction_by_pressure_is_that_of_its_field():
+    sol = vc.solve(mixed(vc.FrictionLaw(0.4, 0.1, by_pressure)))
+    field = vc.solve(mixed(by_pressure(sol.pressure)))
+    assert np.all(np.abs(sol.force - field.force) < SCALE)
+    assert np.allclose(sol.traction_bound, field.traction_bound, rtol=1e-12)
+    shift = {"motion": vc.Shift(ux=0.01), "thermal": None}
+    sol = vc.solve(mixed(vc.FrictionLaw(0.4, 0.1, by_pressure), **shift))
+    assert np.all(np.abs(sol.force - vc.solve(mixed(by_pressure(sol.pressure), **shift)).force) < SCALE)
+
+
+@pytest.mark.parametrize("start", ["stick", "slip"])
+def test_all_factors_hold_at_the_end(start):
+    def hot(temperature):
+        return 1 / (1 + np.maximum(temperature, 0.0) / 200.0)
+
+    wet = np.where(np.arange(24) < 12, 0.8, 1.0) * np.ones((11, 1))
+    law = vc.FrictionLaw(0.4, 0.0, [exponential, hot, by_place, wet], velocity=3e4)
+    sol = vc.solve(mixed(law, motion=replace(MIXED, vx=-1.2e-3)), start=start)
+    slips, slip_velocity = sol.state == 2, 3e4 * np.hypot(*sol.slip)
+    f = exponential(slip_velocity) * hot(sol.temperature[0]) * by_place(*np.meshgrid(GRID.x, GRID.y)) * wet
+    size = np.hypot(*sol.traction)
+    assert slips.sum() > 30 and (sol.state == 1).sum() > 10
+    assert np.allclose(size[slips], (f * sol.pressure)[slips], rtol=1e-6)
+    assert np.all(size <= sol.traction_bound * (1 + 1e-7))
+
+
+def test_rising_friction_has_one_solution():
+    law = vc.FrictionLaw(0.4, 0.1, lambda slip_velocity: 0.4 - 0.3 * 2.0 ** (-slip_velocity / 100.0), velocity=3e4)
+    stick, slip = (vc.solve(mixed(law), start=start) for start in ("stick", "slip"))
+    assert abs(stick.Fx - slip.Fx) < SCALE and np.allclose(stick.friction, slip.friction, atol=1e-7)
+    assert vc.solve(mixed(0.1)).Fx < stick.Fx < vc.solve(mixed(0.4)).Fx
+    assert max(len(stick.passes), len(slip.passes)) < 100
+
+
+def test_several_solutions_are_told_by_their_branch():
+    law = vc.FrictionLaw(0.3, 0.02, [vc.ExponentialFalling(0.3, 0.03, 1e-5), vc.TemperatureFalling(1.0, 0.7, over=1e4)])
+    stick, slip = (vc.solve(mixed(law, motion=replace(MIXED, vx=-8e-4)), start=start) for start in ("stick", "slip"))
+    assert (stick.branch, slip.branch) == ("stick", "slip") and slip.Fx < 0.5 * stick.Fx
+    assert "from stick everywhere" in stick.report() and "from slip everywhere" in slip.report()
+
+
+def test_units_do_not_matter():
+    law = vc.FrictionLaw(0.4, 0.0, [exponential, by_pressure, lambda: 2.5], velocity=3e4)
+    metre = vc.FrictionLaw(
+        0.4,
+        0.0,
+        [lambda slip_velocity: exponential(1e3 * slip_velocity), lambda pressure: 2.5 * by_pressure(1e-6 * pressure)],
+        velocity=30.0,
+    )
+    scene = mixed(
+        metre,
+        thermal=None,
+        bodies=vc.Bodies(G=82e9, nu=0.28),
+        surface=vc.Paraboloids(1 / 2.03, 1 / 0.843),
+        motion=vc.Steady(vx=-2e-3),
+        grid=vc.Grid(nx=24, ny=11, dx=0.56e-3, dy=2.2e-3, x0=-6.72e-3, y0=-12.1e-3),
+    )
+    assert vc.solve(scene).Fx == pytest.approx(vc.solve(mixed(law)).Fx, rel=1e-7)
+
+
+def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
+    factors = [
+        vc.ExponentialFalling(0.3, 0.1, 30.0, 3e4),
+        vc.TemperatureFalling(1.0, 0.5, over=300.0),
+        np.ones((11, 24)),
+    ]
+    scene = mixed(vc.FrictionLaw(0.3, 0.0, factors))
+    scene.save(tmp_path / "law.toml")
+    again = vc.read_scene(tmp_path / "law.toml")[0]
+    assert again.friction.factors[:2] == scene.friction.factors[:2]
+    sol = vc.solve(scene)
+    assert vc.solve(again).Fx == sol.Fx
+    sol.save(tmp_path / "law.nc")
+    assert vc.load(tmp_path / "law.nc").Fx == sol.Fx and not vc.load(tmp_path / "law.nc").note
+    own = mixed(vc.FrictionLaw(0.3, 0.0, exponential, velocity=3e4))
+    with pytest.raises(vc.SceneError, match=r"factors = 'exponential'.*laws and numbers.*sol\.friction"):
+        own.save(tmp_path / "own.toml")
+    sol = vc.solve(own)
+    with pytest.raises(vc.SceneError, match=r"sol\.friction"):
+        sol.save(tmp_path / "own.nc")
+    plain = vc.solve(replace(own, friction=sol.friction))
+    assert plain.Fx == pytest.approx(sol.Fx, rel=1e-8)
+    plain.save(tmp_path / "own.nc")
+
+
+def no_number(pressure):
+    return np.where(pressure > 100.0, np.nan, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        (lambda depth: 0.3, r"<lambda>\(depth\).*slip_velocity, temperature, pressure, x, y"),
+        (lambda x: "slippery", "numbers"),
+        (lambda x: -0.1, r"<lambda> = -0.1.*zero or positive"),
+        (lambda x: np.ones(4), r"<lambda>.*\(4,\).*shape \(2, 3\)"),
+        (-np.ones((11, 24)), "zero or positive"),
+        (vc.StaticKinetic(0.3, 0.2), "fall continuously"),
+        (vc.LinearFalling(0.3, 0.2, 1.0, memory_distance=1.0), "without memory"),
+        ([], "one factor"),
+    ],
+)
+def test_factors_that_are_none(factors, words):
+    with pytest.raises(vc.SceneError, match=f"(?s)friction.factors.*{words}"):
+        vc.FrictionLaw(0.3, 0.1, factors)
+
+
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        (no_number, "no_number = nan.*numbers"),
+        (lambda x: 0.4, r"0.4 .*\[kinetic, static\] = \[0.1, 0.3\]"),
+        (lambda temperature: 0.3 - temperature * 2e-3, r"\[kinetic, static\]"),
+        (np.full((3, 3), 0.3), r"\(3, 3\).*\(11, 24\)"),
+    ],
+)
+def test_products_that_do_not_do_on_the_elements(factors, words):
+    with pytest.raises(vc.SceneError, match=f"(?s)friction.factors.*{words}"):
+        vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors), motion=vc.Steady(vx=-0.03, speed=3e4)))
+
+
+def test_laws_where_they_do_not_belong():
+    law = vc.FrictionLaw(0.3, 0.1, lambda x: 0.2)
+    with pytest.raises(vc.SceneError, match=r"friction.*history"):
+        mixed(law, motion=vc.Transient(steps=2, dq=0.56, dt=1e-5, vx=1e-3))
+    with pytest.raises(vc.SceneError, match="thermal"):
+        mixed(vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2), thermal=None, motion=vc.Steady(vx=1e-3))
+    with pytest.raises(vc.SceneError, match="memory"):
+        vc.FrictionLaw(0.3, 0.1, lambda: 0.2, memory_distance=1.0)
+    for theory in ("fastsim", "linear", "polach", "table"):
+        with pytest.raises(vc.SceneError, match=rf"{theory}.*by slip alone.*use another method"):
+            vc.solve(mixed(law), tangential=theory)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"bodies": vc.Bodies((82e3, 30e3), (0.28, 0.35)), "grid": vc.Grid(nx=20, ny=16)},
+        {"third_body": vc.ThirdBody(0.02, 820.0, 100.0, 2000.0)},
+        {"motion": vc.Steady(Fx=-1e4, speed=3e4)},
+    ],
+)
+def test_temperature_with_other_parts_of_a_scene(changes):
+    law = vc.TemperatureFalling(static=0.3, kinetic=0.12, over=30.0)
+    sol = vc.solve(mixed(law, **changes))
+    slips = sol.state == 2
+    expected = law.at(sol.temperature[0]) * sol.pressure
+    assert np.allclose(np.hypot(*sol.traction)[slips], expected[slips], rtol=1e-6)
+    assert sol.friction[slips].min() < 0.295
+
+
+def test_temperature_to_an_accuracy_within_a_time_and_in_batches():
+    law = vc.TemperatureFalling(static=0.3, kinetic=0.12, over=400.0)
+    auto = rolling(friction=law, grid="auto")
+    exact = vc.solve(replace(auto, grid=vc.Grid(nx=40, ny=20))).Fx
+    sol = vc.solve(auto, accuracy=0.02)
+    assert abs(sol.Fx / exact - 1) < 0.02 and sol.error_estimate.errors["Fx"] < 0.02
+    assert vc.solve(auto, time_budget=1.0).Fx == pytest.approx(exact, rel=5e-3)
+    many = vc.solve_many([mixed(law), mixed(0.3)])
+    assert [str(by) for by in many["by"].values] == ["solve", "batched"]
+    assert float(many["Fx"][0]) == pytest.approx(vc.solve(mixed(law)).Fx, rel=1e-8)
