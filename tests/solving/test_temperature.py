@@ -65,8 +65,19 @@ def test_full_sliding_of_a_wheel_has_the_closed_form_maximum():
     q0 = 0.03333 * 3e4 * 0.3 * hertz.peak_pressure
     expected = 1.2346 * q0 / (2 * STEEL.effusivity) * math.sqrt(hertz.a / 3e4)
     assert sol.temperature.max() == pytest.approx(expected, rel=0.02)  # the elastic slip varies by that
+    hottest = sol.grid.x[sol.temperature[0].max(axis=0).argmax()]
+    assert f"at most {sol.temperature.max():.4g} in the contact, at x = {hottest:.4g}, y = 0" in sol.report()
+    assert np.array_equal(sol.to_xarray()["temperature"].sel(body="lower"), sol.temperature[1])
+    image = sol.plot("temperature").axes[0].images[0].get_array()
+    assert np.allclose(image, sol.temperature[0])
+    with pytest.raises(vc.SceneError, match="thermal data"):
+        vc.solve(rolling(None, motion=vc.Steady(vx=-0.03))).plot("temperature")
     far = sol.temperature[0, sol.grid.ny // 2]
     assert np.all(np.diff(far[: np.argmax(far)]) > 0)  # the tail cools off behind
+
+
+def test_no_slip_heats_nothing():
+    assert not vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=1e-4, speed=3e4))).temperature.any()
 
 
 def test_bodies_of_other_temperatures_meet_at_the_mean_and_part_again():

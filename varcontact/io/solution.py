@@ -90,6 +90,10 @@ def dataset(sol: Solution) -> xr.Dataset:
     shift = sol.motion is not None and sol.motion.rolls == 0
     variables, places, record = variables_of(sol, FIELDS, shift)
     labels = {"component": ["x", "y"], "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"]}
+    if sol.temperature is not None:
+        words = {"long_name": "temperature of the surfaces of body 1 and body 2"}
+        variables["temperature"] = ("body", "y", "x"), sol.temperature, words
+        labels["body"] = ["upper", "lower"]
     coordinates = {"x": places["x"], "y": places["y"], **labels} | places
     rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record}
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})

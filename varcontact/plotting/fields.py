@@ -83,6 +83,14 @@ FIELDS = {
         "YlOrBr",
         on_parts=True,
     ),
+    "temperature": Field(
+        "Temperature of body 1",
+        "temperature",
+        lambda sol: np.asarray(sol.temperature)[0],
+        ("1", "1"),
+        "inferno",
+        outside=True,
+    ),
 }
 """By the word for `Solution.plot`."""
 

@@ -42,7 +42,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.grid import Grid
 
-PANELS = ("pressure", "traction", "slip", "distance", "power_density", "section")
+PANELS = ("pressure", "traction", "slip", "distance", "power_density", "temperature", "section")
 """What there are pictures of, by the word for it."""
 
 
@@ -99,6 +99,8 @@ def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
         checks.choice("what", name, PANELS)
         if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
             raise SceneError("what", name, "pressure, distance or section, where there is no motion")
+        if name == "temperature" and sol.temperature is None:
+            raise SceneError("what", name, "another panel: temperatures need thermal data, and steady rolling")
         if name == "power_density" and np.isnan(sol.power_density).all():
             allowed = f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
             raise SceneError("what", name, allowed)

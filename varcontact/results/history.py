@@ -141,7 +141,8 @@ class History(Sequence[Solution]):
         dq, position, end = self.dq[:count], self.position[:count], np.cumsum(dt)
         rise, passed = np.zeros(grid.shape), np.zeros((2, *grid.shape))
         for j, step in enumerate(self[:count]):
-            field, began = step.power_density * (dq[j] or 1.0) / dt[j], 0.0 if j == 0 else position[j - 1]
+            slips, began = not step.scene.no_slip, 0.0 if j == 0 else position[j - 1]
+            field = step.power_density * (slips * (dq[j] or 1.0) / dt[j])
             first, last, touches = (
                 np.array([np.interp(grid.x + position[-1] - place, grid.x, row, 0, 0) for row in values])
                 for place, values in ((began, field), (position[j], field), (position[j], step.state != EXTERIOR))

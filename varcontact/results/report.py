@@ -13,7 +13,7 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import BRANCHES, Law, TemperatureFalling, kind_of
+from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.solvers.interface import Calls
 
@@ -94,8 +94,10 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
             part = f"{-100 * sol.negative_work:.2g} %"
             rows.append(("", f"{part} of it is negative on single elements: grid error"))
     if sol.temperature is not None:
-        hottest = sol.temperature[0, sol.state != EXTERIOR].max()
-        rows.append(("temperature", f"at most {hottest:.4g} in the contact"))
+        found = np.where(sol.state != EXTERIOR, sol.temperature[0], -np.inf)
+        row, column = np.unravel_index(np.argmax(found), found.shape)
+        where = f"x = {sol.grid.x[column]:.4g}" + ("" if sol.scene.line else f", y = {sol.grid.y[row]:.4g}")
+        rows.append(("temperature", f"at most {found.max():.4g} in the contact, at {where}{unit('length')}"))
     return rows
 
 
@@ -205,7 +207,7 @@ def no_guarantee(sol: Solution) -> str:
         kind = "conformal" if sol.scene.conformal else "unlike"
         return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
-        on = "temperature" if isinstance(sol.scene.friction, TemperatureFalling) else "slip"
+        on = "temperature" if sol.scene.friction.warm else "solution" if sol.scene.friction.local else "slip"
         return f"the coefficient of friction depends on the {on}, and there may be several solutions"
     if sol.scene.third_body is not None and sol.scene.third_body.k_tau != 0:
         return "the yield stress of the third body depends on the solution"

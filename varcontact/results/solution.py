@@ -190,7 +190,10 @@ class Solution:
         scene = self.scene
         if scene.thermal is None or scene.speed is None:
             return None
-        heat, dx = self.power_density * scene.speed, self.grid.sides[0]
+        heat = self.power_density * (
+            0.0 if scene.no_slip else scene.speed
+        )  # elastic energy lost at edges heats nothing
+        dx = self.grid.sides[0]
         return surface_temperatures(heat, self.state != EXTERIOR, dx, scene.speed, scene.thermal)
 
     @property
@@ -420,7 +423,7 @@ class Solution:
         Parameters
         ----------
         what : str or sequence of str, optional
-            Other panels: "pressure", "traction", "slip", "distance", "power_density", "section".
+            Other panels: "pressure", "traction", "slip", "distance", "power_density", "temperature", "section".
         ax : matplotlib Axes, optional
             Where to draw one panel; a new figure if not given.
         figsize : pair of float, optional

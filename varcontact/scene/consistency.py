@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
+from varcontact.scene.friction import LEAST, MOST, FrictionLaw, Law, StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -222,6 +222,10 @@ def check_friction(scene: Scene) -> None:
             field = "friction" if problem.friction is scene.friction else "motion.friction"
             allowed = f"StaticKinetic, which needs no slip velocity: step {problem.step} does not roll (motion.dq = 0)"
             raise SceneError(field, problem.friction, allowed)
+    if isinstance(scene.friction, FrictionLaw):
+        for factor in scene.friction.factors:
+            if isinstance(factor, np.ndarray):
+                _check_on_grid(scene, "friction.factors", factor)
     if isinstance(scene.friction, np.ndarray):
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):

@@ -391,8 +391,6 @@ class FrictionLaw(_Local):
         known = dict(zip(ARGUMENTS, (_sizes(slip) * self.velocity, *around), strict=True))
         found = np.ones(np.shape(slip))
         for each in self.factors:
-            if isinstance(each, np.ndarray) and each.shape != found.shape:
-                raise checks.wrong_shape("friction.factors", each.shape, f"of shape {found.shape}, as the grid")
             own = each.on(slip, *around) if isinstance(each, Law) else each
             found = found * (own if isinstance(own, np.ndarray) else _called(own, known))
         least, most = float(found.min(initial=self.static)), float(found.max(initial=self.kinetic))

@@ -67,8 +67,8 @@ class Scene(Generic[MotionT_co]):
         approach of the bodies [length].
     friction : float, law or array_like, shape (ny, nx), or (nx,) in line contact
         Coefficient of friction; a number (``inf``: no slip at all), a law (`StaticKinetic`, `LinearFalling`,
-        `RationalFalling`, `ExponentialFalling`), or one number per element of an explicit
-        grid. Needed where there is a motion.
+        `RationalFalling`, `ExponentialFalling`, `TemperatureFalling`, `FrictionLaw`), or one number per element of
+        an explicit grid. Needed where there is a motion.
     third_body : ThirdBody, optional
         A layer between the bodies, which shears and yields.
     thermal : Thermal or pair (upper, lower), optional

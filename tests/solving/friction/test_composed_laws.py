@@ -167,7 +167,6 @@ def test_factors_that_are_none(factors, words):
         (no_number, "no_number = nan.*numbers"),
         (lambda x: 0.4, r"0.4 .*\[kinetic, static\] = \[0.1, 0.3\]"),
         (lambda temperature: 0.3 - temperature * 2e-3, r"\[kinetic, static\]"),
-        (np.full((3, 3), 0.3), r"\(3, 3\).*\(11, 24\)"),
     ],
 )
 def test_products_that_do_not_do_on_the_elements(factors, words):
@@ -181,6 +180,8 @@ def test_laws_where_they_do_not_belong():
         mixed(law, motion=vc.Transient(steps=2, dq=0.56, dt=1e-5, vx=1e-3))
     with pytest.raises(vc.SceneError, match="thermal"):
         mixed(vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2), thermal=None, motion=vc.Steady(vx=1e-3))
+    with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
+        mixed(vc.FrictionLaw(0.3, 0.1, np.full((3, 3), 0.3)))
     with pytest.raises(vc.SceneError, match="memory"):
         vc.FrictionLaw(0.3, 0.1, lambda: 0.2, memory_distance=1.0)
     for theory in ("fastsim", "linear", "polach", "table"):
