@@ -57,7 +57,7 @@ class Law(ABC):
         return False
 
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at all that elements have, arrays of the shape of the slip."""
+        """Coefficient at `slip`, and of other laws at `temperature`, `pressure`, `x` and `y`."""
         return self(slip)
 
     @property
@@ -314,7 +314,7 @@ class TemperatureFalling(_Local):
         return True
 
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at all that elements have: `at` their temperature."""
+        """Coefficient at a `temperature`, whatever `slip`, `pressure`, `x` and `y`."""
         return self.at(temperature)
 
     def at(self, temperature: Any) -> np.ndarray:
@@ -386,7 +386,7 @@ class FrictionLaw(_Local):
         return self.velocity
 
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at all that elements have, arrays of the shape of the slip."""
+        """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""
         around = temperature, pressure, x, y
         known = dict(zip(ARGUMENTS, (_sizes(slip) * self.velocity, *around), strict=True))
         found = np.ones(np.shape(slip))
