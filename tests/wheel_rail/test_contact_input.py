@@ -12,6 +12,7 @@ import varcontact as vc
 from tests.command import run
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, benchmark, manchester
 from varcontact.wheel_rail import Position, Velocity, read_contact_input
+from varcontact.wheel_rail.case_file import read_case
 
 CASE = """
 % Manchester contact benchmark - tangential contact
@@ -232,6 +233,20 @@ def test_parts_that_slices_lack_are_rails_of_their_own(folder):
     assert rail.features.shape == (3, 3)
     assert rail.features[0, :2].tolist() == [0.0, 40.0]
     assert np.isfinite(found.touching)
+    with pytest.raises(vc.SceneError, match="features by arc length"):
+        read(folder, ("'rail.csv'   0 ", "'rail.slcs' 1 "))
+
+
+def test_a_case_file_takes_slices(folder):
+    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    path = folder / "case.toml"
+    path.write_text(
+        'vertical_force = 80e3\ntrack = { rail = "rail.slcs" }\nwheelset = { wheel = "s1002" }\n'
+        "position = { s = [0.0, 50.0], pitch = 0.1 }\n"
+    )
+    cases = read_case(path).cases
+    assert [(case.position.s, case.position.pitch) for case in cases] == [(0.0, 0.1), (50.0, 0.1)]
+    assert cases[0].track.rail.positions.size == 3
 
 
 def test_slices_out_of_order_are_named(folder):

@@ -181,6 +181,9 @@ class ProfileSlices:
                 raise SceneError("slices.positions", positions[-1], message=reason)
         if features <= 1:
             return cls(profiles=profiles, positions=positions)
+        if options.get("mirror_y") is True:
+            reason = f"mirror_y: {file.name} has features by arc length from the first point; mirror the profiles"
+            raise SceneError("mirror_y", True, message=reason)
         for more in filter(None, (kinks, jumps)):
             numbers(more, "places of kinks")
         table = np.array([numbers(features + 1, f"a position and {features} features")[1:] for _ in positions])
