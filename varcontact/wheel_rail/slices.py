@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -148,7 +149,9 @@ class ProfileSlices:
             text = file.read_text(encoding="latin-1")
         except OSError as error:
             raise SceneError("path", str(file), message=f"path {file} cannot be read ({error.strerror})") from None
-        lines = [(n, line) for n, each in enumerate(text.splitlines(), 1) if (line := _bare(each))]
+        lines = [
+            (n, line) for n, each in enumerate(text.splitlines(), 1) if (line := re.split("[%!]", each)[0].strip())
+        ]
         place = iter(lines)
 
         def numbers(count: int, what: str) -> list[float]:
@@ -199,10 +202,3 @@ class ProfileSlices:
                 at = [positions[i] for i in has]
                 found.append(cls(profiles=[profiles[i] for i in has], positions=at, features=used))
         return found[0] if len(found) == 1 else tuple(found)
-
-
-def _bare(line: str) -> str:
-    """A line without remarks."""
-    for mark in "%!":
-        line = line.split(mark)[0]
-    return line.strip()
