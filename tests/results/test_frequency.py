@@ -214,6 +214,7 @@ def test_growth_with_receptances():
     constant = vc.corrugation_growth(sol, lengths)
     soft = vc.corrugation_growth(sol, lengths, track=lambda w: 1e9, speed=1.0)
     np.testing.assert_allclose(soft.growth, constant.growth, rtol=1e-6)
+    assert vc.corrugation_growth(sol, lengths, speed=[1.0, 2.0]).equals(constant)
     stiff = vc.corrugation_growth(sol, lengths, track=lambda w: 0.0, speed=1.0)
     response = sol.frequency_response(2 * np.pi / lengths)
     # with nothing that gives way the bodies stay where they are: approach = 0, at the creepages that keep Fx
@@ -246,6 +247,10 @@ def test_growth_with_receptances():
         (lambda sol: vc.corrugation_growth(sol, 1.0, wheel=lambda w: np.nan, speed=1.0), "wheel"),
         (lambda sol: vc.corrugation_growth(sol, 1.0, track=([0.0, 1.0], [1.0, 1.0]), speed=1.0), "track"),
         (lambda sol: vc.corrugation_growth(sol, 1.0, track=lambda w: 1.0), "speed"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, speed=-1.0), "speed"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, track=lambda w: 1 / 0, speed=1.0), "track"),
+        (lambda sol: vc.corrugation_growth(sol, 1.0, wheel=5, speed=1.0), "wheel"),
+        (lambda sol: vc.corrugation_growth(sol.scene, 1.0), "sol"),
         (lambda sol: vc.corrugation_growth(ball(friction=np.inf), 1.0), "solution"),
         (lambda sol: ball(motion=vc.Shift(ux=0.01)).frequency_response(1.0), "motion"),
         (lambda sol: vc.corrugation_growth(ball(edge="softened"), 1.0), "grid.edge"),

@@ -81,6 +81,8 @@ def corrugation_growth(
     """
     import xarray as xr
 
+    if not isinstance(sol, Solution):
+        raise SceneError("sol", sol, "a Solution")
     if sol.grid.edge != "centres":
         message = f'grid.edge = "{sol.grid.edge}": a moving edge is followed on "centres" only; give a grid'
         raise SceneError("grid.edge", sol.grid.edge, '"centres"', message=message)
@@ -95,9 +97,10 @@ def corrugation_growth(
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
     if problem.disc.K != 0 and problem.pressed.size != problem.bearing.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
-    k = 2 * np.pi / lengths
+    k, moves = 2 * np.pi / lengths, wheel is not None or track is not None
+    speed = checks.positives("speed", speed) if moves or speed is not None else None
+    speed = speed if moves else None  # under a constant load nothing depends on it
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
-    moves = wheel is not None or track is not None
     grid, scales, step = sol.grid, problem.disc.scales, problem.step
     iy, ix = np.divmod(problem.bearing, grid.nx)
     rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
@@ -163,11 +166,19 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
     """Receptance (wave numbers, speeds), zero where none is given."""
     if given is None:
         return np.zeros((wave_numbers.size, np.size(speed)), complex)
-    frequencies = wave_numbers[:, None] * np.atleast_1d(checks.positives("speed", speed))
+    frequencies = wave_numbers[:, None] * np.atleast_1d(speed)
+    try:  # the user's own code runs here
+        if callable(given):
+            numbers = np.array([complex(given(float(each))) for each in frequencies.flat])
+        else:
+            table, numbers = np.asarray(given[0], float), np.asarray(given[1], complex)
+    except Exception as error:
+        allowed = f"a function, or frequencies and receptances ({type(error).__name__}: {error})"
+        raise SceneError(name, given, allowed) from error
     if callable(given):
-        values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(frequencies.shape)
+        values = numbers.reshape(frequencies.shape)
     else:
-        table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
+        checks.numbers(f"{name}[0]", table)
         if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
             raise SceneError(name, given, "frequencies that increase, and as many receptances")
         for each in frequencies[(frequencies < table[0]) | (frequencies > table[-1])]:
