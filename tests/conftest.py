@@ -35,6 +35,8 @@ SLOW = {
     "results",
     "conic",
 }
+SLOW |= {"test_viscoelastic_histories", "test_viscoelastic", "test_conformal", "test_carried"}
+SLOW |= {"test_third_body", "test_registry", "test_no_slip", "line_contact"}
 SLOW |= {"test_documentation", "test_examples", "test_transient", "test_processes", "test_table", "test_memory"}
 
 
