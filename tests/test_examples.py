@@ -453,3 +453,21 @@ def test_wheel_set(tmp_path, capsys, pictures):
     forces = next(ax for ax in pictures[0].axes if ax.get_ylabel() == "Lateral force [kN]")
     assert len(curves_of(forces)["right wheel, fast"]) == 21
     assert np.abs(curves_of(pictures[1].axes[0])["151 km/h, 1.2 times the critical speed"]).max() >= above
+
+
+def test_temperature(tmp_path, capsys, pictures):
+    """Forces that fall where friction does with its own heat; the picture has them."""
+    creepages, solved = script("temperature").main(str(tmp_path / "picture.png"), cells=16, points=4)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "degrees" in capsys.readouterr().out
+    forces, heats = pictures[0].axes[:2]
+    for name, each in solved.items():
+        np.testing.assert_array_equal(curves_of(forces)[name], [sol.Fx / sol.normal_force for sol in each])
+        assert shows(heats, [sol.temperature.max() for sol in each])
+    last = {name: each[-1] for name, each in solved.items()}
+    assert last["constant"].Fx == pytest.approx(0.4e5, rel=1e-4)
+    assert last["constant"].Fx > last["by temperature"].Fx > last["by temperature and slip"].Fx
+    hot, sizes = last["by temperature"], np.hypot(*last["by temperature"].traction)
+    slips = hot.state == 2
+    expected = 0.4 - 0.25 * np.clip((hot.temperature[0] - 20) / 500, 0, 1)
+    np.testing.assert_allclose(sizes[slips], (expected * hot.pressure)[slips], rtol=1e-6)
