@@ -457,7 +457,7 @@ def test_wheel_set(tmp_path, capsys, pictures):
 
 def test_temperature(tmp_path, capsys, pictures):
     """Forces that fall where friction does with its own heat; the picture has them."""
-    creepages, solved = script("temperature").main(str(tmp_path / "picture.png"), cells=16, points=4)
+    _, solved = script("temperature").main(str(tmp_path / "picture.png"), cells=16, points=4)
     assert (tmp_path / "picture.png").stat().st_size > 20_000
     assert "degrees" in capsys.readouterr().out
     forces, heats = pictures[0].axes[:2]
