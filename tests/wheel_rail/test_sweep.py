@@ -98,3 +98,21 @@ def test_the_command_is_the_case_in_python(tmp_path):
     path.write_text(CASE.replace('"set"', '"both"'))
     with pytest.raises(SceneError, match=r"torque|free"):
         read_case(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"cases": None}, "cases"),
+        ({"cases": {}}, "cases"),
+        ({"over": 5}, "over"),
+        ({"over": {"position.y": 3.0}}, "position.y"),
+        ({"over": {3: [1.0, 2.0]}}, "over"),
+        ({"archard": 5}, "archard"),
+        ({"fast": "no"}, "fast"),
+    ],
+)
+def test_arguments_of_another_kind_are_named(changes, field):
+    given = {"cases": wheel_set(), "over": {"position.y": [0.0, 1.0]}} | changes
+    with pytest.raises(SceneError, match=field):
+        sweep_wheel_sets(**given)

@@ -12,13 +12,14 @@ from varcontact.wheel_rail.geometry_table import (
     geometry_table,
     rolling_radius_difference,
 )
+from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices
 from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.sweep import sweep_wheel_sets
-from varcontact.wheel_rail.track import Irregularity, Position, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import Irregularity, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap, british_rail_wear, fatigue_damage, sheffield_wear
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail

@@ -22,10 +22,11 @@ from varcontact.io.contact_words import SUPPORTED as BASIC
 from varcontact.io.contact_words import WORDS as BASIC_WORDS
 from varcontact.io.contact_words import Group, Lines, modules, number_of, skip_iterations, skip_stresses
 from varcontact.scene.bodies import Bodies
+from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 PROBLEM = ("CONFIG", "PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS")

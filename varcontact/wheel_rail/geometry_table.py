@@ -26,17 +26,8 @@ from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import contact_locus
-from varcontact.wheel_rail.track import (
-    SIGN,
-    Irregularity,
-    Position,
-    Side,
-    Track,
-    Velocity,
-    WheelSet,
-    check_forward,
-    check_kind,
-)
+from varcontact.wheel_rail.position import Position, Velocity, check_forward
+from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet, check_kind
 from varcontact.wheel_rail.virtual_penetration import NORMAL
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 

@@ -100,7 +100,17 @@ def sweep_wheel_sets(
     [10.4  2.5 14.2]
     """
     xr = imported("xarray")
-    named = {"": cases} if isinstance(cases, WheelSetOnTrack) else dict(cases)
+    if isinstance(cases, WheelSetOnTrack):
+        named = {"": cases}
+    elif isinstance(cases, Mapping) and cases and all(isinstance(each, WheelSetOnTrack) for each in cases.values()):
+        named = {str(name): case for name, case in cases.items()}
+    else:
+        raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
+    if not isinstance(over, Mapping):
+        raise SceneError("over", over, 'a mapping of values by entry, as {"position.y": [0.0, 2.0]}')
+    if archard is not None and not isinstance(archard, Archard | ArchardMap):
+        raise SceneError("archard", archard, "an Archard or an ArchardMap")
+    fast = checks.flag("fast", fast)
     values = {name: _values(name, each) for name, each in over.items()}
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]
     made = [_changed(case, point) for case in named.values() for point in points]
@@ -133,6 +143,8 @@ def sweep_wheel_sets(
 
 
 def _values(name: str, given: Iterable[Any]) -> list[Any]:
+    if not isinstance(name, str) or isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+        raise SceneError(f"over[{name!r}]", given, "a list of values, by the name of an entry")
     values = [each.item() if isinstance(each, np.generic) else each for each in given]
     if not values or len({str(each) for each in values}) < len(values):
         raise SceneError(f"over[{name!r}]", values, "different values, one at least")

@@ -17,14 +17,13 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.position import angle
 from varcontact.wheel_rail.profile import Profile, flange, inclination
 from varcontact.wheel_rail.slices import ProfileSlices
 from varcontact.wheel_rail.surface import Surface, surface_of
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
-STEEPEST = 0.5
-"""Greatest angle of cant, roll and yaw [rad]."""
 OUTWARDS = 1 / 80
 """Inclination to the field side above which the sides of a profile are probably exchanged [rad]; 1:20 and 1:40 to the
 track side are usual."""
@@ -32,13 +31,6 @@ WIDEST_FLANGE = 40.0
 """Largest distance from the back of a flange to its tip [mm]."""
 FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
-
-
-def _angle(field: str, value: Any) -> float:
-    angle = checks.moderate(field, value)
-    if abs(angle) > STEEPEST:
-        raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
-    return angle
 
 
 @checks.named(dy="y", dz="z", vy="lateral", vz="vertical")
@@ -72,7 +64,7 @@ class Irregularity:
 
     def __post_init__(self) -> None:
         checks.entries(self, "irregularity", checks.moderate, "y", "z", "lateral", "vertical", "roll_rate")
-        checks.entries(self, "irregularity", _angle, "roll")
+        checks.entries(self, "irregularity", angle, "roll")
 
 
 IN_PLACE = Irregularity()
@@ -133,7 +125,7 @@ class Track:
         for each in self.rails or (None,):
             _check_profile("track.rail", each, "rail")
         checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
-        checks.entries(self, "track", _angle, "cant")
+        checks.entries(self, "track", angle, "cant")
         checks.entries(self, "track", checks.real, "curve_radius")
         if not abs(self.curve_radius) > self.gauge:
             allowed = f"larger than the gauge, {self.gauge:g} mm: positive to the right, negative to the left"
@@ -330,119 +322,6 @@ class WheelSet:
         return self.profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
 
 
-@checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
-@dataclass(frozen=True, kw_only=True)
-class Position:
-    """Where a wheel set is in the track, but for its height.
-
-    Parameters
-    ----------
-    y : float
-        Of the middle of its axle, to the right [mm].
-    roll, yaw : float
-        About x (right wheel down) and z (turned to the right) [rad]: yawed first, then rolled about the track's x.
-    s : float
-        Along the track: where rails vary, see `ProfileSlices` [mm].
-    pitch : float
-        Angle about the axle, where wheels are out of round: negative when they have rolled forwards [rad].
-
-    Raises
-    ------
-    SceneError
-        If a number is not finite, or an angle is more than half a radian.
-    """
-
-    y: float = 0.0
-    roll: float = 0.0
-    yaw: float = 0.0
-    s: float = 0.0
-    pitch: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "position", checks.moderate, "y", "s", "pitch")
-        checks.entries(self, "position", _angle, "roll", "yaw")
-
-    @property
-    def rotation(self) -> np.ndarray:
-        """The axle's axes in track coordinates, shape (3, 3)."""
-        return rotation(roll=self.roll, yaw=self.yaw)
-
-
-@checks.named(vx="speed", vy="lateral", vz="vertical", pitch="pitch_rate", yaw="yaw_rate")
-@dataclass(frozen=True, kw_only=True)
-class Velocity:
-    """How a wheel set moves.
-
-    Parameters
-    ----------
-    speed : float
-        Along the track [mm/s]. Creepages depend only on the ratios of velocities to it.
-    pitch_rate : float, optional
-        About the axle [rad/s], negative in rolling forward, 0 of a locked wheel; -speed by the nominal radius if not
-        given.
-    lateral, vertical : float
-        Of the middle of the axle [mm/s].
-    roll_rate, yaw_rate : float
-        [rad/s]
-
-    Raises
-    ------
-    SceneError
-        If a number is not finite, the speed is not positive, or the pitch rate is.
-    """
-
-    speed: float = 1000.0
-    pitch_rate: float | None = None
-    lateral: float = 0.0
-    vertical: float = 0.0
-    roll_rate: float = 0.0
-    yaw_rate: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "velocity", checks.positive, "speed")
-        checks.entries(self, "velocity", checks.moderate, "lateral", "vertical", "roll_rate", "yaw_rate")
-        if self.pitch_rate is not None:
-            checks.entries(self, "velocity", checks.moderate, "pitch_rate")
-            if self.pitch_rate > 0:
-                allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
-                raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
-
-    def body(
-        self,
-        wheelset: WheelSet,
-        position: Position,
-        z: float,
-        *,
-        pitching: bool = True,
-        curve_radius: float = np.inf,
-    ) -> RigidBody:
-        """The `wheelset` at a `position` as a rigid body in track coordinates.
-
-        Parameters
-        ----------
-        z : float
-            Height of the axle, downwards: at 0 the nominal circles are at the height of the rail tops [mm].
-        pitching : bool
-            Whether it turns about its axle; without, it moves as the contacts do.
-        curve_radius : float
-            Of the track, with which the wheel set turns as it goes along [mm].
-        """
-        pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
-        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + rotation(roll=position.roll) @ [
-            0.0,
-            0.0,
-            self.yaw_rate,
-        ]
-        if pitching:
-            turning = turning + position.rotation @ [0.0, pitch, 0.0]
-        return RigidBody(
-            position=np.array([0.0, position.y, z - wheelset.radius]),
-            rotation=position.rotation,
-            velocity=np.array([self.speed, self.lateral, self.vertical]),
-            angular_velocity=turning,
-        )
-
-
 def _above(curve: Curve, s: np.ndarray) -> Curve:
     """The part of a rail's curve about its top that is single-valued; `s` are samples of it."""
     return curve.single_valued(float(s[int(curve.points(s)[:, 1].argmin())]))
@@ -453,13 +332,6 @@ def check_kind(field: str, value: Any, kind: type[Any]) -> None:
     if not isinstance(value, kind):
         article = "an" if kind.__name__[0] in "AEIOU" else "a"
         raise SceneError(field, value, f"{article} {kind.__name__}")
-
-
-def check_forward(rolling: float) -> None:
-    """Refuse a wheel whose rolling velocity [mm/s] is not positive."""
-    if not rolling > 0:
-        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {rolling:.6g} mm/s"
-        raise SceneError("velocity", rolling, message=reason)
 
 
 def check_sides(track: Track, stacklevel: int) -> None:

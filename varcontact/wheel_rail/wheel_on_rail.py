@@ -23,9 +23,10 @@ from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import Seams, joined, seams_of, tangents_of, undeformed_distance
+from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.surface import RailSurface, WheelSurface
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet, check_kind
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName

@@ -9,8 +9,9 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
+from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import MIDDLE, ROLLING, STEEL, WheelOnRail
 
 if TYPE_CHECKING:

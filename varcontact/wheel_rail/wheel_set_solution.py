@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.results.error_estimate import with_bar
+from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity
+from varcontact.wheel_rail.track import SIGN, Side, Track
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
 if TYPE_CHECKING:

@@ -1,0 +1,146 @@
+"""Where a wheel set is, and how it moves, in track coordinates: x forward, y to the right, z down [mm, rad, s]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.kinematics import RigidBody, rotation
+
+if TYPE_CHECKING:
+    from varcontact.wheel_rail.track import WheelSet
+
+STEEPEST = 0.5
+"""Greatest angle of cant, roll and yaw [rad]."""
+
+
+def angle(field: str, value: Any) -> float:
+    """A small angle, checked."""
+    angle = checks.moderate(field, value)
+    if abs(angle) > STEEPEST:
+        raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
+    return angle
+
+
+@checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
+@dataclass(frozen=True, kw_only=True)
+class Position:
+    """Where a wheel set is in the track, but for its height.
+
+    Parameters
+    ----------
+    y : float
+        Of the middle of its axle, to the right [mm].
+    roll, yaw : float
+        About x (right wheel down) and z (turned to the right) [rad]: yawed first, then rolled about the track's x.
+    s : float
+        Along the track: where rails vary, see `ProfileSlices` [mm].
+    pitch : float
+        Angle about the axle, where wheels are out of round: negative when they have rolled forwards [rad].
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or an angle is more than half a radian.
+    """
+
+    y: float = 0.0
+    roll: float = 0.0
+    yaw: float = 0.0
+    s: float = 0.0
+    pitch: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.entries(self, "position", checks.moderate, "y", "s", "pitch")
+        checks.entries(self, "position", angle, "roll", "yaw")
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """The axle's axes in track coordinates, shape (3, 3)."""
+        return rotation(roll=self.roll, yaw=self.yaw)
+
+
+@checks.named(vx="speed", vy="lateral", vz="vertical", pitch="pitch_rate", yaw="yaw_rate")
+@dataclass(frozen=True, kw_only=True)
+class Velocity:
+    """How a wheel set moves.
+
+    Parameters
+    ----------
+    speed : float
+        Along the track [mm/s]. Creepages depend only on the ratios of velocities to it.
+    pitch_rate : float, optional
+        About the axle [rad/s], negative in rolling forward, 0 of a locked wheel; -speed by the nominal radius if not
+        given.
+    lateral, vertical : float
+        Of the middle of the axle [mm/s].
+    roll_rate, yaw_rate : float
+        [rad/s]
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, the speed is not positive, or the pitch rate is.
+    """
+
+    speed: float = 1000.0
+    pitch_rate: float | None = None
+    lateral: float = 0.0
+    vertical: float = 0.0
+    roll_rate: float = 0.0
+    yaw_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.entries(self, "velocity", checks.positive, "speed")
+        checks.entries(self, "velocity", checks.moderate, "lateral", "vertical", "roll_rate", "yaw_rate")
+        if self.pitch_rate is not None:
+            checks.entries(self, "velocity", checks.moderate, "pitch_rate")
+            if self.pitch_rate > 0:
+                allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
+                raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
+
+    def body(
+        self,
+        wheelset: WheelSet,
+        position: Position,
+        z: float,
+        *,
+        pitching: bool = True,
+        curve_radius: float = np.inf,
+    ) -> RigidBody:
+        """The `wheelset` at a `position` as a rigid body in track coordinates.
+
+        Parameters
+        ----------
+        z : float
+            Height of the axle, downwards: at 0 the nominal circles are at the height of the rail tops [mm].
+        pitching : bool
+            Whether it turns about its axle; without, it moves as the contacts do.
+        curve_radius : float
+            Of the track, with which the wheel set turns as it goes along [mm].
+        """
+        pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
+        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + rotation(roll=position.roll) @ [
+            0.0,
+            0.0,
+            self.yaw_rate,
+        ]
+        if pitching:
+            turning = turning + position.rotation @ [0.0, pitch, 0.0]
+        return RigidBody(
+            position=np.array([0.0, position.y, z - wheelset.radius]),
+            rotation=position.rotation,
+            velocity=np.array([self.speed, self.lateral, self.vertical]),
+            angular_velocity=turning,
+        )
+
+
+def check_forward(rolling: float) -> None:
+    """Refuse a wheel whose rolling velocity [mm/s] is not positive."""
+    if not rolling > 0:
+        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {rolling:.6g} mm/s"
+        raise SceneError("velocity", rolling, message=reason)
