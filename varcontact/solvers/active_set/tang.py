@@ -373,7 +373,7 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
         falls, merit, found = least < FAST * merit, least, _admissible(problem, at)
         if (left := _residual(problem, found)) < residual:
             best, residual = found, left
-        idle = 0 if merit < 0.99 * lowest else idle + 1
+        idle = 0 if merit < (0.5 if residual <= SOLVED else 0.99) * lowest else idle + 1
         lowest = min(lowest, merit)
     solved = residual <= SOLVED
     return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
