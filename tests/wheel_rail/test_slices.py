@@ -102,11 +102,11 @@ def test_distance_below_a_flat_is_that_of_the_chord() -> None:
     case = on(RAIL, replace(WHEEL, wheel=flat(half)), z=R * (1 - np.cos(half)) + deep, vertical_force=None)
     (patch,) = case.patches(case.z or 0.0)
     surface, grid = patch.scene.surface, patch.scene.grid
-    row = int(np.abs(grid.y).argmin())  # type: ignore[union-attr]
-    x = patch.location[0] + grid.x  # type: ignore[union-attr]
+    row = int(np.abs(grid.y).argmin())
+    x = patch.location[0] + grid.x
     chord = R * np.cos(half)
     expected = np.where(np.abs(x) <= R * np.sin(half), 0.0, chord - np.sqrt(R**2 - x**2))
-    assert surface.h[row] - surface.h[row].min() == pytest.approx(expected, abs=1e-6)  # type: ignore[union-attr]
+    assert surface.h[row] - surface.h[row].min() == pytest.approx(expected, abs=1e-6)
     assert patch.approach == pytest.approx(deep, abs=1e-5)
     assert patch.location[0] == pytest.approx(0.0, abs=1e-6)
 
@@ -136,7 +136,7 @@ def test_sides_are_mirror_images() -> None:
 def test_between_two_profiles_sections_are_their_means(s: float) -> None:
     """Heads of two radii with equal parts of the arc; linear between two slices."""
     slices = ProfileSlices(profiles=[RAIL, round_rail(200.0)], positions=[0.0, 100.0])
-    (section,) = on(slices, position=Position(s=s)).rail.sections(0.0)  # type: ignore[union-attr]
+    (section,) = on(slices, position=Position(s=s)).rail.sections(0.0)
     at = section.sampled(5.0)
     y, z = section.points(at).T
     part = np.linspace(-1.0, 1.0, 20001)
