@@ -1,13 +1,17 @@
 """Heights that bodies carry, loads by a control, work along the way: lists of surfaces, conservation, corrugation."""
 
+import csv
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 from scipy.ndimage import label
 
 import varcontact as vc
 
+DATA = Path(__file__).parents[1] / "data"
 R, FRICTION, NU = 100.0, 0.3, 0.3
 LOAD = np.pi / (4 * R * (1 - NU))  # half length 1 under G = 1
 
@@ -129,6 +133,31 @@ def test_a_flat_at_rest(turned):
         (found,) = vc.solve(replace(still, motion=motion))
         assert found.approach == pytest.approx(alone.approach, rel=1e-4)
         np.testing.assert_allclose(found.pressure, alone.pressure, atol=2e-3 * alone.max_pressure)
+
+
+def test_a_flat_at_rest_and_in_steady_rolling_is_contacts():
+    """A rounded flat at seven angles: its height to the printed digits, its force to 1 % of the friction limit."""
+    with open(DATA / "rounded_flat.csv", newline="") as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    radius, slices, y = 450.0, 0.0044525 * np.arange(-28, 29), 0.464758 * np.arange(-65, 66)
+    deep = np.where(np.abs(slices) < 0.1113125, 0.45 * (1 + np.cos(np.pi * slices / 0.1113125)), 0.0)
+    knots = np.concatenate(
+        [slices[0] - 0.0044525 * np.array([2, 1]), slices, slices[-1] + 0.0044525 * np.array([1, 2])]
+    )
+    around = np.linspace(slices[1], slices[-2], 433)[:-1]
+    depth = BSpline(knots, np.maximum(0, deep[:, None] - y**2 / 600), 3)(around)
+    flat = vc.Carried(-depth.T, radius * around, y)
+    still = vc.Transient(steps=1, dq=0.0, carried=flat)
+    for row in rows:
+        grid = vc.Grid(nx=46, ny=208, dx=0.2, dy=0.2, x0=row["x"] - 4.6, y0=-20.8)
+        scene = vc.Scene(
+            bodies=vc.Bodies(G=82e3, nu=0.28), surface=vc.Paraboloids(radius, 300.0), normal_force=1e4, friction=0.3,
+            motion=replace(still, rolled=-radius * np.deg2rad(row["pitch"])), grid=grid,
+        )  # fmt: skip
+        (found,) = vc.solve(scene)
+        assert found.approach == pytest.approx(row["z_ws"], abs=1.5e-4)
+        rolling = replace(scene, surface=found.scene.surface, motion=vc.Steady(vx=row["cksi"]))
+        assert vc.solve(rolling).Fx == pytest.approx(row["fx"], abs=30.0)
 
 
 def test_grids_make_room_for_heights_and_keep_an_accuracy():
