@@ -34,14 +34,8 @@ from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
-from .scene.friction import (
-    ExponentialFalling,
-    FrictionLaw,
-    LinearFalling,
-    RationalFalling,
-    StaticKinetic,
-    TemperatureFalling,
-)
+from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
+from .scene.friction_laws import FrictionLaw, TemperatureFalling
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient

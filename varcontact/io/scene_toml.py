@@ -17,7 +17,7 @@ from varcontact.io.toml_tables import check_keys, file_named, make, needed, numb
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.carried import Carried
-from varcontact.scene.friction import LAWS, FrictionLaw
+from varcontact.scene.friction_laws import LAWS, FrictionLaw
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient

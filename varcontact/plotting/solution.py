@@ -39,7 +39,8 @@ from varcontact.plotting.style import (
 from varcontact.plotting.unit_labels import measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import BRANCHES, Law, kind_of
+from varcontact.scene.friction import BRANCHES, Law
+from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 
 PANELS = ("pressure", "traction", "slip", "distance", "power_density", "temperature", "section")

@@ -13,7 +13,8 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import BRANCHES, Law, kind_of
+from varcontact.scene.friction import BRANCHES, Law
+from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.solvers.interface import Calls
 

@@ -15,7 +15,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import LEAST, MOST, FrictionLaw, Law, StaticKinetic
+from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
+from varcontact.scene.friction_laws import FrictionLaw
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient

@@ -1,4 +1,4 @@
-"""Laws of friction: a static and a kinetic coefficient (37), coefficients that fall with slip velocity, and memory.
+"""Laws of friction by slip: a static and a kinetic coefficient (37), coefficients that fall with slip, and memory.
 
 With a memory distance d a particle's coefficient goes over to that of the law by the distance it slides:
 ``df/dt = (law(s) - f) max(s, s0)/d``. Source: E. Vollebregt, H. Schuttelaars, J. Sound Vib. 331 (2012) 2141-2155.
@@ -6,10 +6,9 @@ With a memory distance d a particle's coefficient goes over to that of the law b
 
 from __future__ import annotations
 
-import inspect
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from varcontact.errors import SceneError
 
 LEAST, MOST = 1e-20, 1e20
 """Between these are finite coefficients that are not zero: beyond, products leave the range of floating point."""
-ROUNDING = 1e-9
-"""What a product of factors may miss of its limits."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +27,7 @@ class Law(ABC):
     kinetic: float
     memory_distance: float = field(default=0.0, kw_only=True)
     memory_velocity: float = field(default=0.0, kw_only=True)
+    local: ClassVar[bool] = False  # whether it depends on more than slip
 
     def __post_init__(self) -> None:
         checks.entries(self, "friction", checks.positive, "static")
@@ -47,11 +45,6 @@ class Law(ABC):
             raise SceneError("friction.memory_distance", self.memory_distance, "0: only laws by slip have a memory")
 
     @property
-    def local(self) -> bool:
-        """Whether it depends on more than slip."""
-        return False
-
-    @property
     def warm(self) -> bool:
         """Whether it depends on the temperature of the surface."""
         return False
@@ -61,28 +54,23 @@ class Law(ABC):
         return self(slip)
 
     @property
-    def velocity_of_slip(self) -> float:
-        """Slip velocity by relative slip."""
-        return 1.0
-
-    @property
-    @abstractmethod
     def continuous(self) -> bool:
         """Whether the coefficient of a particle changes continuously with its slip."""
+        return True
 
     @abstractmethod
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), without memory."""
 
-    @abstractmethod
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip, where it slips."""
+        """Its derivative by the relative slip (any shape), where it slips; in a shift by [length]."""
+        return np.zeros_like(slip_sizes(slip))
 
-    def after(self, before: Any, slip: np.ndarray, travel: float) -> np.ndarray:
-        """The coefficient of particles that had another one and slid ``slip * travel``."""
-        least = self.memory_velocity / self.velocity_of_slip
+    def after(self, before: Any, own: Any, slip: np.ndarray, travel: float) -> np.ndarray:
+        """The coefficient of particles that had another one than the law's own, and slid ``slip * travel``."""
+        least = self.memory_velocity / getattr(self, "velocity", 1.0)
         part = np.exp(-np.maximum(slip, least) * travel / self.memory_distance)
-        return self(slip) + (before - self(slip)) * part
+        return np.asarray(own + (before - own) * part)
 
 
 @dataclass(frozen=True)
@@ -120,11 +108,7 @@ class StaticKinetic(Law):
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""
-        return np.where(_sizes(slip) > 0, self.kinetic, self.static)
-
-    def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative `slip` where it slips, in the shape of that; in a shift by [length]."""
-        return np.zeros_like(_sizes(slip))
+        return np.where(slip_sizes(slip) > 0, self.kinetic, self.static)
 
 
 @dataclass(frozen=True)
@@ -154,17 +138,7 @@ class _Falling(Law):
 
     def _scaled(self, slip: Any) -> np.ndarray:
         """Slip velocity by the one at which half is lost."""
-        return np.minimum(_sizes(slip) * (self.velocity / self.half_velocity), checks.LARGE)
-
-    @property
-    def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip."""
-        return True
-
-    @property
-    def velocity_of_slip(self) -> float:
-        """Slip velocity by relative slip."""
-        return self.velocity
+        return np.minimum(slip_sizes(slip) * (self.velocity / self.half_velocity), checks.LARGE)
 
     @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -256,209 +230,6 @@ class ExponentialFalling(_Falling):
         return part, -np.log(2) * part
 
 
-class _Local(Law):
-    """A coefficient by more than slip."""
-
-    @property
-    def local(self) -> bool:
-        """Whether it depends on more than slip."""
-        return True
-
-    @property
-    def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip."""
-        return True
-
-    def __call__(self, slip: Any) -> np.ndarray:
-        """The largest coefficient, at any `slip`: nothing else is known."""
-        return np.full_like(_sizes(slip), self.static)
-
-    def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative `slip`: zero."""
-        return np.zeros_like(_sizes(slip))
-
-
-@dataclass(frozen=True)
-class TemperatureFalling(_Local):
-    """A coefficient that falls linearly with the temperature of the surface, in steady rolling.
-
-    Parameters
-    ----------
-    static, kinetic : float
-        Coefficients of cold surfaces, positive, and of hot ones, in [0, static].
-    reference, over : float
-        It falls from the temperature `reference` on, over a range `over` (positive).
-
-    Raises
-    ------
-    SceneError
-        For entries out of range.
-
-    Examples
-    --------
-    >>> TemperatureFalling(static=0.4, kinetic=0.2, reference=20.0, over=400.0).at([0.0, 220.0, 900.0])
-    array([0.4, 0.3, 0.2])
-    """
-
-    reference: float = 0.0
-    over: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.entries(self, "friction", checks.moderate, "reference")
-        checks.entries(self, "friction", checks.positive, "over")
-
-    @property
-    def warm(self) -> bool:
-        """Whether it depends on the temperature of the surface."""
-        return True
-
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at a `temperature`, whatever `slip`, `pressure`, `x` and `y`."""
-        return self.at(temperature)
-
-    def at(self, temperature: Any) -> np.ndarray:
-        """Coefficient at a `temperature` (any shape)."""
-        part = np.clip((np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0)
-        return np.asarray(self.static + part * (self.kinetic - self.static))
-
-
-ARGUMENTS = ("slip_velocity", "temperature", "pressure", "x", "y")
-"""What a function for `FrictionLaw` may take, by name."""
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionLaw(_Local):
-    """A product of laws, of coefficients by place and of functions of your own, in steady rolling and shifts.
-
-    Parameters
-    ----------
-    static, kinetic : float
-        The largest and the least coefficient that the product has: searches begin there, from stick and from slip.
-    factors : law, array_like of shape (ny, nx), callable, or sequence of these
-        Laws by slip that fall continuously, without memory; `TemperatureFalling`; coefficients by place; functions
-        ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of those of these arguments that they name, all arrays
-        (ny, nx), which return a number or such an array. Where it sticks the slip velocity is zero.
-    velocity : float
-        Rolling velocity for the functions, positive: slip velocity by relative slip, 1 (default) as of `LinearFalling`.
-
-    Raises
-    ------
-    SceneError
-        For entries out of range; for factors that give no number or a negative one, in another shape; from `solve` for
-        a product outside of [kinetic, static].
-
-    Examples
-    --------
-    >>> wet = np.array([[1.0, 0.5]])
-    >>> law = FrictionLaw(0.4, 0.0, [lambda slip_velocity: 0.4 / (1 + slip_velocity / 0.1), wet], velocity=20.0)
-    >>> law.on(slip=np.array([[0.0, 0.005]]))
-    array([[0.4, 0.1]])
-    """
-
-    factors: Any = ()
-    velocity: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.entries(self, "friction", checks.positive, "velocity")
-        several = isinstance(self.factors, list | tuple) and not _is_field(self.factors)
-        factors = tuple(self.factors) if several else (self.factors,)
-        if not factors:
-            raise SceneError("friction.factors", self.factors, "one factor at least")
-        object.__setattr__(self, "factors", tuple(_factor(each) for each in factors))
-        known = {name: np.full((2, 3), each) for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)}
-        for each in self.factors:
-            if callable(each) and not isinstance(each, Law):
-                _called(each, known)
-
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
-
-    @property
-    def warm(self) -> bool:
-        """Whether it depends on the temperature of the surface."""
-        return any(each.warm if isinstance(each, Law) else "temperature" in _names(each) for each in self.factors)
-
-    @property
-    def velocity_of_slip(self) -> float:
-        """Slip velocity by relative slip."""
-        return self.velocity
-
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""
-        around = temperature, pressure, x, y
-        known = dict(zip(ARGUMENTS, (_sizes(slip) * self.velocity, *around), strict=True))
-        found = np.ones(np.shape(slip))
-        for each in self.factors:
-            own = each.on(slip, *around) if isinstance(each, Law) else each
-            found = found * (own if isinstance(own, np.ndarray) else _called(own, known))
-        least, most = float(found.min(initial=self.static)), float(found.max(initial=self.kinetic))
-        if least < self.kinetic - ROUNDING or most > self.static * (1 + ROUNDING):
-            allowed = f"a product in [kinetic, static] = [{self.kinetic:g}, {self.static:g}]"
-            raise SceneError("friction.factors", most if most > self.static else least, allowed)
-        return found
-
-
-def _factor(given: Any) -> Any:
-    """A factor of a friction law, checked."""
-    if isinstance(given, Law):
-        if given.memory_distance > 0 or not given.continuous:
-            raise SceneError("friction.factors", given, "laws that fall continuously, without memory")
-        return given
-    if callable(given):
-        _names(given)
-        return given
-    field = checks.array("friction.factors", given, 2)
-    if np.any(field < 0):
-        raise SceneError("friction.factors", float(field.min()), "zero or positive everywhere")
-    return field
-
-
-def _is_field(factors: Any) -> bool:
-    """Whether a sequence is one field of numbers, not several factors."""
-    return len(factors) > 0 and all(isinstance(row, list | tuple) for row in factors) and np.ndim(factors[0][0]) == 0
-
-
-def _names(function: Any) -> tuple[str, ...]:
-    """The arguments that a function takes; an array takes none."""
-    if not callable(function):
-        return ()
-    parameters = inspect.signature(function).parameters.values()
-    if any(each.kind is each.VAR_KEYWORD for each in parameters):
-        return ARGUMENTS
-    unknown = [each.name for each in parameters if each.name not in ARGUMENTS and each.default is each.empty]
-    if unknown:
-        raise SceneError("friction.factors", f"{_name(function)}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name")
-    return tuple(each.name for each in parameters if each.name in ARGUMENTS)
-
-
-def _name(function: Any) -> str:
-    return str(getattr(function, "__name__", function))
-
-
-def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
-    """The values of a function for the elements, checked."""
-    found, shape = np.asarray(function(**{name: known[name] for name in _names(function)})), known[ARGUMENTS[0]].shape
-    if found.shape not in ((), shape):
-        raise checks.wrong_shape(f"friction.factors: {_name(function)}", found.shape, f"a number or of shape {shape}")
-    good = (found >= 0) & (found < np.inf) if found.dtype.kind in "fiu" else np.zeros(found.shape, bool)
-    if not np.all(good):
-        raise SceneError("friction.factors", f"{_name(function)} = {found[~good][0]}", "numbers, zero or positive")
-    return np.broadcast_to(found.astype(float), shape)
-
-
-LAWS: dict[str, type[Law]] = {
-    "static-kinetic": StaticKinetic,
-    "linear": LinearFalling,
-    "rational": RationalFalling,
-    "exponential": ExponentialFalling,
-    "temperature": TemperatureFalling,
-    "product": FrictionLaw,
-}
-"""The laws by their kind in a scene file."""
-
-
 def coefficient(field: str, value: Any) -> float | Law:
     """A coefficient of friction, or a law of it."""
     if isinstance(value, Law):
@@ -472,11 +243,6 @@ def coefficient(field: str, value: Any) -> float | Law:
     return number
 
 
-def kind_of(law: Law) -> str:
-    """The kind of a law."""
-    return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
-
-
 BRANCHES = {
     "stick": "stick everywhere",
     "slip": "slip everywhere",
@@ -486,7 +252,7 @@ BRANCHES = {
 """From where a solution under a law is sought, in words."""
 
 
-def _sizes(slip: Any) -> np.ndarray:
+def slip_sizes(slip: Any) -> np.ndarray:
     """Sizes of slips, checked; infinite ones are allowed."""
     allowed = "numbers, zero or positive: sizes of slip"
     sizes = checks.numbers("slip", slip, allowed, most=np.inf)

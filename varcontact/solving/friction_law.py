@@ -122,7 +122,7 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     if law.memory_distance == 0 or disc.step is None:
         return came
     slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
-    return law.after(came, slip, disc.step * disc.scales.length)
+    return law.after(came, law(slip), slip, disc.step * disc.scales.length)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
@@ -203,11 +203,11 @@ def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
     slip = np.hypot(*shift) / unit_slip(disc)
     if not disc.loading.steady:
         came = np.full(slip.shape, law.static) if before is None or before.friction is None else before.friction
-        return came if motion.rolls else law.after(came, slip, 1.0)
+        return came if motion.rolls else law.after(came, law(slip), slip, 1.0)
     found = np.full(slip.shape, law.static)
-    known = found[:, 0]
+    known, own = found[:, 0], law(slip)
     for column in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
-        known = found[:, column] = law.after(known, slip[:, column], disc.grid.sides[0])
+        known = found[:, column] = law.after(known, own[:, column], slip[:, column], disc.grid.sides[0])
     return found
 
 

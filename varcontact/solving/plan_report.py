@@ -13,7 +13,7 @@ from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.errors import SceneError
 from varcontact.results.plan import Cost, Matrix, Plan, Sizes
-from varcontact.scene.friction import TemperatureFalling
+from varcontact.scene.friction_laws import TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene

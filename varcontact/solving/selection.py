@@ -15,7 +15,8 @@ from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import left_out, why_centres
-from varcontact.scene.friction import Law, kind_of
+from varcontact.scene.friction import Law
+from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene

@@ -18,7 +18,7 @@ from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
 from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
-from varcontact.scene.friction import LAWS
+from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table
 from varcontact.study.parallel import opened, results
 from varcontact.wheel_rail.position import Position, Velocity

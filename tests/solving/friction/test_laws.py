@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.scene.friction import LAWS, kind_of
+from varcontact.scene.friction_laws import LAWS, kind_of
 from varcontact.solving import contact_solver
 
 FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]

@@ -1,0 +1,213 @@
+"""Laws of friction by more than slip: by temperature, by place, and products with functions of the user."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.friction import (
+    ExponentialFalling,
+    Law,
+    LinearFalling,
+    RationalFalling,
+    StaticKinetic,
+    slip_sizes,
+)
+
+ARGUMENTS = ("slip_velocity", "temperature", "pressure", "x", "y")
+"""What a function for `FrictionLaw` may take, by name."""
+ROUNDING = 1e-9
+"""What a product of factors may miss of its limits."""
+
+
+class LocalLaw(Law):
+    """A coefficient by more than slip."""
+
+    local: ClassVar[bool] = True
+
+    def __call__(self, slip: Any) -> np.ndarray:
+        """The largest coefficient, at any `slip`: nothing else is known."""
+        return np.full_like(slip_sizes(slip), self.static)
+
+
+@dataclass(frozen=True)
+class TemperatureFalling(LocalLaw):
+    """A coefficient that falls linearly with the temperature of the surface, in steady rolling and histories.
+
+    Parameters
+    ----------
+    static, kinetic : float
+        Coefficients of cold surfaces, positive, and of hot ones, in [0, static].
+    reference, over : float
+        It falls from the temperature `reference` on, over a range `over` (positive).
+    memory_distance, memory_velocity : float
+        As of `StaticKinetic`.
+
+    Raises
+    ------
+    SceneError
+        For entries out of range.
+
+    Examples
+    --------
+    >>> TemperatureFalling(static=0.4, kinetic=0.2, reference=20.0, over=400.0).at([0.0, 220.0, 900.0])
+    array([0.4, 0.3, 0.2])
+    """
+
+    reference: float = 0.0
+    over: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.entries(self, "friction", checks.moderate, "reference")
+        checks.entries(self, "friction", checks.positive, "over")
+
+    @property
+    def warm(self) -> bool:
+        """Whether it depends on the temperature of the surface."""
+        return True
+
+    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+        """Coefficient at a `temperature`, whatever `slip`, `pressure`, `x` and `y`."""
+        return self.at(temperature)
+
+    def at(self, temperature: Any) -> np.ndarray:
+        """Coefficient at a `temperature` (any shape)."""
+        part = np.clip((np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0)
+        return np.asarray(self.static + part * (self.kinetic - self.static))
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionLaw(LocalLaw):
+    """A product of laws, of coefficients by place and of functions of your own.
+
+    Parameters
+    ----------
+    static, kinetic : float
+        The largest and the least coefficient that the product has: searches begin there, from stick and from slip.
+    factors : law, array_like of shape (ny, nx), callable, or sequence of these
+        Laws that change continuously, without memory; coefficients by place; functions
+        ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of those of these arguments that they name, all arrays
+        (ny, nx), which return a number or such an array. Where it sticks the slip velocity is zero.
+    velocity : float
+        Rolling velocity for the functions, positive: slip velocity by relative slip, 1 (default) as of `LinearFalling`.
+    memory_distance, memory_velocity : float
+        As of `LinearFalling`; for the product.
+
+    Raises
+    ------
+    SceneError
+        For entries out of range; for factors that give no number or a negative one, in another shape; from `solve` for
+        a product outside of [kinetic, static].
+
+    Examples
+    --------
+    >>> wet = np.array([[1.0, 0.5]])
+    >>> law = FrictionLaw(0.4, 0.0, [lambda slip_velocity: 0.4 / (1 + slip_velocity / 0.1), wet], velocity=20.0)
+    >>> law.on(slip=np.array([[0.0, 0.005]]))
+    array([[0.4, 0.1]])
+    """
+
+    factors: Any = ()
+    velocity: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.entries(self, "friction", checks.positive, "velocity")
+        several = isinstance(self.factors, list | tuple)
+        if several and self.factors and all(isinstance(row, list | tuple) for row in self.factors):
+            several = np.ndim(self.factors[0][0]) != 0  # else one field of numbers
+        factors = tuple(self.factors) if several else (self.factors,)
+        if not factors:
+            raise SceneError("friction.factors", self.factors, "one factor at least")
+        object.__setattr__(self, "factors", tuple(_factor(each) for each in factors))
+        known = {name: np.full((2, 3), each) for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)}
+        for each in self.factors:
+            if callable(each) and not isinstance(each, Law):
+                _called(each, known)
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    @property
+    def warm(self) -> bool:
+        """Whether it depends on the temperature of the surface."""
+        return any(each.warm if isinstance(each, Law) else "temperature" in _names(each) for each in self.factors)
+
+    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+        """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""
+        around = temperature, pressure, x, y
+        known = dict(zip(ARGUMENTS, (slip_sizes(slip) * self.velocity, *around), strict=True))
+        found = np.ones(np.shape(slip))
+        for each in self.factors:
+            own = each.on(slip, *around) if isinstance(each, Law) else each
+            found = found * (own if isinstance(own, np.ndarray) else _called(own, known))
+        least, most = float(found.min(initial=self.static)), float(found.max(initial=self.kinetic))
+        if least < self.kinetic - ROUNDING or most > self.static * (1 + ROUNDING):
+            allowed = f"a product in [kinetic, static] = [{self.kinetic:g}, {self.static:g}]"
+            raise SceneError("friction.factors", most if most > self.static else least, allowed)
+        return found
+
+
+LAWS: dict[str, type[Law]] = {
+    "static-kinetic": StaticKinetic,
+    "linear": LinearFalling,
+    "rational": RationalFalling,
+    "exponential": ExponentialFalling,
+    "temperature": TemperatureFalling,
+    "product": FrictionLaw,
+}
+"""The laws by their kind in a scene file."""
+
+
+def kind_of(law: Law) -> str:
+    """The kind of a law."""
+    return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
+
+
+def _factor(given: Any) -> Any:
+    """A factor of a friction law, checked."""
+    if isinstance(given, Law):
+        if given.memory_distance > 0 or not given.continuous:
+            raise SceneError("friction.factors", given, "laws that fall continuously, without memory")
+        return given
+    if callable(given):
+        _names(given)
+        return given
+    field = checks.array("friction.factors", given, 2)
+    if np.any(field < 0):
+        raise SceneError("friction.factors", float(field.min()), "zero or positive everywhere")
+    return field
+
+
+def _names(function: Any) -> tuple[str, ...]:
+    """The arguments that a function takes; an array takes none."""
+    if not callable(function):
+        return ()
+    parameters = inspect.signature(function).parameters.values()
+    if any(each.kind is each.VAR_KEYWORD for each in parameters):
+        return ARGUMENTS
+    unknown = [each.name for each in parameters if each.name not in ARGUMENTS and each.default is each.empty]
+    if unknown:
+        raise SceneError("friction.factors", f"{_name(function)}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name")
+    return tuple(each.name for each in parameters if each.name in ARGUMENTS)
+
+
+def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
+    """The values of a function for the elements, checked."""
+    found, shape = np.asarray(function(**{name: known[name] for name in _names(function)})), known[ARGUMENTS[0]].shape
+    if found.shape not in ((), shape):
+        raise checks.wrong_shape(f"friction.factors: {_name(function)}", found.shape, f"a number or of shape {shape}")
+    good = (found >= 0) & (found < np.inf) if found.dtype.kind in "fiu" else np.zeros(found.shape, bool)
+    if not np.all(good):
+        raise SceneError("friction.factors", f"{_name(function)} = {found[~good][0]}", "numbers, zero or positive")
+    return np.broadcast_to(found.astype(float), shape)
+
+
+def _name(function: Any) -> str:
+    return str(getattr(function, "__name__", function))
