@@ -11,14 +11,14 @@ import numpy as np
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, as_solved, unloaded
-from varcontact.elasticity.conformal import NINE, Conformal, turned
+from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
 BLOCKS, BLUR = 16, 0.5
-"""Blocks of elements across the grid that samples are sorted out by first; and the error of such displacements by the
+"""Blocks of elements across the grid that samples are sorted out by first, then twice and four times; and the error of such displacements by the
 greatest depth, by one over the blocks across: four times what was measured."""
 MOST_SAMPLES = 500
 """The lowest samples that displacements are found for exactly."""
@@ -89,7 +89,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
     below = below + _lagging(disc, state, x, y)
     deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
-    for across in sorted({min(BLOCKS, elements), elements}):
+    for across in sorted({min(blocks, elements) for blocks in (BLOCKS, 2 * BLOCKS, 4 * BLOCKS, elements)}):
         raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
         doubtful = raised < BLUR / across * deepest
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
@@ -152,14 +152,15 @@ def _displacement(
     forces: bool = False,
 ) -> np.ndarray:
     """Normal displacement difference at points, by loads (3, n) at some centres: tractions on elements, or `forces`."""
-    by_name = {"zz": loads[2]} if medium.K == 0 else {"zx": loads[0], "zy": loads[1], "zz": loads[2]}
+    where = lattice, x - centres[0][:, None], y - centres[1][:, None]
     turns, flat = isinstance(medium, Conformal), medium.flat if isinstance(medium, Conformal) else medium
-    where = lattice, x - centres[0][:, None], y - centres[1][:, None], NINE if turns else by_name
-    numbers = _by_forces(flat, *where) if forces else flat.influence(*where)
+    names = ("yx", "yy", "zz") if turns else ("zz",)
+    if flat.K != 0:
+        names = ("zx", "zy", "zz", *(("yx", "yy", "yz") if turns else ()))
+    numbers = _by_forces(flat, *where, names) if forces else flat.influence(*where, names)
     if isinstance(medium, Conformal):
-        angle = medium.angles_at(centres[1])[:, None] - medium.angles_at(y)
-        numbers = turned(numbers, angle.astype(np.float32) if forces else angle, by_name)  # whose sines are fast
-    return np.sum([load @ numbers[name] for name, load in by_name.items()], axis=0)
+        return medium.normal_displacement(numbers, loads, centres[1], y)
+    return np.sum([loads["xyz".index(name[1])] @ each for name, each in numbers.items()], axis=0)
 
 
 def _at_once(disc: Discretisation) -> Medium:
@@ -222,7 +223,8 @@ def _by_forces(
     if not isinstance(medium, HalfSpaces):
         numbers = medium.influence(lattice, x, y, components)
         return {name: each / lattice.area for name, each in numbers.items()}
-    nu, K, square = medium.nu, medium.K, x**2 + y**2
+    x, y = x.astype(np.float32), y.astype(np.float32)
+    nu, K, square = float(medium.nu), float(medium.K), x**2 + y**2
     if lattice.line:
         along = {
             "zz": lambda: -(1 - nu) * np.log(square / medium.depth**2) / np.pi,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -105,12 +106,17 @@ def how_to_smooth(wavelength: str) -> str:
     return f"smooth the samples: smoothing = {wavelength} in the file, or .smoothed({wavelength})"
 
 
-def continued(places: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values between places, ascending, without swings; beyond them straight on."""
+def continuation(places: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """What gives values between places, ascending, without swings; beyond them straight on."""
     from scipy.interpolate import PchipInterpolator
 
     if places.size == 1:
-        return np.full(at.shape, values[0])
-    between, within = PchipInterpolator(places, values), np.clip(at, places[0], places[-1])
-    slopes = np.where(at < within, *between(places[[0, -1]], 1))
-    return np.asarray(between(within) + slopes * (at - within))
+        return lambda at: np.full(at.shape, values[0])
+    between, (first, last) = PchipInterpolator(places, values), places[[0, -1]]
+    slopes = between(places[[0, -1]], 1)
+
+    def continued(at: np.ndarray) -> np.ndarray:
+        within = np.clip(at, first, last)
+        return np.asarray(between(within) + np.where(at < within, *slopes) * (at - within))
+
+    return continued

@@ -10,7 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.interpolation import Interpolation, continued, smoothed_field
+from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
 
 MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
 """How far a reference surface may turn across its samples, and from one row of them to the next [rad]."""
@@ -284,7 +284,7 @@ class SampledDistance:
     def inclination_at(self, grid: Grid) -> np.ndarray:
         """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the curvature at the end."""
         assert self.inclination is not None
-        return self.inclination if self.y is None else continued(self.y, self.inclination, grid.y)
+        return self.inclination if self.y is None else continuation(self.y, self.inclination)(grid.y)
 
     def along_axes(self, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the plane."""
