@@ -18,8 +18,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
 BLOCKS, BLUR = 16, 0.5
-"""Blocks of elements across the grid that samples are sorted out by first, then twice and four times; and the error of such displacements by the
-greatest depth, by one over the blocks across: four times what was measured."""
+"""Blocks of elements across the grid that samples are sorted out by first, then twice and four times as many; and the
+error of such displacements by the greatest depth, by one over the blocks across: four times what was measured."""
 MOST_SAMPLES = 500
 """The lowest samples that displacements are found for exactly."""
 
