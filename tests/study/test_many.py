@@ -58,6 +58,10 @@ def check_same(found, i, sol):
     assert float(found.normal_force[i]) == pytest.approx(sol.normal_force)
     for name, count in sol.elements.items():
         assert int(found[name][i]) == count, name
+        assert float(found[f"{name}_area"][i]) == pytest.approx(sol.areas[name], rel=1e-12)
+    assert float(found.max_pressure[i]) == pytest.approx(sol.max_pressure, rel=1e-12)
+    rigid = np.abs(sol.creepage) * [1.0, 1.0, dx * sol.grid.nx]
+    assert abs(float(found.friction_work[i]) - sol.friction_work) < 1e-7 * limit * rigid.max()
 
 
 @pytest.mark.parametrize("edge", ["centres", "touched", "softened"])

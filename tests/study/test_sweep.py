@@ -1,7 +1,6 @@
 """Sweeps: nothing but single solves, wherever they run, and a store that nothing spoils."""
 
 import dataclasses
-import json
 import os
 import pickle
 import signal
@@ -12,6 +11,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
+import h5py
 import numpy as np
 import psutil
 import pytest
@@ -26,7 +26,6 @@ ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
 RECORD = record_type({})
 OVER = {"friction": [0.2, 0.3], "motion.vx": [0.0, 0.02, 0.05, 0.1, 0.3]}
-FIGURES = ("Fx", "Fy", "Mz", "vx", "spin", "normal_force", "approach", "relative_gap", "residual")
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +56,29 @@ def test_a_sweep_is_its_single_solves(scene, alone):
             assert (float(found["vx"]), float(found["spin"])) == (vx, 0.05)
             assert float(found["residual"]) < 1e-8
             assert np.isnan(found["Fx_bound"])
+            check_areas_and_work(found, sol)
+
+
+def check_areas_and_work(found, sol):
+    for name, area in sol.areas.items():
+        assert float(found[f"{name}_area"]) == pytest.approx(area, rel=1e-12, abs=0), name
+    assert float(found["max_pressure"]) == pytest.approx(sol.max_pressure, rel=1e-12)
+    limit = sol.scene.friction * sol.normal_force * np.abs(sol.creepage).max()
+    assert float(found["friction_work"]) == pytest.approx(sol.friction_work, abs=1e-8 * limit)
+
+
+@pytest.mark.parametrize("by", ["batches", "single solves"])
+def test_areas_pressure_and_work_in_shifts(rolling, by):
+    """Of a shift by force the work is no product of force and shift."""
+    scene = rolling(grid=GRID, motion=vc.Shift(Fx=-0.1, uy=0.02, rotation=0.05), units=vc.Units(length="mm", force="N"))
+    swept = vc.sweep(scene, {"motion.Fx": [-0.1, 0.2]}, tangential="auto" if by == "batches" else "newton")
+    for Fx in (-0.1, 0.2):
+        sol = vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, Fx=Fx)))
+        check_areas_and_work(swept.sel({"motion.Fx": Fx}), sol)
+        assert 0 < sol.friction_work < 0.99 * sol.power
+    units = {name: swept[name].units for name in ("slip_area", "max_pressure", "friction_work", "vx", "motion.Fx")}
+    expected = {"slip_area": "mm^2", "max_pressure": "N/mm^2", "friction_work": "N mm", "vx": "mm", "motion.Fx": "N"}
+    assert units == expected
 
 
 def test_bounds_where_they_are_asked_for(scene, alone):
@@ -237,6 +259,8 @@ def test_ctrl_c_keeps_what_is_finished_and_the_sweep_goes_on(scene, alone, tmp_p
     partial = stopped.value.partial
     assert (partial["outcome"].values.ravel() == "solved").tolist() == 4 * [True] + 6 * [False]
     assert vc.read_sweep(store).identical(partial)
+    with xr.open_dataset(store) as plain:
+        assert plain["friction_work"].isnull().values.ravel().tolist() == 4 * [False] + 6 * [True]
     again = []
     assert vc.sweep(scene, OVER, chunk=4, store=store, progress=again.append).identical(alone[1])
     assert [standing.done for standing in again] == [4, 8, 10], "the first chunk is not solved again"
@@ -330,29 +354,40 @@ def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
 
 
 def test_another_file_is_refused_and_stays(scene, tmp_path):
-    store = tmp_path / "run.nc"
+    store, no_sweep = tmp_path / "run.nc", "is not a 'varcontact sweep 2' file"
     vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0.2, vx=0.01)), store=store)
-    with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: is not a 'varcontact sweep 1' file$"):
-        vc.read_sweep(store)
-    with pytest.raises(vc.OutputError, match="exists already and is not a 'varcontact sweep 1' file; name a new file"):
-        vc.sweep(scene, OVER, store=store)
-    for content, words in ((b"words", r"cannot be read as a sweep \(.*\)"), (b"CDF\x02" + bytes(40), "is not a .*")):
+    vc.solve(scene).save(tmp_path / "solution.nc")
+    for content, words in (
+        (store.read_bytes(), no_sweep),
+        ((tmp_path / "solution.nc").read_bytes(), no_sweep),
+        (b"words", no_sweep),
+        (b"\x89HDF\r\n\x1a\n" + bytes(40), r"cannot be read as a sweep \(.*\)"),
+        ((ROOT / "tests" / "data" / "sweep_format_1.nc").read_bytes(), "is a sweep of an earlier version: .*"),
+    ):
         store.write_bytes(content)
         with pytest.raises(vc.OutputError, match=rf"path = .*run\.nc.*: {words}$"):
             vc.read_sweep(store)
-        with pytest.raises(vc.OutputError, match=r"exists already and .*; name a new file"):
+        with pytest.raises(vc.OutputError, match=rf"exists already and {words}; name a new file"):
             vc.sweep(scene, OVER, store=store)
         assert store.read_bytes() == content
 
 
-@pytest.mark.parametrize("where", [0, 100, RECORD.itemsize - 1])
-def test_a_damaged_record_is_solved_again(scene, alone, where, tmp_path):
+def test_a_store_of_an_earlier_version_is_read_as_its_message_says(scene):
+    with xr.open_dataset(ROOT / "tests" / "data" / "sweep_format_1.nc") as flat:
+        np.testing.assert_allclose(flat["vx"], [0.02, 0.1])
+        motion = vc.Steady(vx=0.02)
+        np.testing.assert_allclose(flat["Fx"][0], vc.solve(dataclasses.replace(scene, motion=motion)).Fx, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["normal_force", "Mz", "iterations", "reason", "outcome", "check"])
+def test_a_damaged_record_is_solved_again(scene, alone, name, tmp_path):
     store, content = tmp_path / "sweep.nc", bytearray(alone[0].read_bytes())
-    begin = len(content) - 10 * RECORD.itemsize
-    content[begin + 5 * RECORD.itemsize + where] ^= 64
+    with h5py.File(alone[0]) as file:
+        content[file[name].id.get_offset() + 5 * RECORD[name].itemsize] ^= 64
     store.write_bytes(content)
-    found = vc.read_sweep(store)["outcome"].values.ravel() == "solved"
-    assert found.tolist() == 5 * [True] + [False] + 4 * [True]
+    found = vc.read_sweep(store)
+    assert (found["outcome"].values.ravel() == "solved").tolist() == 5 * [True] + [False] + 4 * [True]
+    assert np.isnan(found["Fx"].values.ravel()[5])
     told = []
     vc.sweep(scene, OVER, chunk=4, store=store, progress=told.append)
     assert [standing.done for standing in told] == [6, 10], "its chunk, and no other"
@@ -388,14 +423,23 @@ def test_a_full_disk_is_found_before_any_work(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-def test_any_netcdf_reader_reads_the_store(alone):
+def test_plain_xarray_opens_the_store(alone):
     store, swept = alone
-    with xr.open_dataset(store, engine="scipy") as flat:
-        for name in FIGURES:
-            np.testing.assert_array_equal(flat[name].values, swept[name].values.ravel())
-        assert flat["outcome"].values.tolist() == 10 * [1]
-        assert "1 solved; 2 approximate; 3 not converged" in flat["outcome"].meaning
-        assert json.loads(flat.attrs["sweep"])["coordinates"] == OVER
+    with xr.open_dataset(store) as found:
+        assert found.drop_vars("check").equals(swept)
+        assert list(found.indexes) == list(OVER)
+        assert found["Fx"].sel({"friction": 0.3, "motion.vx": 0.1}) == swept["Fx"][1, 3]
+        assert {name: found.attrs[name] for name in swept.attrs} == swept.attrs
+
+
+@pytest.mark.parametrize("over", [{}, {"grid.edge": ["centres", "touched"]}, {"normal_force": [1.0, 2.0]}])
+def test_stores_over_words_loads_and_nothing(scene, over, tmp_path):
+    swept = vc.sweep({"one": scene, "\u00e9": scene}, over, store=tmp_path / "sweep.nc")
+    assert vc.read_sweep(tmp_path / "sweep.nc").identical(swept)
+    with xr.open_dataset(tmp_path / "sweep.nc") as found:
+        assert found.drop_vars("check").equals(swept)
+    single = vc.sweep(scene, store=tmp_path / "single.nc")
+    assert vc.sweep(scene, store=tmp_path / "single.nc").identical(single) and single["Fx"].shape == ()
 
 
 def test_units_and_settings_are_with_the_results(rolling):
@@ -413,7 +457,7 @@ def test_standing():
 def test_time_left_is_by_what_was_solved_now(scene, alone, tmp_path, monkeypatch):
     """Scenes that were in the store took no time."""
     records = module.blank(10, RECORD)
-    records["outcome"][:6] = 1
+    records["outcome"][:6] = b"solved"
     assert module._standing(records, before=4, seconds=10.0).left == 20.0
     assert module._standing(records, before=6, seconds=10.0).left is None
 
@@ -495,10 +539,13 @@ def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
     swept = vc.sweep(rolling(grid="auto"), over, store=store, **options)
     for vx in over["motion.vx"]:
         motion = dataclasses.replace(rolling().motion, vx=vx)
-        estimate = vc.solve(rolling(grid="auto", motion=motion), **options).error_estimate
+        sol = vc.solve(rolling(grid="auto", motion=motion), **options)
+        estimate = sol.error_estimate
         found = swept.sel({"motion.vx": vx})
         assert float(found["Fx"]) == pytest.approx(estimate.values["Fx"], abs=1e-5 * rolling().friction)
         assert float(found["Fx_error"]) == pytest.approx(estimate.bars["Fx"], rel=1e-3)
+        assert float(found["friction_work"]) == pytest.approx(sol.friction_work, rel=1e-4)
+        assert float(found["slip_area"]) == pytest.approx(sol.areas["slip"], rel=1e-12)
         assert np.isnan(found["vx_error"])
     assert swept.attrs["accuracy"] == options.get("accuracy", 0.01)
     assert vc.read_sweep(store).identical(swept)

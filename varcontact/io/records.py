@@ -1,13 +1,14 @@
-"""Files of records, of a history's steps and a sweep's scenes: classic netCDF, each record in one piece.
+"""Files of records, of a history's steps and a sweep's scenes: libraries make and read them, bytes are put in here.
 
-scipy makes and reads them, but a record is written in its place here: no library adds one safely. scipy's own mode for
-that rewrites the whole file for every step (1 ms for the first of 40 x 40 elements, 800 ms for the four hundredth), and
-of 20 files whose program was killed 8 could not be read. HDF5 groups lost 4 of 14 such files, and HDF5 datasets that
-grow while others read them (SWMR) lost none of 20, but none of these could be extended.
+No library adds a record safely. scipy's own mode for that rewrites the whole file for every step (1 ms for the first of
+40 x 40 elements, 800 ms for the four hundredth), and of 20 files whose program was killed 8 could not be read. HDF5
+groups lost 4 of 14 such files, and HDF5 datasets that grow while others read them (SWMR) lost none of 20, but none of
+these could be extended.
 
-The steps of a history are appended, and counted when they are on the disk. The file of a sweep has its full length from
-the beginning; a record is filled in any order, and is valid if its checksum fits, so that the same sweep gives the same
-bytes, and no disk is too full for it later on.
+The steps of a history are appended to a classic netCDF file, and counted when they are on the disk. The file of a sweep
+is the netCDF-4 file of its dataset, of full length from the beginning. The values of a scene are written over those of
+none, in any order, and count if their checksum fits: the same sweep gives the same bytes, and no disk is too full
+for it later on.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ import io
 import json
 import os
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
 
@@ -33,10 +34,13 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.system.files import check_writable, only_writer, reading, replacing
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 MAGIC = b"CDF\x02"
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
-HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 1", "varcontact sweep 1"
+HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 1", "varcontact sweep 2"
 
 # Steps of a history
 RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
@@ -46,27 +50,37 @@ SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by di
 """The fields of each step: dimensions, quantity, description."""
 
 # Scenes of a sweep
-OUTCOMES = ("", "solved", "approximate", "not converged", "refused", "unavailable", "failed")
-"""Outcomes by number; none while a scene is not solved."""
-LONGEST_REASON = 240
+OUTCOMES = ("solved", "approximate", "not converged", "refused", "unavailable", "failed")
+LONGEST_OUTCOME, LONGEST_REASON = 16, 240
 NUMBERS = {
-    "normal_force": "force",
-    "approach": "length",
-    "Fx": "force",
-    "Fy": "force",
-    "Mz": "moment",
-    "vx": "1",
-    "vy": "1",
-    "spin": "1",
-    "gap": "1",
-    "relative_gap": "1",
-    "residual": "1",
-    "Fx_bound": "force",
-    "Fy_bound": "force",
-    "Mz_bound": "moment",
+    "normal_force": ("force", "total compressive force"),
+    "approach": ("length", "approach of the bodies"),
+    "Fx": ("force", "longitudinal force on body 1"),
+    "Fy": ("force", "lateral force on body 1"),
+    "Mz": ("moment", "twisting moment on body 1"),
+    "vx": ("creepage", "longitudinal creepage (of a shift: ux)"),
+    "vy": ("creepage", "lateral creepage (of a shift: uy)"),
+    "spin": ("spin creepage", "spin creepage (of a shift: rotation)"),
+    "contact_area": ("area", "area of contact"),
+    "stick_area": ("area", "area of stick"),
+    "slip_area": ("area", "area of slip"),
+    "max_pressure": ("pressure", "largest pressure"),
+    "friction_work": ("work", "work lost by friction: by distance rolled, of a shift in all"),
+    "gap": ("moment", "duality gap"),
+    "relative_gap": ("1", "relative duality gap"),
+    "residual": ("1", "residual by the largest traction"),
+    "Fx_bound": ("force", "bound on the error of Fx on this grid"),
+    "Fy_bound": ("force", "bound on the error of Fy on this grid"),
+    "Mz_bound": ("moment", "bound on the error of Mz on this grid"),
 }
-COUNTS = ("contact", "stick", "slip", "iterations")
-ERRORS = {"Fx_error": "force", "Fy_error": "force", "Mz_error": "moment", "vx_error": "1", "vy_error": "1"}
+"""By name the quantity, and what it is."""
+COUNTS = {
+    "contact": ("1", "elements in contact"),
+    "stick": ("1", "elements that stick"),
+    "slip": ("1", "elements that slip"),
+    "iterations": ("1", "iterations"),
+}
+ERRORS = {f"{name}_error": (NUMBERS[name][0], f"error bar of {name}") for name in ("Fx", "Fy", "Mz", "vx", "vy")}
 """Error bars, of sweeps to an accuracy or within a time."""
 
 
@@ -145,13 +159,13 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
     return parts_of_file
 
 
-def record_type(settings: Mapping[str, Any]) -> np.dtype:
-    """The entries of a scene, in the order and the bytes of its record."""
+def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -> np.dtype:
+    """The entries of a scene that are not coordinates, such as a load that varies."""
     numbers = NUMBERS | (ERRORS if {"accuracy", "time_budget"} & settings.keys() else {})
     return np.dtype(
-        [(name, ">f8") for name in numbers]
-        + [(name, ">i4") for name in (*COUNTS, "outcome")]
-        + [("reason", f"S{LONGEST_REASON}"), ("check", ">u4")]
+        [(name, "f8") for name in numbers if name not in coordinates]
+        + [(name, "i8") for name in COUNTS]
+        + [("reason", f"S{LONGEST_REASON}"), ("outcome", f"S{LONGEST_OUTCOME}"), ("check", "u4")]
     )
 
 
@@ -159,7 +173,7 @@ def blank(scenes: int, record: np.dtype) -> np.ndarray:
     """Records of scenes that are not solved."""
     records = np.zeros(scenes, record)
     for name in record.names or ():
-        if record[name] == ">f8":
+        if record[name].kind == "f":
             records[name] = np.nan
     return records
 
@@ -173,7 +187,7 @@ def sealed(records: np.ndarray) -> np.ndarray:
 
 def finished(records: np.ndarray) -> np.ndarray:
     """Which records are of scenes that are solved, or have failed, and are whole."""
-    there = (records["outcome"] > 0) & (records["outcome"] < len(OUTCOMES))
+    there = np.isin(records["outcome"], np.array(OUTCOMES, "S"))
     there[there] = [record["check"] == _checksum(record) for record in records[there]]
     return there
 
@@ -182,109 +196,117 @@ def _checksum(record: np.void) -> int:
     return zlib.crc32(record.tobytes()[: -record.dtype["check"].itemsize])
 
 
+def tabulated(
+    records: np.ndarray, coordinates: xr.Coordinates, described: Mapping[str, Any], stored: bool = False
+) -> xr.Dataset:
+    """Records by the coordinates; `stored` as in the file, with checksums, and words as bytes."""
+    import xarray as xr
+
+    columns: dict[str, tuple[Any, ...]] = {}
+    for name in records.dtype.names or ():
+        values = records[name].reshape([len(coordinates[dim]) for dim in coordinates])
+        quantity, words = (NUMBERS | ERRORS | COUNTS).get(name, ("", name))
+        said = {"long_name": words}
+        if quantity in described["units"]:
+            said["units"] = described["units"][quantity]
+        if stored and values.dtype.kind == "S":
+            said["_Encoding"] = "utf-8"
+        elif values.dtype.kind == "S":
+            values = np.char.decode(values, "utf-8")
+        columns[name] = tuple(coordinates), values, said
+    settings = {name: value for name, value in described["settings"].items() if value is not None}
+    settings = {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}
+    if stored:
+        return xr.Dataset(columns, coordinates, settings | {"format": SWEEP_FORMAT, "sweep": json.dumps(described)})
+    return xr.Dataset(columns, coordinates, settings).drop_vars("check")
+
+
 @dataclass(frozen=True, eq=False)
 class SweepFile:
     """The file of a sweep, open for records to be put into it."""
 
     path: Path
-    begin: int  # where the first record begins [bytes]
-    record: np.dtype
+    records: np.ndarray  # what was there
+    places: dict[str, int]  # where the values of the first scene are [bytes]
     _file: BinaryIO
 
     @classmethod
     @contextmanager
-    def opened(cls, path: Path, described: dict[str, Any], scenes: int) -> Iterator[SweepFile]:
-        """The file at `path`, for nobody else meanwhile: a new one, or that of the same sweep."""
-        check_writable("store", path, (".nc",))
-        record = record_type(described["settings"])
-        with only_writer("store", path):
-            header = _sweep_header(described, len(_sweep_header(described, 0)))
-            header = MAGIC + scenes.to_bytes(4, "big") + header[COUNT_AT + 4 :]
-            if not path.exists() or path.stat().st_size == 0:
-                with replacing("store", path) as file:
-                    file.write(header)
-                    file.write(blank(scenes, record).tobytes())
-            else:
-                _check_same_sweep(path, json.loads(json.dumps(described)))
-            with path.open("r+b", buffering=0) as file:
-                yield cls(path, len(header), record, file)
+    def opened(
+        cls, path: Path, records: np.ndarray, coordinates: xr.Coordinates, described: dict[str, Any]
+    ) -> Iterator[SweepFile]:
+        """The file at `path`, for nobody else meanwhile: that of the same sweep, or a new one with these records."""
+        import h5py
 
-    def records(self, scenes: int) -> np.ndarray:
-        """What is in the file; records that are not whole are as if nothing were there."""
-        return _records(self._file, self.begin, scenes, self.record)
+        check_writable("store", path, (".nc",))
+        described = json.loads(json.dumps(described))
+        with only_writer("store", path):
+            if path.exists() and path.stat().st_size > 0:
+                records = _records_of_same_sweep(path, described)
+            else:
+                content = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
+                tabulated(records, coordinates, described, stored=True).to_netcdf(content, engine="h5netcdf")
+                with replacing("store", path) as file:
+                    file.write(content.getvalue())
+            with h5py.File(path) as data:
+                places = {name: data[name].id.get_offset() for name in records.dtype.names or ()}
+            with path.open("r+b", buffering=0) as file:
+                yield cls(path, records, places, file)
 
     def put(self, first: int, records: np.ndarray) -> None:
-        """Put some records behind each other, and force them to the disk."""
+        """Put some records behind each other, and force them to the disk; what other readers go by comes last."""
         with storing(self.path):
             if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
                 raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
-            self._file.seek(self.begin + first * self.record.itemsize)
-            self._file.write(records.tobytes())
+            for name, place in self.places.items():
+                self._file.seek(place + first * records.dtype[name].itemsize)
+                self._file.write(records[name].tobytes())
             os.fsync(self._file.fileno())
 
 
-def read_sweep_file(path: Path) -> tuple[dict[str, Any], np.ndarray]:
-    """What a sweep is, and its records, from its file."""
-    begin, described, scenes = _read_header(path)
-    with path.open("rb") as file:
-        return described, _records(file, begin, scenes, record_type(described["settings"]))
+def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
+    """The records of a sweep, those that are not whole as if nothing were there; their coordinates, and what it is."""
+    import h5py
+    import xarray as xr
 
-
-def _records(file: BinaryIO, begin: int, scenes: int, record: np.dtype) -> np.ndarray:
-    file.seek(begin)
-    content = file.read(scenes * record.itemsize)
-    records, whole = blank(scenes, record), len(content) // record.itemsize
-    there = np.frombuffer(content[: whole * record.itemsize], record)
-    done = np.flatnonzero(finished(there))
+    if not path.exists():
+        raise OutputError("path", path, "there is no such file")
+    with reading(path, "cannot be read as a sweep"):
+        with path.open("rb") as file:
+            if b"varcontact sweep 1" in file.read(100):
+                reason = "is a sweep of an earlier version: xarray.open_dataset reads it, but it cannot be continued"
+                raise OutputError("path", path, reason)
+        form = ""
+        if h5py.is_hdf5(path):
+            with h5py.File(path) as file:
+                form = file.attrs.get("format", "")
+        if form != SWEEP_FORMAT:
+            raise OutputError("path", path, f"is not a {SWEEP_FORMAT!r} file")
+        as_stored: dict[str, Any] = {"concat_characters": False, "decode_times": False}
+        with xr.open_dataset(path, engine="h5netcdf", **as_stored) as opened:
+            data = opened.load()
+        described = json.loads(data.attrs["sweep"])
+        coordinates = xr.Dataset(coords={dim: data[dim] for dim in data["check"].dims}).coords
+        there = np.zeros(data["check"].size, record_type(described["settings"], coordinates))
+        for name in there.dtype.names or ():
+            there[name] = np.ascontiguousarray(data[name].values).view(there.dtype[name]).ravel()
+    done = finished(there)
+    records = blank(len(there), there.dtype)
     records[done] = there[done]
-    return records
+    return records, coordinates, described
 
 
-def _sweep_header(described: dict[str, Any], begin: int) -> bytes:
-    with _draft(SWEEP_FORMAT) as (file, parts):
-        file.first_record, file.sweep = f"{begin:012d}", json.dumps(described)
-        file.createDimension("number", None)
-        file.createDimension("characters", LONGEST_REASON)
-        units, record, quantities = described.get("units", {}), record_type(described["settings"]), NUMBERS | ERRORS
-        for name in record.names or ():
-            if name == "reason":
-                file.createVariable(name, "c", ("number", "characters"))[0] = np.zeros(LONGEST_REASON, "S1")
-                continue
-            variable = file.createVariable(name, "d" if name in quantities else "i", ("number",))
-            variable[0] = 0
-            if units.get(quantities.get(name, "")):
-                variable.units = units[quantities[name]]
-        file.variables["outcome"].meaning = "; ".join(
-            f"{k} {word or 'not solved yet'}" for k, word in enumerate(OUTCOMES)
-        )
-        file.variables["check"].meaning = "CRC-32 of the other bytes of the record, unsigned"
-    return parts[0]
-
-
-def _check_same_sweep(path: Path, wanted: dict[str, Any]) -> None:
-    """Refuse the file of another sweep; the error has the settings that differ, where it is these alone."""
+def _records_of_same_sweep(path: Path, wanted: dict[str, Any]) -> np.ndarray:
+    """The records in the file of the same sweep; the error has the settings that differ, where it is these alone."""
     try:
-        _, there, _ = _read_header(path)
+        records, _, there = read_sweep_file(path)
     except OutputError as error:
         raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
     if there == wanted:
-        return
+        return records
     changed = ""
     if {**there, "settings": None} == {**wanted, "settings": None}:
         old, new = there["settings"], wanted["settings"]
         differ = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
         changed = f" ({', '.join(differ)})"
     raise OutputError("store", path, f"holds another sweep{changed}; name a new file")
-
-
-def _read_header(path: Path) -> tuple[int, dict[str, Any], int]:
-    from scipy.io import netcdf_file
-
-    if not path.exists():
-        raise OutputError("path", path, "there is no such file")
-    with reading(path, "cannot be read as a sweep"), netcdf_file(path, "r", mmap=False) as file:
-        if getattr(file, "format", b"") != SWEEP_FORMAT.encode():
-            raise OutputError("path", path, f"is not a {SWEEP_FORMAT!r} file")
-        begin, described = int(file.first_record), json.loads(file.sweep.decode())
-        scenes = int(file.variables["outcome"].shape[0])
-    return begin, described, scenes

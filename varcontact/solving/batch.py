@@ -38,7 +38,7 @@ AT_ONCE = 1_000_000
 """Elements of all problems of a batch: their fields take 200 MB."""
 FIGURES = (
     "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap", "residual", "contact",
-    "stick", "slip", "iterations",
+    "stick", "slip", "iterations", "contact_area", "stick_area", "slip_area", "max_pressure", "friction_work",
 )  # fmt: skip
 """What is known of each scene, by the names that sweeps have."""
 VALUES = ("Fx", "Fy", "Mz", "vx", "vy")
@@ -151,6 +151,8 @@ def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[
                 errors[name] = error + FLOOR * n**-ORDER * unit
             beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)  # by a little, where extrapolated
             best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
+            rolls = np.array([isinstance(scene.motion, Steady) for scene in on_grid])
+            best["friction_work"] = np.where(rolls, _power(best), found["friction_work"])
             worst = np.fmax.reduce([errors[name] / unit for name, unit in units.items()])
             done = goes_on & (worst <= accuracy)
             for name in FIGURES:
@@ -163,6 +165,11 @@ def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[
         levels = [(across, {name: values[goes_on] for name, values in one.items()}) for across, one in levels]
         n = math.ceil(n * RATIO)
     return figures, solved
+
+
+def _power(figures: Figures) -> np.ndarray:
+    """Work put in by steady rolling, all of which friction loses, by distance rolled."""
+    return 0.0 - (figures["Fx"] * figures["vx"] + figures["Fy"] * figures["vy"] + figures["Mz"] * figures["spin"])
 
 
 def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
@@ -334,6 +341,7 @@ def _solve_group(
         rigid = np.where(np.isnan(given), 0.0, found.rigid)
         work = (bound * np.hypot(*(W + rigid[:, None, None]))).sum(axis=(0, 1)) * area
     contact = (bound > 0).sum(axis=(0, 1))
+    counts = {"contact": contact, "stick": contact - found.slipping, "slip": found.slipping}
     figures: Figures = {
         "Fx": Fx,
         "Fy": Fy,
@@ -341,16 +349,19 @@ def _solve_group(
         "vx": vx + rigid[0] / step,
         "vy": vy + rigid[1] / step,
         "spin": spin,
+        "max_pressure": lattices.share.max(axis=(0, 1)) * force / area,
+        "friction_work": found.dissipated * G * area,
         "normal_force": force,
         "approach": np.array([contact.approach for contact in contacts]),
         "gap": found.relative_gap * work,
         "relative_gap": found.relative_gap,
         "residual": found.residual,
-        "contact": contact,
-        "stick": contact - found.slipping,
-        "slip": found.slipping,
+        **counts,
+        **{f"{name}_area": count * area for name, count in counts.items()},
         "iterations": found.iterations,
     }
+    if kind.difference is not None:
+        figures["friction_work"] = _power(figures)
     solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
     if kept is not None:
         for j in np.flatnonzero(solved):

@@ -69,7 +69,8 @@ def solve_many(
     -------
     xarray.Dataset
         Over `scene`: normal_force, Fx, Fy, Mz, and vx, vy, spin (of a shift ux, uy, rotation), prescribed or found;
-        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`; `iterations`; `approach`; `ok`;
+        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`, and their areas, as `slip_area`;
+        `max_pressure`; `friction_work`, see `Solution.friction_work`; `iterations`; `approach`; `ok`;
         `by`, "batched" or "solve"; `message`. Scenes solved to an accuracy have extrapolated values, and error bars
         `Fx_error`, ... With `fields`: `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
         `x_centre` (scene, x), `y_centre` (scene, y).
@@ -209,6 +210,9 @@ def figures_of(sol: Solution) -> dict[str, Any]:
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
         **sol.elements,
+        **{f"{name}_area": area for name, area in sol.areas.items()},
+        "max_pressure": sol.max_pressure,
+        "friction_work": sol.friction_work,
     }
     if certificate.level == "full":
         found |= zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)

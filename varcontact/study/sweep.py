@@ -18,20 +18,18 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, VarcontactError, WorkersLost
 from varcontact.io.records import (
-    COUNTS,
-    ERRORS,
     LONGEST_REASON,
-    NUMBERS,
-    OUTCOMES,
     SweepFile,
     blank,
     finished,
     read_sweep_file,
     record_type,
     sealed,
+    tabulated,
 )
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
@@ -46,6 +44,13 @@ from varcontact.system.process import imported
 
 if TYPE_CHECKING:
     import xarray as xr
+
+ENTRIES = dict.fromkeys(("normal_force", "motion.Fx", "motion.Fy"), "force")
+ENTRIES |= dict.fromkeys(("approach", "motion.dq", "motion.ux", "motion.uy", "grid.dx", "grid.dy"), "length")
+ENTRIES |= dict.fromkeys((f"surface.{name}" for name in ("Rx", "Ry", "R", "a", "b")), "length")
+ENTRIES |= {"bodies.G": "pressure", "motion.spin": "spin"}
+ENTRIES |= dict.fromkeys(("friction", "bodies.nu", "motion.vx", "motion.vy", "motion.rotation"), "1")
+"""Quantities of entries that vary."""
 
 
 @dataclass(frozen=True)
@@ -121,8 +126,8 @@ def sweep(
     workers : int
         Without an executor, the number of processes; 1: this one alone.
     store : str or Path, optional
-        A netCDF file (.nc) to which results are written as they come. Called again with the same scenes and settings,
-        on any executor, the sweep resumes from it.
+        A netCDF file (.nc) to which results are written as they come, which `xarray.open_dataset` opens at any time.
+        Called again with the same scenes and settings, on any executor, the sweep resumes from it.
     progress : callable, optional
         Called with a `Standing` after every chunk, which as a string says how many scenes are done and the time left.
     accuracy, time_budget : float, optional
@@ -133,9 +138,10 @@ def sweep(
     xarray.Dataset
         Over the entries that vary, and over "scene" where several are given. `outcome` is "solved", "approximate" (by
         a theory), "not converged", "refused", "unavailable" or "failed", `reason` why; figures are NaN where there is
-        no solution. Forces, moment, creepages (of a shift: shifts) and approach; gap and residual, and guaranteed
-        bounds on the forces, NaN where they are left out; elements in contact, stick and slip; iterations. Of scenes
-        solved to an accuracy, ``Fx_error`` and others are the error bars.
+        no solution. Forces, moment, creepages (of a shift: shifts) and approach; numbers of elements in contact, stick
+        and slip, and their areas (`slip_area`); `max_pressure` and `friction_work`, as of a `Solution`; gap and
+        residual, and guaranteed bounds on the forces, NaN where they are left out; iterations. Of scenes solved to an
+        accuracy, ``Fx_error`` and others are the error bars. With the units that all scenes have in common.
 
     Raises
     ------
@@ -179,17 +185,19 @@ def sweep(
     with ExitStack() as held:
         pool = held.enter_context(opened(executor, workers))  # first: processes take a while to start
         imported("xarray")  # now: after Ctrl-C it would be waited for
-        described, file = _described(swept, {**settings, "chunk": chunk}), None
+        coordinates, described = _described(swept, {**settings, "chunk": chunk})
+        kind = record_type(settings, coordinates)
+        records = blank(len(swept.scenes), kind)
+        file = None
         if path is not None:
-            file = held.enter_context(SweepFile.opened(path, described, len(swept.scenes)))
-        kind = record_type(settings)
-        records = blank(len(swept.scenes), kind) if file is None else file.records(len(swept.scenes))
+            file = held.enter_context(SweepFile.opened(path, records, coordinates, described))
+            records = file.records
         done = finished(records)
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
         tasks = [(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
-        started, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
+        started, before = time.monotonic(), int(np.sum(records["outcome"] != b""))
         try:
             if progress is not None:
                 progress(_standing(records, before, 0.0))
@@ -201,12 +209,12 @@ def sweep(
                 if progress is not None:
                     progress(_standing(records, before, time.monotonic() - started))
         except KeyboardInterrupt:
-            raise Interrupted(_dataset(described, records), _so_far(records)) from None
+            raise Interrupted(tabulated(records, coordinates, described), _so_far(records)) from None
         except WorkersLost as lost:
             lost.args = (f"{lost}{_so_far(records)}",)
-            lost.partial = _dataset(described, records)
+            lost.partial = tabulated(records, coordinates, described)
             raise
-    return _dataset(described, records)
+    return tabulated(records, coordinates, described)
 
 
 def read_sweep(path: str | Path) -> xr.Dataset:
@@ -240,17 +248,18 @@ def read_sweep(path: str | Path) -> xr.Dataset:
     True
     >>> folder.cleanup()
     """
-    return _dataset(*read_sweep_file(checks.file_name("path", path)))
+    return tabulated(*read_sweep_file(checks.file_name("path", path)))
 
 
 def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
-    done, failed = int(np.sum(records["outcome"] > 0)), int(np.sum(records["outcome"] > OUTCOMES.index("approximate")))
+    done = int(np.sum(records["outcome"] != b""))
+    failed = done - int(np.sum(np.isin(records["outcome"], [b"solved", b"approximate"])))
     left = seconds / (done - before) * (len(records) - done) if done > before else None
     return Standing(done, len(records), failed, left)
 
 
 def _so_far(records: np.ndarray) -> str:
-    return f" after {np.sum(records['outcome'] > 0)} of {len(records)} scenes"
+    return f" after {np.sum(records['outcome'] != b'')} of {len(records)} scenes"
 
 
 def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any]:
@@ -299,12 +308,12 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
             for name, value in figures_of(sol).items():
                 if name in (kind.names or ()):
                     record[name] = value
-            record["outcome"] = OUTCOMES.index(outcome(options.plan))
+            record["outcome"] = outcome(options.plan)
         except Exception as error:  # a sweep of days does not end with one scene
             name = failure(error) if isinstance(error, VarcontactError) else "failed"
             reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
             text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
-            record["outcome"], record["reason"] = OUTCOMES.index(name), text.encode()
+            record["outcome"], record["reason"] = name, text.encode()
     series.forget()
     _KEPT.operators = series.operators
     return sealed(records)
@@ -320,38 +329,28 @@ def _in_batches(given: dict[str, Any], records: np.ndarray, scenes: Sequence[Sce
     left_out = ("gap", "relative_gap") if given["certify"] == "none" else ()
     for name in found.keys() & set(records.dtype.names or ()) - set(left_out):
         records[name][solved] = found[name][solved]
-    records["outcome"][solved] = OUTCOMES.index("solved")
+    records["outcome"][solved] = b"solved"
     return solved
 
 
-def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:
-    scenes = json.dumps([scene_to(scene) for scene in swept.scenes], sort_keys=True)
-    units, line = {scene.units for scene in swept.scenes}, any(scene.line for scene in swept.scenes)
-    unit = units.pop() if len(units) == 1 else None
-    return {
-        "coordinates": swept.coordinates,
-        "scenes": hashlib.sha256(scenes.encode()).hexdigest()[:16],
-        "settings": settings,
-        "units": {} if unit is None else {kind: unit.of(kind, line) for kind in ("force", "length", "moment")},
-    }
-
-
-def _dataset(described: Mapping[str, Any], records: np.ndarray) -> xr.Dataset:
+def _described(swept: Swept, settings: dict[str, Any]) -> tuple[xr.Coordinates, dict[str, Any]]:
+    """The coordinates; and what tells one sweep from others, with the units that all scenes have in common."""
     import xarray as xr
 
-    coordinates, units = described["coordinates"], described["units"]
-    dims, shape = tuple(coordinates), tuple(len(values) for values in coordinates.values())
-    columns: dict[str, tuple[Any, ...]] = {}
-    for name, quantity in (NUMBERS | ERRORS).items():
-        if name in (records.dtype.names or ()):
-            unit = {"units": units[quantity]} if units.get(quantity) else {}
-            columns[name] = dims, records[name].astype(float).reshape(shape), unit
-    for name in COUNTS:
-        columns[name] = dims, records[name].astype(int).reshape(shape)
-    columns["outcome"] = dims, np.array(OUTCOMES)[records["outcome"]].reshape(shape)
-    reasons = np.array([reason.decode() for reason in records["reason"]], dtype=str)
-    columns["reason"] = dims, reasons.reshape(shape)
-    columns = {name: column for name, column in columns.items() if name not in coordinates}  # a load that varies
-    settings = {name: value for name, value in described["settings"].items() if value is not None}
-    attributes = {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}
-    return xr.Dataset(columns, coords=coordinates, attrs=attributes)
+    named, motions = {scene.units for scene in swept.scenes}, [scene.motion for scene in swept.scenes]
+    unit = named.pop() if len(named) == 1 else None
+    units: dict[str, str] = {}
+    if unit is not None:
+        line = any(scene.line for scene in swept.scenes)
+        units = {each: unit.of(each, line) for each in ("force", "length", "moment", "pressure", "area", "spin", "1")}
+        if all(isinstance(motion, Steady) for motion in motions):
+            units |= {"creepage": "1", "spin creepage": units["spin"], "work": units["force"]}
+        elif all(isinstance(motion, Shift) for motion in motions):
+            units |= {"creepage": units["length"], "spin creepage": "1", "work": units["moment"]}
+    columns = {
+        name: (name, values, {"units": units[ENTRIES[name]]} if ENTRIES.get(name) in units else {})
+        for name, values in swept.coordinates.items()
+    }
+    scenes = json.dumps([swept.coordinates, *(scene_to(scene) for scene in swept.scenes)], sort_keys=True)
+    digest = hashlib.sha256(scenes.encode()).hexdigest()[:16]
+    return xr.Dataset(coords=columns).coords, {"scenes": digest, "settings": settings, "units": units}

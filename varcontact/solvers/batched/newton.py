@@ -237,7 +237,9 @@ class Method:
             again = self._natural(
                 traction, shift, bound, pool.force[:, ready], pool.free[:, ready], pool.per_element[ready]
             )
-            work = np.maximum(bound * length_of(shift) + dot(traction, shift), 0).sum((0, 1))
+            lost = dot(traction, shift)
+            work = np.maximum(bound * length_of(shift) + lost, 0).sum((0, 1))
+            out.dissipated[pool.ids[ready]] = 0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
             rigid = pool.rigid_shift[..., ready] + self._rigid(pool.rigid[:, ready])
             gap = work / np.maximum((bound * length_of(rigid)).sum((0, 1)), 1e-300)
             residual = again.residual / np.maximum(again.size, 1e-300)

@@ -61,7 +61,7 @@ class BatchedSolution:
     """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
 
     The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
-    `slipping` counts the elements that slip.
+    `slipping` counts the elements that slip, `dissipated` is the sum of ``-p.E`` with the shift E at the tractions p.
     """
 
     traction: np.ndarray
@@ -71,13 +71,14 @@ class BatchedSolution:
     converged: np.ndarray
     iterations: np.ndarray
     slipping: np.ndarray
+    dissipated: np.ndarray
 
     @classmethod
     def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
         """To be written to as problems are solved."""
         n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
         far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros((2, n), int)
-        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none[0], none[1])
+        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none[0], none[1], np.zeros(n))
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
