@@ -101,8 +101,8 @@ def test_history_without_a_file(folder):
 
 def test_comparison_with_a_table(folder):
     call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
-    output, said = interrupted(folder, *call, at=f"two: {METHOD}")
-    how = "finished methods are kept in t.csv, and the same command resumes from there"
+    output, said = interrupted(folder, *call, at="two")
+    how = "finished scenes are kept in t.csv, and the same command resumes from there"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
     assert output.splitlines()[0] == "one" and "two" not in output
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]

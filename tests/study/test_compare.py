@@ -94,7 +94,7 @@ def test_tables_from_before_calls_were_counted_are_gone_on_with(rolling, tmp_pat
     pd.read_csv(store).drop(columns="calls").to_csv(store, index=False)
     asked = []
     after = vc.compare({"a": rolling(), "b": rolling()}, methods, store=store, progress=asked.append)
-    assert asked == ["b: tang"]
+    assert asked == ["b"]
     assert after["calls"].tolist() == ["", "normal: hertz 1; tangential: tang 1"]
     assert after["Fx"][0] == before["Fx"][0]
     assert list(after.columns) == list(before.columns)
@@ -249,68 +249,24 @@ def test_json_keeps_all_digits(rolling):
     assert rows[0]["Fx"] == table["Fx"][0]
 
 
-def test_methods_finished_within_a_scene_are_kept(rolling, tmp_path):
-    """Interrupted before the third of four methods: two rows are there, and only the other two are solved later.
-
-    The distances, from a solution that came before the interruption, are those of a comparison in one go.
-    """
-    methods, store = ["fastsim", "tang-safeguarded", "vermeulen-johnson", "linear"], tmp_path / "table.csv"
-    scenes = {"one": rolling(), "two": rolling(motion=vc.Steady(vy=0.05))}
-
-    def stop(word):
-        if word == "two: vermeulen-johnson":
-            raise KeyboardInterrupt
-
-    with pytest.raises(vc.Interrupted, match="after 1 of 2 scenes and 2 of 4 methods of the next") as stopped:
-        vc.compare(scenes, methods, store=store, progress=stop)
-    assert stopped.value.partial["method"].tolist() == [*methods, *methods[:2]]
-    assert pd.read_csv(store)["method"].tolist() == [*methods, *methods[:2]]
-    seen = []
-    table = vc.compare(scenes, methods, store=store, progress=seen.append)
-    assert seen == ["two: vermeulen-johnson", "two: linear"]
-    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
-    again = vc.compare(scenes, methods, store=store, progress=pytest.fail)
-    pd.testing.assert_frame_equal(again, table, check_dtype=False)
-    whole = vc.compare(scenes, methods)
-    names = ["scene", "method", "outcome", "Fx", "force_distance", "traction_distance", "misclassified", "calls"]
-    pd.testing.assert_frame_equal(table[names], whole[names], check_dtype=False, rtol=1e-14)
-    assert whole["force_distance"].notna().sum() > 4
-
-
-def test_without_the_answers_the_scene_is_solved_again(rolling, tmp_path):
-    """The hidden file beside the table is damaged, or was not copied with it: rows alone are not enough."""
-    store = tmp_path / "table.csv"
-
-    def stop(word):
-        if word.endswith("linear"):
-            raise KeyboardInterrupt
-
-    with pytest.raises(vc.Interrupted):
-        vc.compare(rolling(), ["fastsim", "linear"], store=store, progress=stop)
-    [hidden] = [path for path in tmp_path.iterdir() if path != store]
-    hidden.write_bytes(hidden.read_bytes()[:100])
-    seen = []
-    table = vc.compare(rolling(), ["fastsim", "linear"], store=store, progress=seen.append)
-    assert seen == ["scene: fastsim", "scene: linear"]
-    assert table["method"].tolist() == ["fastsim", "linear"]
-
-
-def test_by_an_executor_it_is_the_same_table(rolling, tmp_path):
-    """But for seconds; scenes that were begun elsewhere are done again, finished ones are not."""
+def test_an_interrupted_comparison_goes_on_with_the_next_scene(rolling, tmp_path):
+    """By an executor, too: the same table as in one go, but for seconds."""
     scenes = {name: rolling(motion=vc.Steady(vx=vx), grid=vc.Grid(nx=6, ny=6)) for name, vx in (("b", 0.1), ("a", 0.3))}
     methods, store, told = ["tang", "fastsim", "linear"], tmp_path / "table.csv", []
     here = vc.compare(scenes, methods)
 
     def stop(word):
-        if word == "b: linear":
+        if word == "a":
             raise KeyboardInterrupt
 
-    with pytest.raises(vc.Interrupted, match="after 0 of 2 scenes and 2 of 3 methods of the next"):
+    with pytest.raises(vc.Interrupted, match="after 1 of 2 scenes") as stopped:
         vc.compare(scenes, methods, store=store, progress=stop)
+    assert stopped.value.partial["method"].tolist() == methods
+    assert pd.read_csv(store)["method"].tolist() == methods
     with ThreadPoolExecutor(2) as pool:
         there = vc.compare(scenes, methods, store=store, executor=pool, progress=told.append)
         again = vc.compare(scenes, methods, store=store, executor=pool, progress=told.append)
-    assert sorted(told) == ["a: all methods", "b: all methods"]
+    assert told == ["a"]
     figures = [name for name in here if "seconds" not in name]
     pd.testing.assert_frame_equal(there[figures], here[figures])
     pd.testing.assert_frame_equal(again, there)

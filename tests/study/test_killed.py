@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from varcontact.study.compare import forget_answers
-
 ROOT = Path(__file__).parents[2]
 CODE = """
 import sys
@@ -25,12 +23,3 @@ def test_nothing_finished_is_lost(study, tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert "kills=3" in done.stdout and done.stdout.endswith("lost=0, same=True, left=[]) True\n"), done.stdout
-
-
-def test_what_a_killed_writer_left_of_answers_is_cleared(tmp_path):
-    """A comparison that ends clears what killed writers left of its hidden file."""
-    store = tmp_path / "run.csv"
-    left = tmp_path / "..run.csv.answers.0123456789ab.part"
-    left.write_bytes(b"half")
-    forget_answers(store)
-    assert list(tmp_path.iterdir()) == []

@@ -58,7 +58,7 @@ def compare(
         table_as_json if as_json else summary,
         out,
         "--out FILE.csv",
-        "methods",
+        "scenes",
         plot_comparison,
         plot,
     )

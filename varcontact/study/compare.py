@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +21,6 @@ from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import opened, results
-from varcontact.system.files import beside, clear, replacing
 
 COLUMNS = (
     "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach", "gap",
@@ -79,15 +74,15 @@ def compare(
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file, written after each method. Scenes and methods that it holds are not solved again.
+        A CSV file, written after each scene. Scenes that it holds are not solved again.
     progress : callable, optional
-        Called with scene and method.
+        Called with the scene.
     accuracy, time_budget : float, optional
         As for `solve`, for scenes without a grid of their own: they are compared on the grid that reaches this accuracy
         (1 %, if neither is given), or that is used within this time.
     executor, workers
         Where scenes are solved, as for `sweep`: each by one worker with all methods. The seconds are then those of
-        processes that may share processors, and progress is called with finished scenes.
+        processes that may share processors.
 
     Returns
     -------
@@ -110,7 +105,7 @@ def compare(
     WorkersLost
         If the executor ends early.
     Interrupted
-        By Ctrl-C; its `partial` is the table of what is finished. The distances of a scene come with its last method.
+        By Ctrl-C; its `partial` is the table of the scenes that are finished.
 
     Examples
     --------
@@ -132,28 +127,25 @@ def compare(
         raise SceneError(empty, [], "at least one")
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
-        comparison = _Comparison(table, chosen, tol, progress)
-        comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
+        _check_same(
+            table, [method.name for method in chosen], {name: identity(each, tol) for name, each in named.items()}
+        )
+        finished = {row["scene"] for row in table.rows}
+        tasks = [(name, scene, chosen, tol) for name, scene in named.items() if name not in finished]
+        done = len(named) - len(tasks)
         try:
             with opened(executor, workers) as pool:
-                if pool is None:
-                    for name, scene in named.items():
-                        comparison.solve(name, scene)
-                else:  # of scenes that were begun nothing is reused
-                    finished = comparison.finished()
-                    tasks = [(name, scene, chosen, tol) for name, scene in named.items() if name not in finished]
-                    stages = [f"{name}: all methods" for name, *_ in tasks]
-                    for _, rows in results(_rows_of_scene, tasks, pool, progress=progress, names=stages):
-                        comparison.put(rows)
+                for _, rows in results(_rows, tasks, pool, progress=progress, names=[name for name, *_ in tasks]):
+                    table.add(*rows)
+                    done += 1
         except KeyboardInterrupt:
-            done = comparison.finished() & set(named)
-            started = max((len(comparison.rows(name)) for name in set(named) - done), default=0)
-            part = f" and {started} of {len(chosen)} methods of the next" if started else ""
-            finished_part = f" after {len(done)} of {len(named)} scenes{part}"
-            raise Interrupted(comparison.result(named), finished_part) from None
-        if table.path is not None and comparison.finished() == {row["scene"] for row in table.rows}:
-            forget_answers(table.path)
-        return comparison.result(named)
+            raise Interrupted(_table(table, named), f" after {done} of {len(named)} scenes") from None
+        return _table(table, named)
+
+
+def _table(table: Table, names: Iterable[str]) -> Comparison:
+    """The rows of some scenes, in their order."""
+    return Comparison([row for name in names for row in table.rows if row["scene"] == name], columns=list(COLUMNS))
 
 
 def _named(scenes: Scene | Mapping[str, Scene] | Sequence[Scene]) -> dict[str, Scene]:
@@ -191,79 +183,34 @@ def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) ->
     return answer.scene
 
 
-@dataclass(frozen=True)
-class _Comparison:
-    """A table of scenes by the same methods, written after each method."""
-
-    kept: Table
-    methods: list[Method]
-    tol: float
-    progress: Callable[[str], None] | None = None
-
-    def rows(self, name: str) -> list[dict[str, Any]]:
-        return [row for row in self.kept.rows if row["scene"] == name]
-
-    def finished(self) -> set[str]:
-        """Scenes with rows by all methods."""
-        counts = Counter(row["scene"] for row in self.kept.rows)
-        return {scene for scene, count in counts.items() if count == len(self.methods)}
-
-    def result(self, names: Iterable[str]) -> Comparison:
-        """The rows of some scenes, in their order."""
-        return Comparison([row for name in names for row in self.rows(name)], columns=list(COLUMNS))
-
-    def check_same(self, identities: dict[str, str]) -> None:
-        """Refuse rows of other methods, or of other scenes of the same name; the last scene may lack methods."""
-        names = [method.name for method in self.methods]
-        scenes = list(dict.fromkeys(row["scene"] for row in self.kept.rows))
-        what = ""
-        for scene in scenes:
-            rows = self.rows(scene)
-            found = [row["method"] for row in rows]
-            if found != (names[: len(found)] if scene == scenes[-1] else names):
-                what = "compares other methods, or the same in another order"
-                allowed = "a table by the same methods, in the same order"
-            elif any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
-                what, allowed = f"holds another scene named {scene!r}", f"a table with the same scene {scene!r}"
-            if what:
-                store = str(self.kept.path)
-                message = f"store = {store!r} {what}; name a new file"
-                raise SceneError("store", store, f"{allowed}, or a new file", message=message)
-
-    def solve(self, name: str, scene: Scene) -> None:
-        """Solve a scene by the methods without a row; distances are added with the last."""
-        store, key, rows = self.kept.path, identity(scene, self.tol), self.rows(name)
-        if len(rows) == len(self.methods):
-            return
-        answers = _kept_answers(store, key)[: len(rows)] if store is not None else []
-        if len(answers) < len(rows):  # without the answers the rows are of no use
-            rows, answers = [], []
-        for method in self.methods[len(rows) :]:
-            if self.progress is not None:
-                self.progress(f"{name}: {method.name}")
-            row, answer = _run(scene, method, self.tol)
-            rows = [*rows, {"scene": name, "method": method.name, **row, "identity": key}]
-            answers.append(answer)
-            if len(rows) == len(self.methods):
-                rows = _with_distances(rows, answers)
-            elif store is not None:
-                _keep_answers(store, key, answers)
-            self.put(rows)
-
-    def put(self, rows: list[dict[str, Any]]) -> None:
-        """Write the rows of a scene, and drop those of other scenes that are not finished."""
-        finished = self.finished()
-        self.kept.write([*(row for row in self.kept.rows if row["scene"] in finished), *rows])
+def _check_same(table: Table, methods: list[str], identities: dict[str, str]) -> None:
+    """Refuse rows of other methods, or of other scenes of the same name."""
+    for scene in dict.fromkeys(row["scene"] for row in table.rows):
+        rows = [row for row in table.rows if row["scene"] == scene]
+        if [row["method"] for row in rows] != methods:
+            what = "compares other methods, or the same in another order"
+            allowed = "a table by the same methods, in the same order"
+        elif any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
+            what, allowed = f"holds another scene named {scene!r}", f"a table with the same scene {scene!r}"
+        else:
+            continue
+        message = f"store = {str(table.path)!r} {what}; name a new file"
+        raise SceneError("store", str(table.path), f"{allowed}, or a new file", message=message)
 
 
-def _rows_of_scene(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
-    """The rows of a scene by all methods, in a worker."""
-    comparison = _Comparison(Table(None, COLUMNS), methods, tol)
-    comparison.solve(name, scene)
-    return comparison.kept.rows
+def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
+    """The rows of a scene by all methods, with distances from the solved answer of the smallest residual."""
+    found = [_run(scene, method, tol) for method in methods]
+    solved = [sol for row, sol in found if sol is not None and row["outcome"] == "solved"]
+    best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
+    key = identity(scene, tol)
+    return [
+        {"scene": name, "method": method.name, **row, **_distances(sol, best), "identity": key}
+        for method, (row, sol) in zip(methods, found, strict=True)
+    ]
 
 
-def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], _Answer | None]:
+def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, neighbour(motion)] if motion is not None else [None]
@@ -289,88 +236,23 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], _Ans
     }
     if again:
         row |= {"repeat_seconds": again[0], "setup_seconds": max(work - again[0], 0.0)}
-    return row, _Answer.of(sol)
+    return row, sol
 
 
-@dataclass(frozen=True, eq=False)
-class _Answer:
-    """The fields of a solution by which answers are compared, with the grid as a string, and an element's area."""
-
-    lattice: str
-    area: float
-    residual: float
-    pressure: np.ndarray
-    traction: np.ndarray
-    state: np.ndarray
-    traction_bound: np.ndarray
-    force: np.ndarray
-
-    @classmethod
-    def of(cls, sol: Solution) -> _Answer:
-        names = ("pressure", "traction", "state", "traction_bound", "force")
-        arrays = {name: np.asarray(getattr(sol, name)) for name in names}
-        return cls(json.dumps(vars(sol.grid)), float(sol.grid.area), float(sol.certificate.residual), **arrays)
-
-    def distances(self, best: _Answer) -> dict[str, Any]:
-        """From the best answer: of the forces and the tractions; without friction or slip of the pressures."""
-        bound, misclassified = best.traction_bound, int(np.sum(self.state != best.state))
-        limit = float(bound.sum() * best.area)
-        if not 0 < limit < np.inf:
-            apart = float(np.abs(self.pressure - best.pressure).max() / best.pressure.max())
-            return {"traction_distance": apart, "misclassified": misclassified}
-        return {
-            "force_distance": float(np.hypot(*(self.force - best.force)) / limit),
-            "traction_distance": float(np.hypot(*(self.traction - best.traction)).max() / bound.max()),
-            "misclassified": misclassified,
-        }
-
-
-def _with_distances(rows: list[dict[str, Any]], answers: Sequence[_Answer | None]) -> list[dict[str, Any]]:
-    """The rows of a scene with the distance of each answer from the solved one of the smallest residual."""
-    pairs = list(zip(rows, answers, strict=True))
-    solved = [answer for row, answer in pairs if answer is not None and row["outcome"] == "solved"]
-    if not solved:
-        return rows
-    best = min(solved, key=lambda answer: answer.residual)
-    return [
-        row | answer.distances(best) if answer is not None and answer.lattice == best.lattice else row
-        for row, answer in pairs
-    ]
-
-
-def _keep_answers(store: Path, key: str, answers: Sequence[_Answer | None]) -> None:
-    """Write the answers of the scene that is being compared to a hidden file beside the table."""
-    arrays: dict[str, Any] = {"identity": key, "count": len(answers)}
-    for i, answer in enumerate(answers):
-        if answer is not None:
-            arrays |= {f"{name} {i}": value for name, value in vars(answer).items()}
-    with replacing("store", _answers_file(store)) as file:
-        np.savez(file, **arrays)
-
-
-def _kept_answers(store: Path, key: str) -> list[_Answer | None]:
-    """The answers of an interrupted comparison of a scene; none if the file is of another scene."""
-    names = [field.name for field in fields(_Answer)]
-    try:
-        with np.load(_answers_file(store), allow_pickle=False) as file:
-            if str(file["identity"]) != key:
-                return []
-            return [
-                _Answer(*(file[f"{name} {i}"][()] for name in names)) if f"lattice {i}" in file else None
-                for i in range(int(file["count"]))
-            ]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return []
-
-
-def forget_answers(store: Path) -> None:
-    """Remove the answers beside the table, and what killed writers left of them."""
-    clear(_answers_file(store))
-    _answers_file(store).unlink(missing_ok=True)
-
-
-def _answers_file(store: Path) -> Path:
-    return beside(store.resolve(), "answers")
+def _distances(sol: Solution | None, best: Solution | None) -> dict[str, Any]:
+    """From the best answer on the same grid: of the forces and the tractions; without friction or slip of pressures."""
+    if sol is None or best is None or vars(sol.grid) != vars(best.grid):
+        return {}
+    bound, misclassified = best.traction_bound, int(np.sum(sol.state != best.state))
+    limit = float(bound.sum() * best.grid.area)
+    if not 0 < limit < np.inf:
+        apart = float(np.abs(sol.pressure - best.pressure).max() / best.pressure.max())
+        return {"traction_distance": apart, "misclassified": misclassified}
+    return {
+        "force_distance": float(np.hypot(*(sol.force - best.force)) / limit),
+        "traction_distance": float(np.hypot(*(sol.traction - best.traction)).max() / bound.max()),
+        "misclassified": misclassified,
+    }
 
 
 class Comparison(pd.DataFrame):  # type: ignore[misc]

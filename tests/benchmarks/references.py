@@ -1,4 +1,4 @@
-"""The maker of the file of references: ``python -m varcontact.data.make_references [--runs RUNS.csv] [FILE]``.
+"""The maker of the file of references: ``python -m tests.benchmarks.references [--runs RUNS.csv] [FILE]``.
 
 Each scene is solved on many grids, which takes minutes for some and most of an hour for all; with ``--runs`` solves are
 kept after every scene, and the same command resumes from there.
@@ -30,9 +30,9 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
-from varcontact.study.csv_table import Table
+from varcontact.study.csv_table import Table, identity
 from varcontact.study.extrapolate import extrapolate_series
-from varcontact.study.references import COMMAND, FILE, VERSION, signature
+from varcontact.study.references import COMMAND, FILE, VERSION
 from varcontact.system.files import write_whole
 
 Edge = Literal["centres", "touched"]
@@ -91,7 +91,7 @@ USUAL_CELLS = 48
 def main(arguments: list[str] | None = None) -> int:
     """Make the file; the exit status is 0, or 2 for bad input."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    own = Path(__file__).with_name(FILE)
+    own = Path(varcontact.__file__).parent / "data" / FILE
     parser.add_argument("file", nargs="?", type=Path, default=own, help="where to write [the package's own file]")
     parser.add_argument("--runs", type=Path, help="CSV file of the solves, to go on from")
     given = parser.parse_args(arguments)
@@ -109,14 +109,14 @@ def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) ->
     found = {}
     with Table.opened(runs, COLUMNS, WORDS, "a table of the solves of references") as table:
         for name, posed in (reference_scenes() if scenes is None else scenes).items():
-            key = signature(posed)
+            key = identity(posed.scene, TOLERANCE)
             known = [row for row in table.rows if row["scene"] == name and row["identity"] == key]
             if not _closed(posed):
                 fresh = _solved(name, posed, {(row["cells"], row["position"]) for row in known})
                 if fresh:
                     table.add(*fresh)
                 known += fresh
-            found[name] = {"scene": key, **(_hertz(posed) if _closed(posed) else _extrapolated(posed, known))}
+            found[name] = _hertz(posed) if _closed(posed) else _extrapolated(posed, known)
     made = f"{COMMAND}, varcontact {varcontact.__version__}"
     return {"version": VERSION, "made": made, "references": found}
 
@@ -128,7 +128,7 @@ def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[s
         if not rows:
             print(name, flush=True)
         row = {"scene": name, "cells": cells, "position": position, "values": json.dumps(found)}
-        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": signature(posed)}
+        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": identity(posed.scene, TOLERANCE)}
         rows.append(row)
         started = time.perf_counter()
     return rows
