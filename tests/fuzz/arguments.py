@@ -4,77 +4,40 @@ Functions are called in an empty folder. A call that succeeds is no failure, unl
 number for a number.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 import varcontact as vc
 from tests.fuzz.files import saved
 from tests.fuzz.junk import PLAIN, Deep, objects
-from tests.fuzz.outcome import (
-    FAILED,
-    PASSED,
-    REFUSED,
-    UNSOLVED,
-    Outcome,
-    crashed,
-    numbers_that_overflow_are_errors,
-    processor_seconds,
-    says_what,
-)
+from tests.fuzz.outcome import Case, says_what
 from varcontact.errors import shortened
 
 reference = vc.reference
 
 
-@dataclass(frozen=True)
-class Call:
-    """A function, and arguments that it takes."""
-
-    function: Callable[..., Any]
-    arguments: dict[str, Any]
-
-
-def case(seed: int, number: int) -> Outcome:
-    """Replace arguments of a call, and make it."""
-    rng = np.random.default_rng([seed, number])
-    known = calls()
-    name = str(rng.choice(list(known)))
-    call, junk = known[name], [*PLAIN, *objects()]
-    given = dict(call.arguments)
-    bad = [
-        str(each)
-        for each in rng.choice(list(given), size=min(int(rng.choice([1, 1, 1, 2])), len(given)), replace=False)
-    ]
+def arguments(rng: np.random.Generator) -> Case:
+    """Replace arguments of a call, and make it in an empty folder."""
+    name = str(rng.choice(list(calls())))
+    function, meant = calls()[name]
+    junk, given = [*PLAIN, *objects()], dict(meant)
+    number = min(int(rng.choice([1, 1, 1, 2])), len(given))
+    bad = [str(each) for each in rng.choice(list(given), size=number, replace=False)]
     for argument in bad:
         value = junk[rng.integers(len(junk))]
         given[argument] = value.made() if isinstance(value, Deep) else value
+
+    def called() -> list[str]:
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            function(**given)
+        return [f"took {each} for a number" for each in bad if _taken_for_a_number(meant[each], given[each])]
+
     words = f"{name}({', '.join(f'{argument}={shortened(given[argument])}' for argument in bad)})"
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        contextlib.chdir(folder),
-        numbers_that_overflow_are_errors(),
-        processor_seconds() as spent,
-    ):
-        try:
-            call.function(**given)
-        except vc.NotConverged as error:
-            return Outcome(UNSOLVED, str(error), words, spent())
-        except vc.VarcontactError as error:
-            silent = says_what(error) or (_unnamed(error, bad[0]) if len(bad) == 1 else "")
-            return Outcome(FAILED if silent else REFUSED, silent or str(error), words, spent())
-        except Exception as error:
-            return crashed(error, words)
-    taken = [each for each in bad if _taken_for_a_number(call.arguments[each], given[each])]
-    return Outcome(FAILED if taken else PASSED, f"took {taken} for a number" if taken else "", words)
+    return Case(words, called, lambda e: says_what(e) or (_unnamed(e, bad[0]) if len(bad) == 1 else ""), bad_input=True)
 
 
 def _unnamed(error: vc.VarcontactError, argument: str) -> str:
@@ -86,29 +49,29 @@ def _unnamed(error: vc.VarcontactError, argument: str) -> str:
     return f"the message does not name {argument!r}: {str(error)[:300]}"
 
 
-def _taken_for_a_number(meant: Any, given: Any) -> bool:
+def _taken_for_a_number(meant, given) -> bool:
     """Whether a truth value or a complex number was accepted in place of a number."""
     return type(meant) in (int, float) and isinstance(given, bool | np.bool_ | complex)
 
 
-def _load(path: Any, certify: Any) -> Any:
+def _load(path, certify):
     """Load a file where there is one of the usual name."""
     Path("x.nc").write_bytes(saved("solution"))
     return vc.load(path, certify)
 
 
 @functools.cache
-def calls() -> dict[str, Call]:
+def calls() -> dict:
     """The public functions by name."""
     return {**_parts(), **_studies(), **_references()}
 
 
-def _parts() -> dict[str, Call]:
+def _parts() -> dict:
     """What makes a scene."""
     falling = {"static": 0.3, "kinetic": 0.2, "half_velocity": 1e-3, "velocity": 2.0}
     lattice = {"nx": 3, "ny": 3, "dx": 1.0, "dy": 1.0, "x0": -1.5, "y0": -1.5, "margin": 1, "edge": "centres"}
     rolling = {"spin": 0.1, "Fx": 1e-3, "vy": 0.1, "dq": 0.1, "spin_offset": 0.1}
-    steps: dict[str, Any] = {
+    steps = {
         "steps": 3,
         "dq": [0.0, 0.1, 0.1],
         "direction": 1,
@@ -130,25 +93,25 @@ def _parts() -> dict[str, Call]:
     }
     samples = {"h": np.eye(3), "x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.0], "reference_depth": None}
     return {
-        "Bodies": Call(vc.Bodies, {"G": 1.0, "nu": 0.3}),
-        "Bodies.from_young": Call(vc.Bodies.from_young, {"E": 1.0, "nu": (0.3, 0.2)}),
-        "Paraboloids": Call(vc.Paraboloids, {"Rx": 1.0, "Ry": 2.0}),
-        "Paraboloids.from_bodies": Call(vc.Paraboloids.from_bodies, {"Rx": (1.0, 2.0), "Ry": (1.0, 2.0)}),
-        "Ellipse": Call(vc.Ellipse, {"a": 1.0, "b": 2.0}),
-        "Cylinders": Call(vc.Cylinders, {"R": 1.0, "reference_depth": 9.0}),
-        "SampledDistance": Call(vc.SampledDistance, samples),
-        "Grid": Call(vc.Grid, lattice),
-        "Units": Call(vc.Units, {"length": "mm", "force": "N"}),
-        "StaticKinetic": Call(vc.StaticKinetic, {"static": 0.3, "kinetic": 0.2}),
-        **{law.__name__: Call(law, falling) for law in (vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling)},
-        "Steady": Call(vc.Steady, rolling),
-        "Shift": Call(vc.Shift, {"ux": 0.1, "Fy": 1e-3, "rotation": 0.1}),
-        "Transient": Call(vc.Transient, steps),
-        "Scene": Call(vc.Scene, scene),
+        "Bodies": (vc.Bodies, {"G": 1.0, "nu": 0.3}),
+        "Bodies.from_young": (vc.Bodies.from_young, {"E": 1.0, "nu": (0.3, 0.2)}),
+        "Paraboloids": (vc.Paraboloids, {"Rx": 1.0, "Ry": 2.0}),
+        "Paraboloids.from_bodies": (vc.Paraboloids.from_bodies, {"Rx": (1.0, 2.0), "Ry": (1.0, 2.0)}),
+        "Ellipse": (vc.Ellipse, {"a": 1.0, "b": 2.0}),
+        "Cylinders": (vc.Cylinders, {"R": 1.0, "reference_depth": 9.0}),
+        "SampledDistance": (vc.SampledDistance, samples),
+        "Grid": (vc.Grid, lattice),
+        "Units": (vc.Units, {"length": "mm", "force": "N"}),
+        "StaticKinetic": (vc.StaticKinetic, {"static": 0.3, "kinetic": 0.2}),
+        **{law.__name__: (law, falling) for law in (vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling)},
+        "Steady": (vc.Steady, rolling),
+        "Shift": (vc.Shift, {"ux": 0.1, "Fy": 1e-3, "rotation": 0.1}),
+        "Transient": (vc.Transient, steps),
+        "Scene": (vc.Scene, scene),
     }
 
 
-def _studies() -> dict[str, Call]:
+def _studies() -> dict:
     """What takes scenes and solutions."""
     scene = vc.Scene(
         bodies=vc.Bodies(1.0, 0.3),
@@ -159,49 +122,49 @@ def _studies() -> dict[str, Call]:
         grid=vc.Grid(nx=4, ny=4),
     )
     sol = vc.solve(scene)
-    assert isinstance(sol, vc.Solution)
     methods = dict.fromkeys(("normal", "tangential", "coupling", "formulation", "method"), "auto")
     solving = {"scene": scene, **methods, "tol": 1e-8, "polish": None, "certify": "auto", "progress": None}
     study = {"tol": 1e-6, "store": None, "progress": None}
     return {
-        "plan": Call(vc.plan, {"scene": scene, **methods}),
-        "solve": Call(vc.solve, {**solving, "start": None, "store": None}),
-        "scan": Call(vc.scan, {**solving, "creepages": np.zeros((2, 3))}),
-        "certify": Call(vc.certify, {"scene": scene, "traction": sol.traction, "pressure": sol.pressure}),
-        "compare": Call(vc.compare, {"scenes": scene, "methods": ["tang"], **study}),
-        "converge": Call(vc.converge, {"scene": scene, "cells": [3, 4], "method": "tang", "offsets": 1, **study}),
-        "load": Call(_load, {"path": "x.nc", "certify": True}),
-        "read_scene": Call(vc.read_scene, {"path": "x.toml"}),
-        "Solution.save": Call(sol.save, {"path": "x.nc", "overwrite": False}),
-        "stress": Call(vc.stress, {"solution": sol, "points": [[0.0], [0.0], [0.0]], "body": 1}),
-        "stress_below": Call(vc.stress_below, {"solution": sol, "depths": [0.1], "body": 1}),
-        "Solution.plot": Call(sol.plot, {"what": "section", "y": 0.0, "ax": None, "figsize": (3.0, 3.0)}),
-        "Scene.save": Call(scene.save, {"path": "x.toml", "overwrite": False}),
-        "plot_curve": Call(vc.plot_curve, {"solutions": [sol], "against": "auto", "normalised": True, "figsize": None}),
-        "plot_stress": Call(vc.plot_stress, {"sol": sol, "quantity": "xx", "plane": "xz", "y": None, "depth": None}),
-        "plot_comparison": Call(vc.plot_comparison, {"table": None}),
-        "standard_bank": Call(vc.standard_bank, {"cells": 4}),
-        "unlike_bank": Call(vc.unlike_bank, {"cells": 4}),
+        "plan": (vc.plan, {"scene": scene, **methods}),
+        "solve": (vc.solve, {**solving, "start": None, "store": None}),
+        "scan": (vc.scan, {**solving, "creepages": np.zeros((2, 3))}),
+        "certify": (vc.certify, {"scene": scene, "traction": sol.traction, "pressure": sol.pressure}),
+        "compare": (vc.compare, {"scenes": scene, "methods": ["tang"], **study}),
+        "converge": (vc.converge, {"scene": scene, "cells": [3, 4], "method": "tang", "offsets": 1, **study}),
+        "load": (_load, {"path": "x.nc", "certify": True}),
+        "read_scene": (vc.read_scene, {"path": "x.toml"}),
+        "Solution.save": (sol.save, {"path": "x.nc", "overwrite": False}),
+        "stress": (vc.stress, {"solution": sol, "points": [[0.0], [0.0], [0.0]], "body": 1}),
+        "stress_below": (vc.stress_below, {"solution": sol, "depths": [0.1], "body": 1}),
+        "Solution.plot": (sol.plot, {"what": "section", "y": 0.0, "ax": None, "figsize": (3.0, 3.0)}),
+        "Scene.save": (scene.save, {"path": "x.toml", "overwrite": False}),
+        "plot_curve": (vc.plot_curve, {"solutions": [sol], "against": "auto", "normalised": True, "figsize": None}),
+        "plot_stress": (vc.plot_stress, {"sol": sol, "quantity": "xx", "plane": "xz", "y": None, "depth": None}),
+        "plot_comparison": (vc.plot_comparison, {"table": None}),
+        "standard_bank": (vc.standard_bank, {"cells": 4}),
+        "unlike_bank": (vc.unlike_bank, {"cells": 4}),
     }
 
 
-def _references() -> dict[str, Call]:
+def _references() -> dict:
     """Closed forms."""
     bodies = vc.Bodies(1.0, 0.3)
     unlike = vc.Bodies((1.0, np.inf), 0.3)
     line = reference.line_contact(1.0, bodies, force=1e-3)
     ball = reference.hertz(1.0, 1.0, bodies, force=1e-3)
     return {
-        "elliptic_integrals": Call(reference.elliptic_integrals, {"axial_ratio": 0.5}),
-        "hertz": Call(reference.hertz, {"Rx": 1.0, "Ry": 2.0, "bodies": bodies, "force": 1e-3, "approach": None}),
-        "hertz_ellipse": Call(reference.hertz_ellipse, {"a": 1.0, "b": 2.0, "bodies": bodies, "force": 1e-3}),
-        "line_contact": Call(reference.line_contact, {"R": 1.0, "bodies": bodies, "force": 1e-3}),
-        "carter": Call(reference.carter, {"contact": line, "friction": 0.3, "creepage": 1e-3}),
-        "bufler": Call(reference.bufler, {"R": 1.0, "bodies": unlike, "force": 1e-3}),
-        "cattaneo_line": Call(reference.cattaneo_line, {"contact": line, "friction": 0.3, "force": 1e-4}),
-        "cattaneo_mindlin": Call(
-            reference.cattaneo_mindlin, {"contact": ball, "bodies": bodies, "friction": 0.3, "force": 1e-4}
+        "elliptic_integrals": (reference.elliptic_integrals, {"axial_ratio": 0.5}),
+        "hertz": (reference.hertz, {"Rx": 1.0, "Ry": 2.0, "bodies": bodies, "force": 1e-3, "approach": None}),
+        "hertz_ellipse": (reference.hertz_ellipse, {"a": 1.0, "b": 2.0, "bodies": bodies, "force": 1e-3}),
+        "line_contact": (reference.line_contact, {"R": 1.0, "bodies": bodies, "force": 1e-3}),
+        "carter": (reference.carter, {"contact": line, "friction": 0.3, "creepage": 1e-3}),
+        "bufler": (reference.bufler, {"R": 1.0, "bodies": unlike, "force": 1e-3}),
+        "cattaneo_line": (reference.cattaneo_line, {"contact": line, "friction": 0.3, "force": 1e-4}),
+        "cattaneo_mindlin": (
+            reference.cattaneo_mindlin,
+            {"contact": ball, "bodies": bodies, "friction": 0.3, "force": 1e-4},
         ),
-        "creepage_coefficients": Call(reference.creepage_coefficients, {"a": 1.0, "b": 1.0, "nu": 0.3}),
-        "spence_ratio": Call(reference.spence_ratio, {"bodies": unlike, "friction": 0.3, "shape": "circle"}),
+        "creepage_coefficients": (reference.creepage_coefficients, {"a": 1.0, "b": 1.0, "nu": 0.3}),
+        "spence_ratio": (reference.spence_ratio, {"bodies": unlike, "friction": 0.3, "shape": "circle"}),
     }

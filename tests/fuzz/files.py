@@ -1,7 +1,5 @@
 """Cases of bad files: scenes in TOML, the files they name, and saved solutions and histories, damaged at random."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math
@@ -10,45 +8,31 @@ import tomllib
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import xarray as xr
 
 import varcontact as vc
 from tests.fuzz.junk import PLAIN, Deep
-from tests.fuzz.outcome import (
-    FAILED,
-    PASSED,
-    REFUSED,
-    UNSOLVED,
-    Outcome,
-    crashed,
-    numbers_that_overflow_are_errors,
-    processor_seconds,
-    says_what,
-)
+from tests.fuzz.outcome import Case, says_what
 
 Random = np.random.Generator
 SMALL, SHORT = 600, 10
 """Elements and steps up to which a scene from a damaged file is solved as well."""
 
 
-def case(seed: int, number: int) -> Outcome:
+def files(rng: Random) -> Case:
     """Damage a file and read it; a scene that can still be read is planned, and solved where it is small."""
-    rng = np.random.default_rng([seed, number])
-    with tempfile.TemporaryDirectory() as name, numbers_that_overflow_are_errors(), processor_seconds() as spent:
-        damage = _weighted(rng, {entry: 4, text: 2, named_file: 1, container: 3, record: 3})
-        words, read = damage(rng, Path(name))
-        try:
+    folder = tempfile.TemporaryDirectory()
+    damage = _weighted(rng, {entry: 4, text: 2, named_file: 1, container: 3, record: 3})
+    words, read = damage(rng, Path(folder.name))
+
+    def within() -> list[str]:
+        with folder:
             read()
-            return Outcome(PASSED, "", words)
-        except vc.NotConverged as error:
-            return Outcome(UNSOLVED, str(error), words)
-        except vc.VarcontactError as error:
-            silent = says_what(error)
-            return Outcome(FAILED if silent else REFUSED, silent or str(error), words, spent())
-        except Exception as error:
-            return crashed(error, words)
+        return []
+
+    return Case(words, within, says_what, bad_input=True)
 
 
 Damage = tuple[str, Callable[[], None]]
@@ -177,7 +161,7 @@ def named_file(rng: Random, folder: Path) -> Damage:
     return f"{field} from {named!r}: {raw[:60]!r}", lambda: _used(_written(folder, table))
 
 
-def _written(folder: Path, table: dict[str, Any]) -> Path:
+def _written(folder: Path, table: dict) -> Path:
     """A scene file."""
     path = folder / "scene.toml"
     lines = [f"{json.dumps(key)} = {_toml(value)}\n" for key, value in table.items()]
@@ -203,8 +187,8 @@ def _used(path: Path) -> None:
 @functools.cache
 def saved(kind: str) -> bytes:
     """The file of a solution or a history."""
-    base: dict[str, Any] = {"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": 0.3, "grid": vc.Grid(nx=5, ny=5)}
-    motion: Any = {"solution": vc.Steady(vx=0.04, spin=0.05), "history": vc.Transient(steps=3, dq=0.1, vx=4e-3)}[kind]
+    base: dict = {"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": 0.3, "grid": vc.Grid(nx=5, ny=5)}
+    motion = {"solution": vc.Steady(vx=0.04, spin=0.05), "history": vc.Transient(steps=3, dq=0.1, vx=4e-3)}[kind]
     answer = vc.solve(vc.Scene(**base, surface=vc.Paraboloids(10.0, 8.0), normal_force=0.02, motion=motion))
     with tempfile.TemporaryDirectory() as name:
         answer.save(Path(name) / "saved.nc")
@@ -235,8 +219,6 @@ def container(rng: Random, folder: Path) -> Damage:
 
 def record(rng: Random, folder: Path) -> Damage:
     """The JSON record, or an array, of a saved solution replaced."""
-    import xarray as xr
-
     path = folder / "saved.nc"
     path.write_bytes(saved("solution"))
     with xr.open_dataset(path, engine="h5netcdf") as opened:
@@ -270,7 +252,7 @@ def _loaded(path: Path) -> None:
 # ----------------------------------------------------------------------------- changes of tables
 
 
-def _change(rng: Random, table: dict[str, Any], junk: list[Any]) -> str:
+def _change(rng: Random, table: dict, junk: list) -> str:
     """Change one entry somewhere in nested dictionaries, and say what was done."""
     where, within = "", table
     while True:
@@ -301,7 +283,7 @@ def _change(rng: Random, table: dict[str, Any], junk: list[Any]) -> str:
     return f"{where}{key} {how}: {repr(value)[:100]}"
 
 
-def _toml(value: Any) -> str:
+def _toml(value) -> str:
     """A value in TOML."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -316,7 +298,7 @@ def _toml(value: Any) -> str:
     return '"none"' if value is None else str(value)
 
 
-def _json(value: Any) -> str:
+def _json(value) -> str:
     """A value in JSON."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(key)}: {_json(each)}" for key, each in value.items()) + "}"
@@ -325,6 +307,6 @@ def _json(value: Any) -> str:
     return str(value) if isinstance(value, Deep) else json.dumps(value)
 
 
-def _weighted(rng: Random, choices: dict[Any, float]) -> Any:
+def _weighted(rng: Random, choices: dict):
     weights = np.array(list(choices.values()))
     return list(choices)[rng.choice(len(weights), p=weights / weights.sum())]

@@ -1,7 +1,5 @@
 """The judge of random scenes: Kalker's conditions, and whether the certificate says what they are."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,11 +4,8 @@ Sizes are drawn dimensionless about a contact with semi-axes a, b and ab = 1 und
 units at the end. `natural` creepages are those at which about half of the contact slips.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -54,7 +51,7 @@ def scene(rng: Random) -> vc.Scene:
         surface = vc.Paraboloids(base.contact.Rx, base.contact.Ry)
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
     explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and not surface.placed)
-    laid_out: Any = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
+    laid_out = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
     return vc.Scene(
         bodies=base.bodies,
         surface=surface,
@@ -133,7 +130,7 @@ def _lattice(rng: Random, base: Base, nx: int, ny: int, wide: float = 1.0) -> vc
     return vc.Grid(nx=nx, ny=ny, dx=width / nx, dy=height / ny, x0=x0, y0=-height * rng.uniform(0.42, 0.58))
 
 
-def _surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[Any, vc.Grid]:
+def _surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[object, vc.Grid]:
     """Analytic, sampled on the grid (rough, with elements that are missing), or sampled anywhere."""
     contact = base.contact
     kind = _one_of(rng, {"paraboloids": 3, "ellipse": 3, "rough": 3, "placed": 1})
@@ -152,7 +149,7 @@ def _surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[Any, vc.Grid]:
     return vc.SampledDistance(h, x, y), vc.Grid(nx=max(grid.nx, 2), ny=max(grid.rows, 2))
 
 
-def _line_surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[Any, vc.Grid]:
+def _line_surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[object, vc.Grid]:
     """Cylinders, or samples on the grid; with a reference depth or without."""
     depth = float(base.contact.a * 10 ** rng.uniform(1, 3)) if rng.random() < 0.85 else None
     cylinders = vc.Cylinders(base.contact.Rx, depth)
@@ -178,7 +175,7 @@ def _rough(rng: Random, base: Base, h: np.ndarray) -> np.ndarray:
     return np.where(missing, h + 10 ** rng.uniform(1, 4) * depth, h)
 
 
-def _load(rng: Random, base: Base, surface: Any) -> dict[str, Any]:
+def _load(rng: Random, base: Base, surface) -> dict:
     """The normal force, or the approach where that means something."""
     contact, rough = base.contact, isinstance(surface, vc.SampledDistance)
     if rng.random() < 0.7 or (base.line and (surface.reference_depth is None or rough)):
@@ -194,7 +191,7 @@ def _load(rng: Random, base: Base, surface: Any) -> dict[str, Any]:
 # ----------------------------------------------------------------------------- friction
 
 
-def _friction(rng: Random, base: Base, grid: Any) -> Any:
+def _friction(rng: Random, base: Base, grid):
     """A number, infinity, nothing, one for each element, or a law."""
     f = base.friction
     kind = _one_of(rng, {"number": 8, "inf": 1, "zero": 0.3, "array": 1.5, "law": 1.5})
@@ -206,7 +203,7 @@ def _friction(rng: Random, base: Base, grid: Any) -> Any:
     return {"inf": np.inf, "zero": 0.0}.get(kind, f)
 
 
-def law(rng: Random, base: Base) -> Any:
+def law(rng: Random, base: Base):
     """A law of friction of any kind, of slip velocities at which it falls."""
     kinetic = base.friction * rng.uniform(0.3, 1)
     velocity = float(10 ** rng.uniform(-1, 2))
@@ -221,11 +218,11 @@ def law(rng: Random, base: Base) -> Any:
 # ----------------------------------------------------------------------------- motion
 
 
-def no_motion(rng: Random, base: Base, grid: Any) -> None:
+def no_motion(rng: Random, base: Base, grid) -> None:
     """The normal problem alone."""
 
 
-def shift(rng: Random, base: Base, grid: Any) -> vc.Shift:
+def shift(rng: Random, base: Base, grid) -> vc.Shift:
     """A shift in place."""
     ux, Fx = _moved(rng, base, base.size)
     uy, Fy = _moved(rng, base, base.size)
@@ -233,7 +230,7 @@ def shift(rng: Random, base: Base, grid: Any) -> vc.Shift:
     return vc.Shift(ux=ux, uy=uy, rotation=turn, Fx=Fx, Fy=Fy)
 
 
-def steady(rng: Random, base: Base, grid: Any) -> vc.Steady:
+def steady(rng: Random, base: Base, grid) -> vc.Steady:
     """Steady rolling, in steps of about an element, short ones or long ones."""
     vx, Fx = _moved(rng, base, 1.0)
     vy, Fy = _moved(rng, base, 1.0)
@@ -244,17 +241,17 @@ def steady(rng: Random, base: Base, grid: Any) -> vc.Steady:
     return vc.Steady(vx=vx, vy=vy, spin=spin, Fx=Fx, Fy=Fy, dq=dq, spin_offset=offset)
 
 
-def transient(rng: Random, base: Base, grid: Any) -> vc.Transient:
+def transient(rng: Random, base: Base, grid) -> vc.Transient:
     """A few steps of rolling in time, which may change direction, length, load, friction, creepage and force."""
     steps = int(rng.integers(1, 5))
     dx = 2 * base.contact.a / grid.nx
 
-    def each(draw: Callable[[], Any], varies: float = 0.5) -> Any:
+    def each(draw: Callable, varies: float = 0.5):
         return [draw() for _ in range(steps)] if rng.random() < varies else draw()
 
     dq = each(lambda: _one_of(rng, {dx: 2, 0.0: 1, dx * rng.uniform(0.2, 3): 1}))
     along, across = (each(lambda: _moved(rng, base, 1.0, most=0.25), 1.0) for _ in "xy")
-    entries: dict[str, Any] = {
+    entries: dict = {
         "vx": [v for v, _ in along],
         "vy": [v for v, _ in across],
         "Fx": [F for _, F in along],
@@ -290,7 +287,7 @@ def _amount(rng: Random, base: Base) -> float:
     return float(base.natural * size * rng.choice([-1, 1]))
 
 
-def _one_of(rng: Random, choices: dict[Any, float]) -> Any:
+def _one_of(rng: Random, choices: dict):
     """One of the keys, with these weights."""
     weights = np.array(list(choices.values()), float)
     return list(choices)[rng.choice(len(weights), p=weights / weights.sum())]

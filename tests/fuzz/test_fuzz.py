@@ -7,25 +7,23 @@ import pytest
 
 import varcontact as vc
 from tests.conditions import Held
-from tests.fuzz.certificates import bounded, outputs, within_gap
-from tests.fuzz.harness import attempt
+from tests.fuzz import campaigns
+from tests.fuzz.campaigns import bounded, outputs, within_gap
 from tests.fuzz.judge import faults
-from tests.fuzz.outcome import FAILED, PASSED
+from tests.fuzz.outcome import FAILED, PASSED, attempt
 from varcontact.discrete.certificate import ForceBounds
 
 SEED = 20
-
-
-CASES = {"scenes": 100, "certificates": 60, "newton": 40}
+CASES = {"scenes": 100, "certificates": 60, "newton": 40, "files": 20, "arguments": 40}
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 
 @pytest.mark.parametrize(("campaign", "first"), TWENTIES)
 def test_random_cases(campaign, first):
-    outcomes = {number: attempt(campaign, SEED, number) for number in range(first, first + 20)}
-    failed = {number: each.reason for number, each in outcomes.items() if each.verdict == FAILED}
-    assert not failed
-    assert sum(each.verdict == PASSED for each in outcomes.values()) >= 10
+    found = {number: attempt(getattr(campaigns, campaign), SEED, number) for number in range(first, first + 20)}
+    assert not {number: reason for number, (verdict, reason, _) in found.items() if verdict == FAILED}
+    if campaign not in ("files", "arguments"):
+        assert sum(verdict == PASSED for verdict, _, _ in found.values()) >= 10
 
 
 LINE = {
