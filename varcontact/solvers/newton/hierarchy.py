@@ -47,11 +47,6 @@ def parts(shape: tuple[int, int]) -> int:
     return 4 if shape[0] > 1 else 2
 
 
-def halvings(shape: tuple[int, int], coarse: tuple[int, int]) -> int:
-    """How often a grid was halved to become a coarse one."""
-    return round(np.log2(shape[1] / coarse[1]))
-
-
 def halved(field: np.ndarray) -> np.ndarray:
     """Sums over two by two elements, or over two strips of a line contact; zero beyond the edge."""
     line = field.shape[-2] == 1

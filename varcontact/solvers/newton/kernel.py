@@ -1,7 +1,7 @@
 """Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT (float32).
 
-Influence numbers are divided by a unit of the operator: the numbers of a grid twice as coarse are then the first of
-the same table; those of a line contact are so but for a constant, as a logarithm grows by one.
+Influence numbers are divided by a unit of the operator. In steady rolling on half-spaces those of a grid twice as
+coarse, and a step twice as long, are then the first of the same table.
 
 The preconditioner inverts the kernel on a periodic box. A circulant would be exact for a contact that repeats itself;
 a Parzen window takes the kernel to zero at the ends of the box, which keeps the symbol positive.
@@ -69,6 +69,18 @@ class Kernel:
         return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
 
     @cached_property
+    def halved(self) -> Kernel:
+        """That of elements twice as large, in units of displacement that are so, too: means over the small ones."""
+        numbers = self.numbers
+        for axis in (1, 2) if self.shape[0] > 1 else (2,):
+            lines = np.moveaxis(numbers, axis, -1)
+            last = lines.shape[-1] // 4 * 2  # even offset of small elements
+            padded, middle = np.pad(lines, ((0, 0), (0, 0), (1, 1)), "edge"), lines.shape[-1] // 2 + 1
+            before, same, after = (padded[..., middle - last + by : middle + last + by + 1 : 2] for by in (-1, 0, 1))
+            numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
+        return Kernel(numbers / 2)
+
+    @cached_property
     def symbol(self) -> np.ndarray:
         """Transform of the numbers on a box of twice the size, complex64."""
         return spectrum_of(wrapped(self.numbers, self._box), self._box)
@@ -105,8 +117,16 @@ class CurvedKernel:
     """That of a surface whose curvature varies, on a box from a row of its grid; `mean` is that of the mean one."""
 
     def __init__(self, mean: Kernel, operator: ConformalOperator, first: int) -> None:
-        self.operator, self.first, self.circulant = operator, first, mean.circulant
+        self.mean, self.operator, self.first = mean, operator, first
         self._unit = np.float32(unit(operator))
+
+    @property
+    def circulant(self) -> Circulant:
+        return self.mean.circulant
+
+    @property
+    def halved(self) -> Kernel:
+        return self.mean.halved
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         ny, nx = traction.shape[1:]
@@ -171,29 +191,17 @@ def parzen(t: np.ndarray) -> np.ndarray:
     return np.where(t < 0.5, 1 - 6 * t**2 + 6 * t**3, 2 * np.maximum(1 - t, 0.0) ** 3)
 
 
-def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) -> Kernel:
-    """The kernel of a box from the first offsets of an operator's table, which remembers it.
-
-    `halvings` says how often the elements are doubled in size; strips then lack a constant each time.
-    """
-    kept: dict[tuple[int, int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
-    key = *shape, halvings
-    if key not in kept:
+def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
+    """The kernel of a box from the first offsets of an operator's table, which remembers it."""
+    kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
+    if shape not in kept:
         (ny, nx), (rows, columns) = shape, operator.shape
         table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
-        if halvings and rows == 1:
-            # a logarithm falls by as much from any distance to twice that; differences of it have no even part
-            middle = operator.table.shape[-1] // 2
-            far, half = (
-                operator.table[..., middle - at] + operator.table[..., middle + at]
-                for at in (middle // 2 * 2, middle // 2)
-            )
-            table = table - halvings * ((half - far) / 2)[..., None]
         blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
-        kept[key] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
+        kept[shape] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
         for oldest in list(kept)[:-KERNELS]:
             del kept[oldest]
-    return kept[key]
+    return kept[shape]
 
 
 def kernel_on(operator: RestrictedOperator, shape: tuple[int, int]) -> Kernel | CurvedKernel:

@@ -17,8 +17,8 @@ from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
-from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
-from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, kernel, kernel_on, unit
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
+from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, kernel_on, unit
 
 FIRST = 0.1
 """First pressure where the approach is given: this part of the overlap divided by an element's own influence."""
@@ -129,10 +129,7 @@ class ScaledNormal:
         known, within = halved_mean(fine.known, fine.within) / 2, halved(fine.within.astype(float)) > 0
         sums = fine.forces.sums / parts(fine.within.shape)
         forces = Forces(fine.forces.components, sums, 1 / np.sqrt(np.count_nonzero(within)))
-        halved_times = halvings(self.box.shape, within.shape)
-        return NormalConditions(
-            kernel(self.problem.operator.grid_operator, within.shape, halved_times), known, within, forces
-        )
+        return NormalConditions(fine.kernel.halved, known, within, forces)
 
     def first(self, coarsest: NormalConditions) -> Point:
         """From the overlap, or from an even pressure that has the force."""

@@ -20,7 +20,7 @@ from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point, dot
-from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
 from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, SoftenedKernel, kernel, kernel_on, unit
 
 QUANTILE = 0.6
@@ -258,12 +258,15 @@ class ScaledTangential:
         """
         if not has_coarser(fine.bound.shape) or np.isinf(self.problem.bound).any() or fine.yielding is not None:
             return None
-        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.kernel.circulant.rolling else 0.5)
+        rolling = fine.kernel.circulant.rolling
+        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if rolling else 0.5)
         each = parts(fine.bound.shape)
         bound = halved(fine.bound * fine.scale) / each
-        softening = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
+        softening, own = None, fine.kernel
+        if isinstance(own, SoftenedKernel):
+            softening, own = own.softening, own.kernel
         return _scaled(
-            kernel(self.problem.operator.grid_operator, bound.shape, halvings(self.box.shape, bound.shape)),
+            kernel(self.problem.operator.grid_operator, bound.shape) if rolling else own.halved,
             None if softening is None else halved_mean(softening, fine.contact),
             known,
             bound,
