@@ -146,7 +146,7 @@ def test_from_coarse_to_fine():
 
 @pytest.mark.parametrize("box", [(1, 33), (12, 33)])
 def test_elements_of_twice_the_size(box):
-    """Their kernel is that of a lattice of them but for means over elements: also where a logarithm lacks a constant."""
+    """Their kernel is that of a lattice of them but for means over elements: also of logarithms."""
 
     def operator(dx, shape):
         along_y = {"ny": shape[0], "dy": dx, "y0": 0.0} if box[0] > 1 else {}
