@@ -35,7 +35,7 @@ from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.carried import Carried
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
-from .scene.friction_laws import FrictionLaw, TemperatureFalling
+from .scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -91,6 +91,7 @@ __all__ = [
     "OutputError",
     "Paraboloids",
     "Plan",
+    "PressureFalling",
     "RationalFalling",
     "Reference",
     "Refinement",

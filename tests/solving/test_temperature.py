@@ -110,16 +110,40 @@ def test_history_along_the_material_goes_over_into_steady_rolling():
         history.temperature(1.5)
 
 
-def test_history_of_shorter_steps_converges_to_steady_rolling():
-    off = []
-    for n in (15, 30, 60):
-        dx = 24 / n
-        grid = vc.Grid(nx=n, ny=3, dx=dx, dy=6.0, x0=-15.0, y0=-9.0)
-        motion = vc.Transient(steps=2 * n, dq=0.7 * dx, dt=0.7 * dx / 3e4, vx=-0.03333)
-        history = vc.solve(rolling(grid=grid, motion=motion))
-        steady = vc.solve(rolling(grid=grid, motion=vc.Steady(vx=-0.03333, dq=0.7 * dx, speed=3e4)))
-        off.append(np.abs(history.temperature() - steady.temperature).max() / steady.temperature.max())
-    assert off[0] < 0.008 and off[2] < 0.002
+@pytest.mark.parametrize("part", [0.7, 1.7])
+@pytest.mark.parametrize("started", [False, True])
+def test_history_has_the_temperatures_of_steady_rolling_whatever_its_steps(part, started):
+    """Material is followed between the elements' centres: in histories temperatures have the order of steady ones."""
+    grid = vc.Grid(nx=15, ny=3, dx=1.6, dy=6.0, x0=-15.0, y0=-9.0)
+    pair, dq = (STEEL, replace(STEEL, temperature=100.0)), 1.6 * part
+    steady = vc.solve(rolling(pair, grid=grid, motion=vc.Steady(vx=-0.03333, dq=dq, speed=3e4)))
+    start, steps = (steady, 2) if started else (None, int(2.5 * 15 / part))
+    motion = vc.Transient(steps=steps, dq=dq, dt=dq / 3e4, vx=-0.03333, start=start)
+    history = vc.solve(rolling(pair, grid=grid, motion=motion))
+    assert np.allclose(history.temperature(), steady.temperature, atol=1e-10 * steady.temperature.max())
+
+
+def test_steps_in_place_heat_as_by_hand():
+    """By ``2 q (sqrt(t - t') - sqrt(t - t''))/((beta_1 + beta_2) sqrt(pi))`` of each step; and friction falls."""
+    distance, beta = np.ones((3, 3)), 2 * STEEL.effusivity
+    distance[1, 1] = 0.0
+    law = vc.TemperatureFalling(0.5, 0.1, over=200.0)
+    scene = rolling(
+        surface=vc.SampledDistance(h=distance),
+        normal_force=900.0,
+        friction=law,
+        motion=vc.Transient(steps=3, dq=0.0, dt=[1e-3, 2e-3, 1e-3], ux=-1e-2),
+        grid=vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
+    )
+    history = vc.solve(scene)
+    ends = np.cumsum([0.0, 1e-3, 2e-3, 1e-3])
+    q = [step.friction_work / dt for step, dt in zip(history, np.diff(ends), strict=True)]
+    for k in range(3):
+        passed = np.sqrt(ends[k + 1] - ends[: k + 2])
+        rise = sum(2 * q[j] * (passed[j] - passed[j + 1]) for j in range(k + 1)) / (beta * np.sqrt(np.pi))
+        assert history.temperature(k)[0, 1, 1] == pytest.approx(rise, rel=1e-12)
+        assert history[k].Fx == pytest.approx(900.0 * law.at(rise), rel=1e-8)
+        assert 0 < history[k].Fx < 0.99 * 450.0
 
 
 @pytest.mark.parametrize("n", [20, 30, 56])

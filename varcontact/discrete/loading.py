@@ -42,7 +42,8 @@ class PreviousStep:
     corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
     Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
     particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
-    Of a third body that yields their plastic displacement and yield stress (3, ny, nx).
+    Of a third body that yields their plastic displacement and yield stress (3, ny, nx). Under a law by temperature how
+    much warmer they are at the end of the step by what heated them before (ny, nx).
     """
 
     displacement: np.ndarray
@@ -52,6 +53,7 @@ class PreviousStep:
     distance: np.ndarray | None = None
     friction: np.ndarray | None = None
     plastic: np.ndarray | None = None
+    rise: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ bodies is that of the slip less what flows.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -114,18 +115,19 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
 
 def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
     """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
-    whole, part = _passed(disc)
-    if disc.loading.motion is not None and disc.loading.motion.rolls < 0:
-        return np.asarray(_moved(field[..., ::-1], whole, part, fresh)[..., ::-1])
-    return _moved(field, whole, part, fresh)
+    motion = disc.loading.motion
+    return further_along(field, sum(_passed(disc)) * (1 if motion is None else motion.rolls), fresh)
 
 
-def _moved(field: np.ndarray, whole: int, part: float, fresh: float) -> np.ndarray:
+def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
+    """Values (..., ny, nx) so many columns further along x; `beyond` the grid, by default zero, None: as at its end."""
     nx = field.shape[-1]
-    room = [(0, 0)] * (field.ndim - 1) + [(0, nx + 1)]
-    padded, first = np.pad(field, room, constant_values=fresh), min(whole, nx)
+    columns = max(-nx - 1.0, min(nx + 1.0, columns))
+    whole = math.floor(columns)
+    room, first = [(0, 0)] * (field.ndim - 1) + [(nx + 1, nx + 2)], nx + 1 + whole
+    padded = np.pad(field, room, mode="edge") if beyond is None else np.pad(field, room, constant_values=beyond)
     near, far = padded[..., first : first + nx], padded[..., first + 1 : first + 1 + nx]
-    return np.asarray(near + part * (far - near))
+    return near if columns == whole else np.asarray(near + (columns - whole) * (far - near))
 
 
 def _along_rows(

@@ -7,10 +7,88 @@ Source: M. Ertz, K. Knothe, Wear 253 (2002) 498-508. Exact for ``V a/(2 kappa) >
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from varcontact.discrete.stick_slip import further_along
 from varcontact.scene.interface import Thermal
+from varcontact.scene.motion import TimeStep
+
+
+@dataclass(frozen=True, eq=False)
+class Heat:
+    """What friction heats in a step, by area and time, and where it touches, (ny, nx)."""
+
+    power: np.ndarray
+    contact: np.ndarray
+    time: float
+    rolled: float  # negative backwards
+
+    @classmethod
+    def of(cls, power_density: np.ndarray, contact: np.ndarray, step: TimeStep) -> Heat:
+        """That of a power density: work by area and distance rolled, in a step in place by area."""
+        assert step.dt is not None
+        return cls(power_density * ((step.dq or 1.0) / step.dt), contact, step.dt, step.rolls * step.dq)
+
+
+def temperature_rise(path: Sequence[Heat], dx: float, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
+    """Rise of temperature by the heat of a history's steps, at the end of the last, (ny, nx).
+
+    ``int q(t') dt'/sqrt(t - t') / ((beta_1 + beta_2) sqrt(pi))`` on the way of each particle, with heat that is linear
+    between the elements' centres.
+    """
+    rise = np.zeros_like(path[-1].power)
+    for heat, (now, then), (near, far) in _pieces(path, dx):
+        if not heat.power.any() or min(abs(near), abs(far)) > rise.shape[1]:
+            continue
+        last, first = further_along(heat.power, near), further_along(heat.power, far)
+        fall = (first - last) / (then - now)
+        rise += 2 * (last - fall * now) * (math.sqrt(then) - math.sqrt(now)) + 2 / 3 * fall * (then**1.5 - now**1.5)
+    return rise / (math.sqrt(math.pi) * sum(body.effusivity for body in bodies))
+
+
+def temperatures_in_time(path: Sequence[Heat], dx: float, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
+    """Temperatures (2, ny, nx) of both surfaces at the end of the last step of a history.
+
+    A particle that has left the contact goes back to the temperature of its body by the times it was inside, and
+    since it entered.
+    """
+    inside, since = np.zeros((2, *path[-1].contact.shape))
+    for heat, (now, then), (near, far) in _pieces(path, dx):
+        last, first = further_along(1.0 * heat.contact, near), further_along(1.0 * heat.contact, far)
+        change = np.abs(first - last)
+        part = np.clip((np.maximum(first, last) - 0.5) / np.where(change > 0, change, 1e-9), 0.0, 1.0)
+        inside += part * (then - now)
+        entered = np.where(first >= 0.5, then, now + part * (then - now))
+        since = np.where(part > 0, entered, since)
+    part = np.where(path[-1].contact, 1.0, inside / np.where(since > 0, since, 1.0))
+    return temperature_rise(path, dx, bodies) + background(2 / math.pi * np.arcsin(np.sqrt(part)), bodies)
+
+
+def in_contact(rise: np.ndarray, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
+    """Temperature of both surfaces, from its rise by friction."""
+    return rise + background(1.0, bodies)[0]
+
+
+def _pieces(path: Sequence[Heat], dx: float) -> Iterator[tuple[Heat, tuple[float, float], tuple[float, float]]]:
+    """The steps from the last one back, in pieces in which each particle is between the same two centres.
+
+    With the times, and the numbers of columns ahead, at which a piece ends and begins.
+    """
+    now = near = 0.0
+    for heat in reversed(path):
+        far = round(near + heat.rolled / dx, 9)
+        low, high = sorted((near, far))
+        inner = np.arange(math.floor(low) + 1, math.ceil(high), dtype=float)
+        stops = [near, *(inner if near < far else inner[::-1]), far]
+        for one, other in pairwise(stops):
+            then = now + heat.time * (abs(other - one) / (high - low) if high > low else 1.0)
+            yield heat, (now, then), (one, other)
+            now = then
+        near = far
 
 
 def surface_temperatures(
@@ -34,8 +112,8 @@ def surface_temperatures(
     return rise + background(np.where(contact.any(axis=1, keepdims=True) & (passed > 0), since, 0.0), bodies)
 
 
-def background(since: np.ndarray, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
-    """Temperatures (2, ny, nx) without friction: in contact (1) the mean by effusivities, else a part of the way."""
+def background(since: np.ndarray | float, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
+    """Temperatures (2, ...) without friction: in contact (1) the mean by effusivities, else a part of the way."""
     one, other = bodies
     together = one.effusivity + other.effusivity
     mean = (one.effusivity * one.temperature + other.effusivity * other.temperature) / together

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -11,17 +12,39 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR
-from varcontact.discrete.temperature import background
+from varcontact.discrete.temperature import Heat, temperatures_in_time
 from varcontact.errors import SceneError
 from varcontact.html import html_text
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+def heat_of(step: Solution) -> Heat:
+    """What friction heats in a step of a history, or in as much of steady rolling."""
+    motion = step.motion
+    if isinstance(motion, Steady):
+        dq = motion.dq or step.grid.sides[0]
+        motion = replace(motion.step(dq), dt=dq / (motion.speed or np.nan))
+    assert isinstance(motion, TimeStep)
+    return Heat.of(step.power_density * (not step.scene.no_slip), step.state != EXTERIOR, motion)
+
+
+def heat_before(start: Solution | None) -> list[Heat]:
+    """What has heated when a history begins: steady rolling for ever, or one step; nothing where time is not known."""
+    if start is None or getattr(start.motion, "speed", getattr(start.motion, "dt", None)) is None:
+        return []
+    heat = heat_of(start)
+    count = (
+        1 if isinstance(start.motion, TimeStep) else math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
+    )
+    return [heat] * count
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +142,8 @@ class History(Sequence[Solution]):
     def temperature(self, k: int = -1) -> np.ndarray:
         """Temperature of the surfaces of body 1 and body 2 at the end of a step, followed along the material.
 
+        A start in steady rolling went on for ever; of another one only its own step has heated.
+
         Parameters
         ----------
         k : int
@@ -133,30 +158,12 @@ class History(Sequence[Solution]):
         SceneError
             Without thermal data, or if there is no such step.
         """
-        thermal, grid, n = self.scene.thermal, self.grid, len(self)
+        thermal, n = self.scene.thermal, len(self)
         if thermal is None:
             raise SceneError("thermal", None, "given: the thermal data of both bodies")
         count = checks.whole("k", k, -n, n - 1) % n + 1
-        dt = np.broadcast_to(np.asarray(self._motion.every("dt")), n)[:count].astype(float)
-        dq, position, end = self.dq[:count], self.position[:count], np.cumsum(dt)
-        rise, passed = np.zeros(grid.shape), np.zeros((2, *grid.shape))
-        for j, step in enumerate(self[:count]):
-            slips, began = not step.scene.no_slip, 0.0 if j == 0 else position[j - 1]
-            field = step.power_density * (slips * (dq[j] or 1.0) / dt[j])
-            first, last, touches = (
-                np.array([np.interp(grid.x + position[-1] - place, grid.x, row, 0, 0) for row in values])
-                for place, values in ((began, field), (position[j], field), (position[j], step.state != EXTERIOR))
-            )
-            after = end[-1] - end[j]
-            before, fall = after + dt[j], (first - last) / dt[j]  # of the heat, linear in time
-            rise += 2 * (last - fall * after) * (np.sqrt(before) - np.sqrt(after))
-            rise += 2 / 3 * fall * (before**1.5 - after**1.5)
-            passed += [dt[j] * (touches >= 0.5), dt[j] * ((touches >= 0.5) | (passed[1] > 0))]
-        rise /= np.sqrt(np.pi) * sum(body.effusivity for body in thermal)
-        inside, since = passed
-        since = np.maximum(since - dt[-1] / 2, inside)  # entered half a step before it was first seen
-        part = np.where(self[k].state != EXTERIOR, 1.0, inside / np.where(since > 0, since, 1.0))
-        return np.asarray(rise + background(2 / np.pi * np.arcsin(np.sqrt(part)), thermal))
+        path = [*heat_before(self._motion.start), *map(heat_of, self[:count])]
+        return temperatures_in_time(path, self.grid.sides[0], thermal)
 
     def work_along(self, period: float | None = None) -> xr.DataArray:
         """Work lost by friction where it was lost on the bodies: by area, along the way X that they have rolled.

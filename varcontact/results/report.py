@@ -282,6 +282,8 @@ def report_history(history: History) -> str:
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     warned = [k for k in shown[:-1] if history.scene.under_law and history[k].warnings][-1:]
     lines += ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
+    if history.scene.thermal is not None:
+        lines += ["", f"Surface temperature at the end at most {history.temperature().max():.4g}."]
     estimate = history.error_estimate
     if estimate is not None:
         largest: dict[str, float] = {}

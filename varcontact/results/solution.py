@@ -173,7 +173,7 @@ class Solution:
         law = self.scene.friction
         if not isinstance(law, Law):
             return None
-        if law.memory_distance > 0 and self.weakening is not None:
+        if self.weakening is not None and (law.memory_distance > 0 or law.local):
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
         if law.local:
             slip, warm = np.hypot(*self.slip) * (self.state == SLIP), self.temperature if law.warm else None

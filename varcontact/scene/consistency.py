@@ -16,7 +16,7 @@ from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
-from varcontact.scene.friction_laws import FrictionLaw
+from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -212,21 +212,22 @@ def check_friction(scene: Scene) -> None:
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
         law = problem.friction if isinstance(problem.friction, Law) else None
-        if law is not None and law.warm and not (isinstance(scene.motion, Steady) and scene.thermal is not None):
-            allowed = "a law by slip: temperatures need thermal data, and steady rolling"
-            raise SceneError("friction", law, allowed)
-        if law is not None and law.local and isinstance(scene.motion, Transient):
-            allowed = "a law by slip, or numbers by place: in a history others do not follow the material"
-            raise SceneError("friction", law, allowed)
-        falls = isinstance(problem.friction, Law) and not isinstance(problem.friction, StaticKinetic)
-        if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
-            field = "friction" if problem.friction is scene.friction else "motion.friction"
-            allowed = f"StaticKinetic, which needs no slip velocity: step {problem.step} does not roll (motion.dq = 0)"
-            raise SceneError(field, problem.friction, allowed)
-    if isinstance(scene.friction, FrictionLaw):
-        for factor in scene.friction.factors:
+        if law is not None and law.warm and scene.thermal is None:
+            raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
+        for factor in law.factors if isinstance(law, FrictionLaw) else ():
             if isinstance(factor, np.ndarray):
                 _check_on_grid(scene, "friction.factors", factor)
+        falls = law is not None and not isinstance(law, StaticKinetic | TemperatureFalling | PressureFalling)
+        if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
+            field = "friction" if problem.friction is scene.friction else "motion.friction"
+            allowed = (
+                f"a law without slip velocity, as StaticKinetic: step {problem.step} does not roll (motion.dq = 0)"
+            )
+            raise SceneError(field, problem.friction, allowed)
+    start = scene.motion.start if isinstance(scene.motion, Transient) else None
+    if scene.warm and start is not None and start.scene.speed is None and start.traction.any():
+        allowed = "in steady rolling with a speed, or left out: friction depends on all that heated the bodies before"
+        raise SceneError("motion.start", type(start.motion).__name__, allowed)
     if isinstance(scene.friction, np.ndarray):
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):

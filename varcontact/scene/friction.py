@@ -41,8 +41,6 @@ class Law(ABC):
                 raise SceneError(f"friction.{name}", getattr(self, name), "zero (no memory) or positive")
         if self.memory_velocity > 0 and self.memory_distance == 0:
             raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
-        if self.local and self.memory_distance > 0:
-            raise SceneError("friction.memory_distance", self.memory_distance, "0: only laws by slip have a memory")
 
     @property
     def warm(self) -> bool:

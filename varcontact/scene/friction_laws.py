@@ -1,4 +1,4 @@
-"""Laws of friction by more than slip: by temperature, by place, and products with functions of the user."""
+"""Laws of friction by more than slip: by temperature, pressure, place, and products with functions of the user."""
 
 from __future__ import annotations
 
@@ -82,6 +82,49 @@ class TemperatureFalling(LocalLaw):
         return np.asarray(self.static + part * (self.kinetic - self.static))
 
 
+@dataclass(frozen=True)
+class PressureFalling(LocalLaw):
+    """A coefficient that falls with the pressure: the surfaces shear at a stress ``strength + kinetic p``.
+
+    It is ``min(static, kinetic + strength/p)``. Source: B. J. Briscoe, D. Tabor, J. Adhesion 9 (1978) 145-155, of
+    films between surfaces.
+
+    Parameters
+    ----------
+    static, kinetic : float
+        Coefficients at low pressure, positive, and at high pressure, in [0, static].
+    strength : float
+        Shear strength without pressure, positive [stress].
+    memory_distance, memory_velocity : float
+        As of `StaticKinetic`.
+
+    Raises
+    ------
+    SceneError
+        For entries out of range.
+
+    Examples
+    --------
+    >>> PressureFalling(static=0.4, kinetic=0.1, strength=50.0).at([0.0, 100.0, 250.0, 1000.0])
+    array([0.4 , 0.4 , 0.3 , 0.15])
+    """
+
+    strength: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.entries(self, "friction", checks.positive, "strength")
+
+    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+        """Coefficient at a `pressure`, whatever `slip`, `temperature`, `x` and `y`."""
+        return self.at(pressure)
+
+    def at(self, pressure: Any) -> np.ndarray:
+        """Coefficient at a `pressure` (any shape)."""
+        rest = self.strength / np.maximum(np.asarray(pressure, dtype=float), self.strength / self.static)
+        return np.minimum(self.static, self.kinetic + rest)
+
+
 @dataclass(frozen=True, eq=False)
 class FrictionLaw(LocalLaw):
     """A product of laws, of coefficients by place and of functions of your own.
@@ -160,6 +203,7 @@ LAWS: dict[str, type[Law]] = {
     "rational": RationalFalling,
     "exponential": ExponentialFalling,
     "temperature": TemperatureFalling,
+    "pressure": PressureFalling,
     "product": FrictionLaw,
 }
 """The laws by their kind in a scene file."""
@@ -200,7 +244,12 @@ def _names(function: Any) -> tuple[str, ...]:
 
 def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
     """The values of a function for the elements, checked."""
-    found, shape = np.asarray(function(**{name: known[name] for name in _names(function)})), known[ARGUMENTS[0]].shape
+    shape = known[ARGUMENTS[0]].shape
+    try:
+        found = np.asarray(function(**{name: known[name] for name in _names(function)}))
+    except Exception as error:  # the user's own code runs here
+        failed = f"{_name(function)} failed: {type(error).__name__}: {error}"
+        raise SceneError("friction.factors", failed, f"functions of arrays of shape {shape}") from error
     if found.shape not in ((), shape):
         raise checks.wrong_shape(f"friction.factors: {_name(function)}", found.shape, f"a number or of shape {shape}")
     good = (found >= 0) & (found < np.inf) if found.dtype.kind in "fiu" else np.zeros(found.shape, bool)

@@ -67,8 +67,8 @@ class Scene(Generic[MotionT_co]):
         approach of the bodies [length].
     friction : float, law or array_like, shape (ny, nx), or (nx,) in line contact
         Coefficient of friction; a number (``inf``: no slip at all), a law (`StaticKinetic`, `LinearFalling`,
-        `RationalFalling`, `ExponentialFalling`, `TemperatureFalling`, `FrictionLaw`), or one number per element of
-        an explicit grid. Needed where there is a motion.
+        `RationalFalling`, `ExponentialFalling`, `TemperatureFalling`, `PressureFalling`, `FrictionLaw`), or one number
+        per element of an explicit grid. Needed where there is a motion.
     third_body : ThirdBody, optional
         A layer between the bodies, which shears and yields.
     thermal : Thermal or pair (upper, lower), optional
@@ -288,6 +288,11 @@ class Scene(Generic[MotionT_co]):
     def under_law(self) -> bool:
         """Whether the coefficient of friction follows a law, in some step where it is a history."""
         return any(isinstance(f, Law) for f in self._different_frictions)
+
+    @property
+    def warm(self) -> bool:
+        """Whether friction depends on the temperature of the surfaces."""
+        return any(isinstance(f, Law) and f.warm for f in self._different_frictions)
 
     @property
     def surfaces(self) -> list[Surface]:

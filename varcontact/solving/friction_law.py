@@ -12,6 +12,7 @@ passes are no more than there are elements; and the solution for the kinetic one
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,16 +22,26 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import magnitude
 from varcontact.discrete.residuals import project
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
-from varcontact.discrete.temperature import surface_temperatures
+from varcontact.discrete.stick_slip import (
+    SLIP,
+    STICK,
+    friction_work,
+    further_along,
+    own_influence,
+    shift_and_areas,
+    unit_slip,
+)
+from varcontact.discrete.temperature import Heat, in_contact, surface_temperatures, temperature_rise
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""
+SMALL_SLIP = 1e-6
+"""Relative slip over which the slope of a law at no slip is taken that is known by its values alone."""
 
 
 def with_coefficients(disc: Discretisation, state: ContactState, start: str | Solution | None) -> ContactState:
@@ -55,12 +66,11 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
     """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
     assert state.friction is not None
     law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
-    if law.local:
-        return _locally(disc, state, np.hypot(*shift) * (areas == SLIP))
+    slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
+    own, rest = _own(disc, state, slip)
     if law.memory_distance > 0:
-        return _with_memory(disc, shift * (areas == SLIP))
-    own = law(np.hypot(*shift) / unit_slip(disc))
-    return np.where(areas == SLIP, own, state.friction)
+        return _with_memory(disc, state, own, rest, slip)
+    return own if law.local else np.where(areas == SLIP, own, state.friction)
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -73,11 +83,11 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     if law.memory_distance > 0:
         known = disc.loading.coefficient if state.friction is None else state.friction
         shift, areas = shift_and_areas(disc.with_loading(coefficient=known), state)
-        return _with_memory(disc, shift * (areas == SLIP))
+        slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
+        return _with_memory(disc, state, *_own(disc, state, slip), slip)
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
     moved = shift / own_influence(disc)
-    own = _locally(disc, state, np.hypot(*shift)) if law.local else law(np.hypot(*shift) / unit_slip(disc))
-    static = _locally(disc, state, np.zeros_like(own)) if law.local else law.static
+    own, static = _own(disc, state, np.hypot(*shift) / unit_slip(disc))
     trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
     beyond = magnitude(trial) > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
     image = project(trial, (own * state.pressure).ravel())
@@ -103,7 +113,7 @@ def branch_of(start: str | Solution | None) -> str:
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
-def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
+def remembered(disc: Discretisation, before: Solution, heated: Sequence[Heat] = ()) -> np.ndarray | None:
     """The coefficients (ny, nx) that particles bring along into a step of a history; None without a law.
 
     Slipping particles keep that of their slip; those from between two centres have the coefficients there, weighted
@@ -117,12 +127,18 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     whole, part = _way(disc)
     if law.memory_distance > 0:
         known = own
-    near = _from(own if whole == 0 else known, motion.rolls * whole, law.static)
-    came = near if part == 0 else (1 - part) * near + part * _from(known, motion.rolls * (whole + 1), law.static)
+    fresh = None if law.local else law.static
+    near = further_along(own if whole == 0 else known, motion.rolls * whole, fresh)
+    came = near if part == 0 else (1 - part) * near + part * further_along(known, motion.rolls * (whole + 1), fresh)
     if law.memory_distance == 0 or disc.step is None:
         return came
     slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
-    return law.after(came, law(slip), slip, disc.step * disc.scales.length)
+    temperature, thermal = None, disc.loading.thermal
+    if law.warm and thermal is not None:
+        rise = temperature_rise(heated, disc.grid.sides[0], thermal) if heated else np.zeros(disc.grid.shape)
+        temperature = in_contact(rise, thermal)
+    there = law.on(slip, temperature, before.pressure, *np.meshgrid(disc.grid.x, disc.grid.y))
+    return law.after(came, there, slip, disc.step * disc.scales.length)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
@@ -154,6 +170,9 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
     shift, areas = shift_and_areas(disc, state)
     dq, memory = disc.step * disc.scales.length, law.memory_distance
     steepest = -float(law.slope(0.0)) or np.inf
+    if law.local and memory == 0:
+        own, rest = _own(disc, state, np.full(disc.grid.shape, SMALL_SLIP))
+        steepest = float(np.max(rest - own)) / SMALL_SLIP
     by_memory = (law.static - law.kinetic) * dq / memory if memory > 0 else np.inf
     fall = min(steepest, by_memory) / unit_slip(disc) * state.pressure
     direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
@@ -179,36 +198,48 @@ def _law(disc: Discretisation) -> Law:
     return disc.loading.law
 
 
-def _locally(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
-    """The coefficients of a law at the temperatures, pressures and places of a state, and sizes of its shift."""
+def _own(disc: Discretisation, state: ContactState, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The coefficients of a law at the temperatures, pressures and places of a state, with sizes of slip and without.
+
+    In a history particles bring heat of earlier steps along.
+    """
     law, motion, thermal = _law(disc), disc.loading.motion, disc.loading.thermal
-    temperature = None
+    temperature, dx, before = None, disc.grid.sides[0], disc.loading.previous_step
     if law.warm:
-        assert isinstance(motion, Steady) and motion.speed is not None and thermal is not None
-        work = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
-        contact, dx = state.pressure > 0, disc.grid.sides[0]
-        temperature = surface_temperatures(work * motion.speed, contact, dx, motion.speed, thermal)[0]
-    places = np.meshgrid(disc.grid.x, disc.grid.y)
-    return law.on(shift / unit_slip(disc), temperature, state.pressure * disc.scales.pressure, *places)
+        density = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
+        contact = state.pressure > 0
+        if isinstance(motion, Steady):
+            assert motion.speed is not None and thermal is not None
+            temperature = surface_temperatures(density * motion.speed, contact, dx, motion.speed, thermal)[0]
+        else:
+            assert isinstance(motion, TimeStep) and thermal is not None
+            rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
+            known = None if before is None else before.rise
+            temperature = in_contact(rise if known is None else rise + known, thermal)
+    around = temperature, state.pressure * disc.scales.pressure, *np.meshgrid(disc.grid.x, disc.grid.y)
+    return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(slip.shape, law.static)
 
 
-def _with_memory(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
-    """The coefficients of particles after a local shift (2, ny, nx), with what they had a step ago.
+def _with_memory(
+    disc: Discretisation, state: ContactState, own: np.ndarray, rest: np.ndarray, slip: np.ndarray
+) -> np.ndarray:
+    """The coefficients of particles after a slip, with what they had a step ago; `own` of the law, `rest` in stick.
 
-    In steady rolling they come along their rows, with the static one at first. In a step that rolls they are
+    In steady rolling they come along their rows, at rest at first. In a step that rolls they are
     `remembered`: problems of short steps would have several solutions under the slip at their end.
     """
     law, motion, before = _law(disc), disc.loading.motion, disc.loading.previous_step
     assert motion is not None
-    slip = np.hypot(*shift) / unit_slip(disc)
-    if not disc.loading.steady:
-        came = np.full(slip.shape, law.static) if before is None or before.friction is None else before.friction
-        return came if motion.rolls else law.after(came, law(slip), slip, 1.0)
-    found = np.full(slip.shape, law.static)
-    known, own = found[:, 0], law(slip)
-    for column in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
-        known = found[:, column] = law.after(known, own[:, column], slip[:, column], disc.grid.sides[0])
-    return found
+    remembers = (state.pressure > 0) | (not law.local)
+    if disc.loading.steady:
+        found = rest.copy()
+        known = found[:, -1 if motion.rolls > 0 else 0]
+        for i in range(slip.shape[1])[:: -1 if motion.rolls > 0 else 1]:
+            after = law.after(known, own[:, i], slip[:, i], disc.grid.sides[0])
+            known = found[:, i] = np.where(remembers[:, i], after, rest[:, i])
+        return found
+    came = rest if before is None or before.friction is None else before.friction
+    return np.where(remembers, came if motion.rolls else law.after(came, own, slip, 1.0), rest)
 
 
 def _known(law: Law, solution: Solution) -> np.ndarray:
@@ -224,7 +255,7 @@ def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]
     if solution.weakening is None:
         return known, known
     own = law.static - solution.weakening * (law.static - law.kinetic)
-    return known, np.where(solution.state == STICK, own, known)
+    return known, np.where(solution.state == SLIP if law.local else solution.state != STICK, known, own)
 
 
 def _way(disc: Discretisation) -> tuple[int, float]:
@@ -246,10 +277,3 @@ def _way(disc: Discretisation) -> tuple[int, float]:
     )
     (_, own, other), (beyond, near, _) = at_centres, between
     return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
-
-
-def _from(field: np.ndarray, way: int, outside: float) -> np.ndarray:
-    """The values of a field so many elements further along x."""
-    nx = field.shape[1]
-    first = nx + max(-nx, min(nx, way))
-    return np.pad(field, ((0, 0), (nx, nx)), constant_values=outside)[:, first : first + nx]

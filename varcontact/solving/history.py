@@ -13,7 +13,7 @@ from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.io.history import Stored
-from varcontact.results.history import History
+from varcontact.results.history import History, heat_before, heat_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import CONTROLLED, Transient
@@ -72,7 +72,9 @@ def _solved(
     """The history with the steps that are not solved yet."""
     scene, count = history.scene, transient(history.scene).steps
     march = marching_on(scene, largest_contacts(scene)[0], history.grid, solver)
-    before = march.start() if len(history) == 0 else history[-1]
+    start = march.start()
+    before = start if len(history) == 0 else history[-1]
+    heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []
 
     def tell(stage: str) -> None:
         if progress is not None:
@@ -82,8 +84,10 @@ def _solved(
         for k in range(len(history), count):
             try:
                 tell("")
-                before = march.step(k, before, (lambda stage: tell(f": {stage}")) if solver.continuum else None)
+                tell_stage = (lambda stage: tell(f": {stage}")) if solver.continuum else None
+                before = march.step(k, before, heated, tell_stage)
                 keep(k, before)
+                heated += [heat_of(before)] if scene.warm else []
             except VarcontactError as error:
                 raise error.in_step(k, history) from error.__cause__
             except KeyboardInterrupt:

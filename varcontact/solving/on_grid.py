@@ -359,7 +359,10 @@ def finish(
     stats = solver.stats
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
     law = disc.loading.law
-    if law is not None and law.memory_distance > 0 and plan.has_friction:
+    followed = law is not None and (
+        law.memory_distance > 0 or (law.local and isinstance(disc.loading.motion, TimeStep))
+    )
+    if law is not None and followed and plan.has_friction:
         lost = (law.static - np.asarray(disc.loading.coefficient)) / max(law.static - law.kinetic, np.finfo(float).tiny)
         solution = replace(solution, weakening=np.clip(lost, 0.0, 1.0))
     if refinement is not None:

@@ -13,7 +13,6 @@ from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.errors import SceneError
 from varcontact.results.plan import Cost, Matrix, Plan, Sizes
-from varcontact.scene.friction_laws import TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
@@ -111,7 +110,7 @@ def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, st
     if plan.surface == "Hertzian":
         averaged = ", averaged over every element that it touches" if scene.touched else ""
         surface = f"contact and frictionless pressure in closed form{averaged}"
-    on = "temperature" if isinstance(scene.friction, TemperatureFalling) else "slip"
+    on = {"temperature": "temperature", "pressure": "pressure", "product": "solution"}.get(plan.friction, "slip")
     friction = f"the coefficient depends on the {on}: an outer loop solves for known coefficients in each pass"
     if plan.friction in ("none", "given"):
         friction = (

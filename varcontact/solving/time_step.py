@@ -7,7 +7,7 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import arriving
+from varcontact.discrete.temperature import Heat, temperature_rise
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
@@ -148,15 +149,22 @@ class March:
                 message=f"motion.start is a solution on {_words(start.grid)}, and the history is "
                 f"on {_words(grid)}; use the same grid{remedy}",
             )
-        fields = interpolated(start.grid, np.concatenate([start.traction, start.pressure[None]]), grid)
+        fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
         known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}
+        known |= {"power_density": fields[3]}
         return replace(start, grid=grid, **known, pressure_on_parts=None, weakening=None)
 
-    def step(self, k: int, before: Solution | None, progress: Callable[[str], None] | None = None) -> Solution:
-        """Step k, from 0, after the step before, or bodies without tractions."""
+    def step(
+        self,
+        k: int,
+        before: Solution | None,
+        heated: Sequence[Heat] = (),
+        progress: Callable[[str], None] | None = None,
+    ) -> Solution:
+        """Step k, from 0, after the step before, or bodies without tractions; under a law by temperature `heated`."""
         steps = replace(self.steps, stats=SolveStats(progress))
         with steps.stats.stage("carried"):
-            scene, disc = self.problem(k, before)
+            scene, disc = self.problem(k, before, heated)
         solution = self._solved(scene, disc, before, steps)
         if self.scene.bodies.relaxes:
             motion, medium = scene.motion, self.disc.operators.medium
@@ -171,8 +179,8 @@ class March:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
 
-    def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
-        """Step k by itself, with the displacement differences ``u' = C p'`` that the particles bring along."""
+    def problem(self, k: int, before: Solution | None, heated: Sequence[Heat] = ()) -> tuple[Scene, Discretisation]:
+        """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that particles bring along."""
         disc, history = self.disc, transient(self.scene)
         if history.control is None:
             scene = self.scene.step(k, disc.grid)
@@ -189,7 +197,7 @@ class March:
         if before is None:
             return scene, disc.at_step(scene, None)
         fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
-        if before.memory is None and before.plastic is None and not fields.any():
+        if before.memory is None and before.plastic is None and not (heated or fields.any()):
             return scene, disc.at_step(scene, None)
         distance = motion.direction * motion.dq / disc.scales.length
         force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
@@ -198,7 +206,11 @@ class March:
         if before.memory is not None:
             came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
-        came = replace(came, friction=remembered(step, before), plastic=_plastic(step, before))
+        came = replace(came, friction=remembered(step, before, heated), plastic=_plastic(step, before))
+        if heated and disc.loading.thermal is not None:
+            nothing = np.zeros(disc.grid.shape)
+            path = [*heated, Heat.of(nothing, nothing > 0, motion)]
+            came = replace(came, rise=temperature_rise(path, disc.grid.sides[0], disc.loading.thermal))
         return scene, step.with_loading(previous_step=came)
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:

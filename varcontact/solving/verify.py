@@ -15,9 +15,10 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.state import ContactState, means, with_subgrid
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.temperature import Heat
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
-from varcontact.results.history import History
+from varcontact.results.history import History, heat_before, heat_of
 from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
@@ -95,10 +96,16 @@ def with_verified_steps(stored: Stored) -> Stored:
         solver = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, solver)
 
+    @cache
+    def heat(k: int) -> Heat:
+        return heat_of(stored[k])
+
     def verified(k: int, before: Solution | None, sol: Solution) -> Solution:
         corrected = sol.refinement is not None and sol.pressure.any()
-        came = None if corrected else march().start() if before is None else before
-        return _verified(march().problem(k, came)[1], sol)
+        start = march().start()
+        came = None if corrected else start if before is None else before
+        heated = [*heat_before(start), *map(heat, range(k))] if stored.scene.warm else []
+        return _verified(march().problem(k, came, heated)[1], sol)
 
     return replace(stored, measured=verified)
 

@@ -59,6 +59,12 @@ def test_friction_by_pressure_is_that_of_its_field():
     field = vc.solve(mixed(by_pressure(sol.pressure)))
     assert np.all(np.abs(sol.force - field.force) < SCALE)
     assert np.allclose(sol.traction_bound, field.traction_bound, rtol=1e-12)
+    film = vc.PressureFalling(0.4, 0.1, strength=100.0)
+    sol = vc.solve(mixed(film))
+    field = vc.solve(mixed(np.minimum(0.4, 0.1 + 100.0 / np.maximum(sol.pressure, 1.0))))
+    assert np.all(np.abs(sol.force - field.force) < SCALE) and sol.friction.min() < 0.3 < sol.friction.max() == 0.4
+    steps = vc.solve(mixed(film, thermal=None, motion=vc.Transient(steps=50, dq=0.56, vx=-2e-3)))
+    assert steps[-1].Fx == pytest.approx(sol.Fx, rel=1e-7)
     shift = {"motion": vc.Shift(ux=0.01), "thermal": None}
     sol = vc.solve(mixed(vc.FrictionLaw(0.4, 0.1, by_pressure), **shift))
     assert np.all(np.abs(sol.force - vc.solve(mixed(by_pressure(sol.pressure), **shift)).force) < SCALE)
@@ -118,12 +124,13 @@ def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     factors = [
         vc.ExponentialFalling(0.3, 0.1, 30.0, 3e4),
         vc.TemperatureFalling(1.0, 0.5, over=300.0),
+        vc.PressureFalling(1.0, 0.5, strength=300.0),
         np.ones((11, 24)),
     ]
     scene = mixed(vc.FrictionLaw(0.3, 0.0, factors))
     scene.save(tmp_path / "law.toml")
     again = vc.read_scene(tmp_path / "law.toml")[0]
-    assert again.friction.factors[:2] == scene.friction.factors[:2]
+    assert again.friction.factors[:3] == scene.friction.factors[:3]
     sol = vc.solve(scene)
     assert vc.solve(again).Fx == sol.Fx
     sol.save(tmp_path / "law.nc")
@@ -154,6 +161,7 @@ def no_number(pressure):
         (vc.StaticKinetic(0.3, 0.2), "fall continuously"),
         (vc.LinearFalling(0.3, 0.2, 1.0, memory_distance=1.0), "without memory"),
         ([], "one factor"),
+        (lambda x: 1 / 0, "ZeroDivisionError"),
     ],
 )
 def test_factors_that_are_none(factors, words):
@@ -176,17 +184,76 @@ def test_products_that_do_not_do_on_the_elements(factors, words):
 
 def test_laws_where_they_do_not_belong():
     law = vc.FrictionLaw(0.3, 0.1, lambda x: 0.2)
-    with pytest.raises(vc.SceneError, match=r"friction.*history"):
-        mixed(law, motion=vc.Transient(steps=2, dq=0.56, dt=1e-5, vx=1e-3))
+    hot = vc.TemperatureFalling(0.3, 0.1, over=300.0)
+    steps = vc.Transient(steps=2, dq=0.56, dt=1e-5, vx=1e-3)
+    with pytest.raises(vc.SceneError, match=r"motion.start.*steady"):
+        mixed(hot, motion=replace(steps, start=vc.solve(mixed(hot, motion=steps))[-1]))
+    with pytest.raises(vc.SceneError, match=r"does not roll"):
+        mixed(law, motion=replace(steps, dq=0.0))
     with pytest.raises(vc.SceneError, match="thermal"):
         mixed(vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2), thermal=None, motion=vc.Steady(vx=1e-3))
     with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
         mixed(vc.FrictionLaw(0.3, 0.1, np.full((3, 3), 0.3)))
-    with pytest.raises(vc.SceneError, match="memory"):
-        vc.FrictionLaw(0.3, 0.1, lambda: 0.2, memory_distance=1.0)
+    with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
+        mixed(0.3, motion=replace(steps, friction=vc.FrictionLaw(0.3, 0.1, np.full((3, 3), 0.3))))
     for theory in ("fastsim", "linear", "polach", "table"):
         with pytest.raises(vc.SceneError, match=rf"{theory}.*by slip alone.*use another method"):
             vc.solve(mixed(law), tangential=theory)
+
+
+FACTORS = vc.ExponentialFalling(0.3, 0.2, 200.0, 3e4), vc.TemperatureFalling(1.0, 0.4, over=400.0), lambda y: 0.99
+WARM = vc.FrictionLaw(0.3, 0.02, FACTORS, velocity=3e4)
+COARSE = vc.Grid(nx=14, ny=5, dx=1.6, dy=4.4, x0=-14.0, y0=-11.0)
+
+
+@pytest.mark.parametrize("part", [1.0, 1.7])
+def test_a_history_ends_in_steady_rolling(part):
+    dq = part * 1.6
+    steady = vc.solve(mixed(WARM, grid=COARSE, motion=vc.Steady(vx=-8e-3, dq=dq, speed=3e4)))
+    assert 0.02 < np.ptp(steady.friction[steady.state == 2])
+    for steps, start in ((int(30 / part), None), (3, steady)):
+        motion = vc.Transient(steps=steps, vx=-8e-3, dq=dq, dt=dq / 3e4, start=start)
+        last = vc.solve(mixed(WARM, grid=COARSE, motion=motion))[-1]
+        touches = last.state > 0
+        assert last.Fx == pytest.approx(steady.Fx, rel=1e-6)
+        assert np.allclose(last.friction[touches], steady.friction[touches], atol=1e-7)
+
+
+@pytest.mark.parametrize("law", [WARM, vc.TemperatureFalling(0.3, 0.02, over=400.0)])
+def test_memory_of_all_that_friction_depends_on_goes_with_the_material(law):
+    slow = replace(law, memory_distance=0.05)
+    steady = vc.solve(mixed(slow, grid=COARSE, motion=vc.Steady(vx=-8e-3, speed=3e4)))
+    last = vc.solve(mixed(slow, grid=COARSE, motion=vc.Transient(steps=24, vx=-8e-3, dq=1.6, dt=1.6 / 3e4)))[-1]
+    touches = steady.state > 0
+    assert last.Fx == pytest.approx(steady.Fx, rel=1e-7)
+    assert np.allclose(last.friction[touches], steady.friction[touches], atol=1e-7)
+    fast = vc.solve(mixed(law, grid=COARSE, motion=steady.motion))
+    assert steady.Fx > 1.02 * fast.Fx
+    # by hand along the rows, with the temperatures, pressures, slips and places of the solution
+    slip = np.hypot(*steady.slip) * (steady.state == 2)
+    own = law.on(slip, steady.temperature[0], steady.pressure, *np.meshgrid(COARSE.x, COARSE.y))
+    came = np.where(touches[:, 1:], steady.friction[:, 1:], steady.friction[:, -1:])
+    expected = own[:, :-1] + (came - own[:, :-1]) * np.exp(-slip[:, :-1] * 1.6 / 0.05)
+    assert np.allclose(steady.friction[:, :-1][touches[:, :-1]], expected[touches[:, :-1]], atol=1e-6)
+
+
+def test_a_stored_history_goes_on_as_if_it_had_not_ended(tmp_path):
+    law = vc.TemperatureFalling(0.3, 0.12, over=400.0)
+    motion = vc.Transient(steps=6, vx=-8e-3, dq=1.1, dt=1.1 / 3e4)
+    scene = mixed(law, grid=COARSE, motion=motion)
+    whole = vc.solve(scene)
+
+    def stop(line):
+        if line.startswith("3 of"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted):
+        vc.solve(scene, store=tmp_path / "warm.nc", progress=stop)
+    vc.solve(scene, store=tmp_path / "warm.nc")
+    again = vc.load(tmp_path / "warm.nc")
+    assert np.array_equal(again.force, whole.force) and not any(step.note for step in again)
+    assert np.array_equal(again.temperature(), whole.temperature())
+    assert f"temperature at the end at most {whole.temperature().max():.4g}" in whole.report()
 
 
 @pytest.mark.parametrize(
