@@ -26,7 +26,7 @@ from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.corrugation import corrugation_growth
 from .results.error_estimate import ErrorEstimate
-from .results.frequency import FrequencyResponse
+from .results.frequency import FrequencyResponse, HarmonicSolution
 from .results.history import History
 from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
@@ -38,7 +38,7 @@ from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, 
 from .scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
-from .scene.motion import Shift, Steady, TimeStep, Transient
+from .scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
@@ -80,6 +80,8 @@ __all__ = [
     "FrequencyResponse",
     "FrictionLaw",
     "Grid",
+    "Harmonic",
+    "HarmonicSolution",
     "History",
     "Interrupted",
     "Layer",

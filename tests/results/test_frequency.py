@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import harmonic_coefficients, harmonic_line
 
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
@@ -46,6 +47,59 @@ def test_sphere_without_slip():
     for found, kappa in zip(2 * fine - coarse, (0.5, 2.0), strict=True):
         expected = -harmonic_coefficients(1.0, 0.28, kappa)
         np.testing.assert_allclose(found, expected, atol=0.015 * np.abs(expected).max())
+
+
+def without_slip(cells=12, motion=None, surface=None, **changes):
+    surface = surface or vc.Ellipse(a=1.0, b=1.0)
+    grid = vc.Grid(nx=cells) if isinstance(surface, vc.Cylinders) else vc.Grid(nx=cells, ny=cells)
+    given = {"bodies": vc.Bodies(G=1.0, nu=0.28), "normal_force": 1.0, "friction": np.inf, "grid": grid}
+    motion = motion or vc.Harmonic(wave_number=1.5, vx=2e-3, vy=1e-3, spin=-1e-3)
+    return vc.Scene(surface=surface, motion=motion, **given | changes)
+
+
+def test_harmonic_creepages_are_one_dense_complex_solve():
+    """A - exp(-i Omega) C on the elements of the contact, and the forces of its tractions."""
+    scene = without_slip()
+    found, motion = vc.solve(scene), scene.motion
+    grid, step = found.free_rolling.grid, found.free_rolling.grid.dx
+    elements = np.flatnonzero(found.free_rolling.pressure.ravel() > 0)
+    here, before = (influence_operator(grid, "xy", "xy", nu=0.28, offset=at).dense(elements) for at in (0.0, step))
+    turn = np.exp(-1j * 1.5 * step)
+    iy, ix = np.divmod(elements, grid.nx)
+    x, y = grid.x[ix] + step / 6, grid.y[iy]
+    rigid = np.concatenate([motion.vx - motion.spin * y, motion.vy + motion.spin * x]) * (1 - turn) / 1.5j
+    traction = np.linalg.solve(here - turn * before, -rigid).reshape(2, -1)
+    size = np.abs(traction).max()
+    np.testing.assert_allclose(found.traction.reshape(2, -1)[:, elements], traction, atol=1e-9 * size)
+    assert abs(found.Fx - traction[0].sum() * grid.area) < 1e-10 * abs(found.Fx)
+    assert abs(found.traction).sum() == pytest.approx(abs(traction).sum(), rel=1e-9)  # and nothing beside them
+
+
+def test_harmonic_creepages_without_a_matrix_tend_to_the_continuum():
+    exact = -2e-3 * harmonic_coefficients(1.0, 0.28, 1.5)[0, 0]
+    motion = vc.Harmonic(wave_number=1.5, vx=2e-3)
+    errors = [abs(vc.solve(without_slip(cells, motion)).Fx / exact - 1) for cells in (16, 64)]
+    assert errors[1] < 0.02
+    assert errors[1] < 0.4 * errors[0]
+
+
+@pytest.mark.parametrize("surface", [vc.Ellipse(a=1.0, b=1.5), vc.Cylinders(R=50.0, reference_depth=20.0)])
+@pytest.mark.parametrize("wave_number", [0.0, 1.5])
+def test_harmonic_creepages_of_unlike_bodies(surface, wave_number):
+    """Forces in proportion to the derivatives about any steady solution; at rest those of steady rolling."""
+    spin = 0.0 if isinstance(surface, vc.Cylinders) else 1e-3
+    given = {"vx": 2e-3, "vy": 1e-3, "spin": spin}
+    scene = without_slip(surface=surface, motion=vc.Harmonic(wave_number=wave_number, **given), bodies=UNLIKE)
+    found = vc.solve(scene)
+    steady = vc.solve(dataclasses.replace(scene, motion=vc.Steady(**given)), tol=1e-11)
+    response = steady.frequency_response(wave_number)
+    names = [each for each in given if each in response.inputs]
+    expected = sum(given[name] * response.of("Fx", name)[0] for name in names)
+    assert abs(found.Fx - expected) < 1e-8 * abs(expected)
+    if wave_number == 0:
+        assert found.Fx == pytest.approx(steady.Fx - found.free_rolling.Fx, rel=1e-7)
+        change = steady.pressure - found.free_rolling.pressure
+        np.testing.assert_allclose(found.pressure, change, atol=1e-6 * np.abs(change).max())
 
 
 @pytest.mark.parametrize("bodies", [None, UNLIKE])
@@ -255,6 +309,17 @@ def test_growth_with_receptances():
         (lambda sol: ball(motion=vc.Shift(ux=0.01)).frequency_response(1.0), "motion"),
         (lambda sol: vc.corrugation_growth(ball(edge="softened"), 1.0), "grid.edge"),
         (lambda sol: line(depth=None, vx=1e-4).frequency_response(1.0), "surface.reference_depth"),
+        (lambda sol: vc.Harmonic(wave_number=-1.0), "motion.wave_number"),
+        (lambda sol: vc.Harmonic(wave_number=1.0, vy=np.nan), "motion.vy"),
+        (lambda sol: vc.Harmonic(wave_number=1.0, dq=0.0), "motion.dq"),
+        (lambda sol: without_slip(friction=0.3), "friction"),
+        (lambda sol: without_slip(third_body=vc.ThirdBody(h=0.1, G=1.0)), "third_body"),
+        (lambda sol: without_slip(surface=vc.Cylinders(R=50.0)), "surface.reference_depth"),
+        (lambda sol: vc.solve(without_slip(motion=vc.Harmonic(wave_number=1e3))), "motion.wave_number"),
+        (lambda sol: vc.plan(without_slip()), "motion"),
+        (lambda sol: vc.sweep(without_slip(), over={"motion.vx": [0.0, 1.0]}), "scenes.motion"),
+        (lambda sol: vc.compare(without_slip()), "motion of scene 'scene'"),
+        (lambda sol: vc.converge(without_slip(), [8, 16]), "motion"),
     ],
 )
 def test_refused(call, field):

@@ -20,7 +20,7 @@ from varcontact.scene.carried import Carried
 from varcontact.scene.friction_laws import LAWS, FrictionLaw
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.scene.units import Units
@@ -40,7 +40,7 @@ SURFACES = {
     "sampled-distance": SampledDistance,
 }
 BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
-MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
+MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (

@@ -11,7 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import SceneError
-from varcontact.results.frequency import Linearised, linearise
+from varcontact.results.linearised import Linearised, linearise
 from varcontact.results.sensitivity import unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
@@ -109,14 +109,15 @@ def corrugation_growth(
     rigid = _rigid_shifts(problem)
     steady = np.concatenate([*traction, sol.pressure.ravel()[problem.pressed] / scales.pressure, [0.0]])[:, None]
     given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
-    shift = (rigid @ given + _mean_shift(problem, np.zeros(len(problem.before)), steady)).real.reshape(2, -1)
+    shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
-    wear, loads = [], []
-    for each, compliances, (changes, z) in zip(k, receptance, problem.responses(k), strict=True):
+    wear = np.empty((*receptance.shape, grid.rows), complex)
+    loads = np.empty(receptance.shape, complex)
+    for i, changes in problem.responses(k):
         resultants = dict(zip(names, sums @ changes, strict=True))
         constant = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
-        for compliance in compliances:
+        for j, compliance in enumerate(receptance[i]):
             closed = {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
             equations = constant | closed
             amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
@@ -125,16 +126,16 @@ def corrugation_growth(
                 matrix = np.array(list(equations.values()))
                 amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
             swing = changes @ amplitudes[:, None]
-            creepages = amplitudes[: rigid.shape[1], None] * (z.sum() / (1j * each * step)).real
-            slip = (rigid @ creepages + _mean_shift(problem, z, swing)).reshape(2, -1)
+            creepages = amplitudes[: rigid.shape[1], None] * problem.mean(k[i]).real
+            slip = (rigid @ creepages + _mean_shift(problem, k[i], swing)).reshape(2, -1)
             work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
-            wear.append(-rows @ (work.sum(axis=0) * np.exp(-1j * each * grid.x[ix])))
-            loads.append(resultants["Fz"] @ amplitudes)
+            wear[i, j] = -rows @ (work.sum(axis=0) * np.exp(-1j * k[i] * grid.x[ix]))
+            loads[i, j] = resultants["Fz"] @ amplitudes
     several = moves and np.ndim(speed) > 0
     dims, shape = (("wavelength", "speed"), receptance.shape) if several else (("wavelength",), k.shape)
-    by_rows = np.array(wear).reshape(*shape, grid.rows)
+    by_rows = wear.reshape(*shape, grid.rows)
     whole = by_rows.sum(axis=-1) / smooth.sum()
-    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": np.array(loads).reshape(shape)}
+    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": loads.reshape(shape)}
     coordinates = {"wavelength": lengths, "y": grid.y} | ({"speed": np.asarray(speed, dtype=float)} if several else {})
     dataset = xr.Dataset({name: (dims, values) for name, values in fields.items()}, coordinates)
     if sol.scene.units is not None:
@@ -150,16 +151,10 @@ def _rigid_shifts(problem: Linearised) -> np.ndarray:
     return shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
 
 
-def _mean_shift(problem: Linearised, z: np.ndarray, changes: np.ndarray) -> np.ndarray:
+def _mean_shift(problem: Linearised, k: float, changes: np.ndarray) -> np.ndarray:
     """Elastic shift (2 n, 1), mean of the step that ends and that which begins: with it work sums to that put in."""
-    n = problem.bearing.size
-    ahead = np.zeros((2 * n, 1), complex)
-    for weight, each in zip([1.0, *z.conj()], [problem.here, *problem.before], strict=True):
-        ahead += weight * (each[:, : 2 * n].T @ changes[: 2 * n])
-        if problem.disc.K != 0:
-            by_pressure = each[:, 2 * n : -1].reshape(2, n, -1)
-            ahead -= weight * np.concatenate([part.T @ changes[2 * n : -1] for part in by_pressure])
-    return np.asarray((problem.shift(z, changes.astype(complex)) - ahead) / 2)
+    phases = problem.phases(k)
+    return (problem.shifting(phases)(changes) - problem.shifting(phases.conj(), way=-1)(changes)) / 2
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: Any) -> np.ndarray:

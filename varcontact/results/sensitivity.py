@@ -74,35 +74,47 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
 class Directions:
     """How tractions of n elements may change: freely where they stick, by turning and with the pressure in slip.
 
-    `columns` (2 n, unknowns) lead from the unknowns (of what sticks along x, along y, of what slips) to the tractions;
-    `rows` (unknowns, 2 n) are the equations: both components where it sticks, that across where it slips, with the
-    size of the slip times the `turning`. By pressure the tractions of `slip`, places among the n, grow `by_pressure`.
+    Unknowns: changes along x and along y of what sticks, those `across` the traction (2, s) of what slips. Equations:
+    no slip along both where it sticks; across it where it slips, with the change times the `turning` (s,). By pressure
+    the tractions of `slip`, places among the n, grow `by_pressure`.
     """
 
+    stick: np.ndarray
     slip: np.ndarray
-    columns: np.ndarray
-    rows: np.ndarray
+    across: np.ndarray
     turning: np.ndarray
     by_pressure: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return 2 * self.stick.size + self.slip.size
+
+    def tractions(self, unknowns: np.ndarray) -> np.ndarray:
+        """Tractions (2 n, k) by unknowns (size, k)."""
+        turned, k = 2 * self.stick.size, unknowns.shape[1]
+        found = np.empty((2, self.stick.size + self.slip.size, k), unknowns.dtype)
+        found[:, self.stick] = unknowns[:turned].reshape(2, self.stick.size, k)
+        found[:, self.slip] = self.across[:, :, None] * unknowns[turned:]
+        return found.reshape(-1, k)
+
+    def equations(self, shifts: np.ndarray) -> np.ndarray:
+        """Left-hand sides (size, k) by shifts (2 n, k), but for the turning."""
+        both = shifts.reshape(2, -1, shifts.shape[1])
+        turned = self.across[0][:, None] * both[0, self.slip] + self.across[1][:, None] * both[1, self.slip]
+        return np.concatenate([both[0, self.stick], both[1, self.stick], turned])
 
 
 def directions(disc: Discretisation, sol: Solution, bearing: np.ndarray) -> Directions:
     """Those of the elements of a solution that bear tractions."""
     state, scales = sol.state.ravel()[bearing], disc.scales
     stick, slip = np.flatnonzero(state == STICK), np.flatnonzero(state == SLIP)
-    n, h, size = bearing.size, stick.size, 2 * stick.size + slip.size
-    sticks, slips = np.arange(h), np.arange(2 * h, size)
     traction = sol.traction.reshape(2, -1)[:, bearing[slip]] / scales.pressure
-    columns, rows = np.zeros((2 * n, size)), np.zeros((size, 2 * n))
-    columns[stick, sticks] = columns[n + stick, h + sticks] = 1.0
-    columns[slip, slips], columns[n + slip, slips] = -traction[1], traction[0]
-    rows[sticks, stick] = rows[h + sticks, n + stick] = 1.0
-    along_x, along_y = traction / np.hypot(*traction)
-    rows[slips, slip], rows[slips, n + slip] = -along_y, along_x
+    size = np.hypot(*traction)
     rolled = disc.step * scales.length if disc.step is not None else 1.0
     shift = sol.slip.reshape(2, -1)[:, bearing[slip]] * rolled / scales.displacement
     by_pressure = traction / (sol.pressure.ravel()[bearing[slip]] / scales.pressure)
-    return Directions(slip, columns, rows, np.hypot(*shift), by_pressure)
+    return Directions(stick, slip, np.array([-traction[1], traction[0]]) / size, np.hypot(*shift) / size, by_pressure)
 
 
 def _slopes(
@@ -113,11 +125,11 @@ def _slopes(
     Unknowns: those of `Directions` and, for unlike bodies, the pressures and the approach.
     """
     may = directions(disc, sol, bearing)
-    rows, slip, scales = may.rows, may.slip, disc.scales
-    n, m, first = bearing.size, with_pressure.size, len(may.rows)
+    slip, scales = may.slip, disc.scales
+    n, m, first = bearing.size, with_pressure.size, may.size
     slips, pressures = np.arange(first - slip.size, first), slice(first, first + m)
     bears = np.searchsorted(with_pressure, bearing)
-    columns = np.pad(may.columns, ((0, 0), (0, m + (m > 0))))
+    columns = np.pad(may.tractions(np.eye(first)), ((0, 0), (0, m + (m > 0))))
     if m:  # where it slips the traction grows with the pressure
         columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = may.by_pressure
 
@@ -125,7 +137,7 @@ def _slopes(
     if m:
         by_pressures = disc.pressure_to_shift.dense(with_pressure).reshape(2, m, m)
         elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
-    system, right = rows @ elastic, -(rows @ shifts.reshape(len(shifts), -1).T)
+    system, right = may.equations(elastic), -may.equations(shifts.reshape(len(shifts), -1).T)
     system[slips, slips] += may.turning  # it turns with the traction it opposes: |E| by the change of direction
     if m:  # contact stays closed, and the force or the approach stays what it is
         normal = np.zeros((m + 1, first + m + 1))

@@ -19,7 +19,7 @@ from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
 
@@ -45,7 +45,7 @@ def check_parts(scene: Scene) -> None:
     if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
         raise SceneError("surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces")
     if scene.motion is not None:
-        _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient))
+        _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient, Harmonic))
     if scene.units is not None:
         _instance("units", scene.units, (Units,))
     if not (isinstance(scene.grid, str) and scene.grid == "auto"):
@@ -97,6 +97,22 @@ def check_speed(scene: Scene) -> None:
     if given is not None and not scene.bodies.relaxes and scene.thermal is None:
         allowed = f"left out: nothing depends on {what} unless bodies are Viscoelastic, or thermal is given"
         raise SceneError(f"motion.{name}", given, allowed)
+
+
+def check_harmonic(scene: Scene) -> None:
+    """Creepages swing where elastic bodies stick, and displacements have a place to count from."""
+    if not isinstance(scene.motion, Harmonic):
+        return
+    if scene.friction is not None and not scene.no_slip:
+        allowed = "inf: with slip, Solution.frequency_response is what swings about a steady solution"
+        raise SceneError("friction", scene.friction, allowed)
+    for name, given in (("third_body", scene.third_body), ("thermal", scene.thermal)):
+        if given is not None:
+            raise SceneError(name, given, "left out where creepages swing: a Harmonic is of bodies alone")
+    if scene.conformal:
+        raise SceneError("surface.inclination", "given", "left out where creepages swing")
+    if scene.shift_undetermined:
+        raise SceneError("surface.reference_depth", None, "given: in line contact what swings depends on it")
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
@@ -170,7 +186,7 @@ def check_depth(scene: Scene) -> None:
         if problem.load[1] is not None and scene.approach_undetermined:
             where = f" of step {problem.step}" if problem.step is not None else ""
             raise _depth_for(scene, f"the approach{where}", "a normal force")
-    if scene.motion is None or isinstance(scene.motion, Steady):
+    if scene.motion is None or isinstance(scene.motion, Steady | Harmonic):
         return
     for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
         if not _displaced(scene, problems, i):
@@ -317,6 +333,7 @@ def _problems(scene: Scene) -> Iterator[_Problem]:
     """The problems that a scene poses, one after the other; one for all steps that are the same."""
     motion = scene.motion
     if not isinstance(motion, Transient):
+        motion = motion.free_rolling if isinstance(motion, Harmonic) else motion
         yield _Problem(None, scene.surface, (scene.normal_force, scene.approach), scene.friction, motion)
         return
     surfaces, frictions = scene.surfaces, scene.frictions

@@ -101,6 +101,47 @@ class Steady:
         )
 
 
+@checks.named(
+    frequency="wave_number, the circular frequency by the rolling velocity",
+    Fx="vx, an amplitude: without slip forces are in proportion to creepages",
+    Fy="vy, an amplitude: without slip forces are in proportion to creepages",
+)
+@dataclass(frozen=True, kw_only=True)
+class Harmonic:
+    """Rolling without slip (``friction=inf``) under creepages that swing: ``v exp(i k q)`` by the distance rolled q.
+
+    `solve` gives a `HarmonicSolution`, of complex amplitudes.
+
+    Parameters
+    ----------
+    wave_number : float
+        k, circular frequency by rolling velocity [1/length]; up to that of a wave of two elements.
+    vx, vy, spin : float
+        Amplitudes of the creepages, as of `Steady`.
+    dq, spin_offset, slip_difference
+        Those of `Steady`.
+    """
+
+    wave_number: float
+    vx: float = 0.0
+    vy: float = 0.0
+    spin: float = 0.0
+    dq: float | None = None
+    spin_offset: float | None = None
+    slip_difference: Literal["first-order", "second-order"] = "first-order"
+    rolls: ClassVar[int] = 1  # towards positive x
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "wave_number", _at_least_zero("motion.wave_number", self.wave_number))
+        _check_rigid(self, "vx", "vy", "spin")
+        _ = self.free_rolling
+
+    @property
+    def free_rolling(self) -> Steady:
+        """The same rolling without creepage."""
+        return Steady(dq=self.dq, spin_offset=self.spin_offset, slip_difference=self.slip_difference)
+
+
 @checks.named(vx="ux, or Steady for a creepage", vy="uy, or Steady for a creepage", spin="rotation")
 @dataclass(frozen=True, kw_only=True)
 class Shift:
@@ -189,10 +230,10 @@ Motion = Steady | Shift | TimeStep
 """What a solution has: the motion of one problem."""
 
 
-def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: str) -> None:
+def _check_rigid(motion: Steady | Shift | Harmonic, along_x: str, along_y: str, about_z: str) -> None:
     checks.entries(motion, "motion", checks.moderate, along_x, along_y, about_z)
     for force, rigid in (("Fx", along_x), ("Fy", along_y)):
-        value = getattr(motion, force)
+        value = getattr(motion, force, None)
         if value is None:
             continue
         checks.entries(motion, "motion", checks.moderate, force)

@@ -21,14 +21,14 @@ from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
 
-    MotionT_co = TypeVar("MotionT_co", bound=Motion | Transient | None, default=Any, covariant=True)
+    MotionT_co = TypeVar("MotionT_co", bound=Motion | Harmonic | Transient | None, default=Any, covariant=True)
 else:
     from typing import TypeVar
 
@@ -73,7 +73,7 @@ class Scene(Generic[MotionT_co]):
         A layer between the bodies, which shears and yields.
     thermal : Thermal or pair (upper, lower), optional
         Thermal data of both bodies, of one kind or two: steady rolling then has a speed, a history times of its steps.
-    motion : Steady, Shift or Transient, optional
+    motion : Steady, Shift, Transient or Harmonic, optional
         None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
     grid : Grid or "auto"
         The potential contact and its elements; ``"auto"``: chosen by `solve` for an accuracy, 1 % if none is given;
@@ -165,6 +165,7 @@ class Scene(Generic[MotionT_co]):
         if self.line and isinstance(self.grid, Grid) and not self.grid.line:
             set_(self, "grid", consistency.without_rows(self.grid))
         consistency.check_load(self)
+        consistency.check_harmonic(self)
         consistency.check_speed(self)
         consistency.check_line(self)
         consistency.check_edge(self)

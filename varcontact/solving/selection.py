@@ -18,7 +18,7 @@ from varcontact.scene.consistency import left_out, why_centres
 from varcontact.scene.friction import Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.registry import (
@@ -154,6 +154,9 @@ def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]
     if isinstance(scene.motion, TimeStep):
         message = "motion: a TimeStep continues from the step before it; give the history as a Transient"
         yield SceneError("motion", scene.motion, "a Transient", message=message)
+    if isinstance(scene.motion, Harmonic):
+        message = "motion: a Harmonic has complex amplitudes, which only solve(scene) gives; give another motion here"
+        yield SceneError("motion", scene.motion, "Steady, Shift or Transient", message=message)
     for field in ("normal", "tangential", "coupling", "formulation"):
         if not isinstance(wanted[field], str):
             yield SceneError(field, wanted[field], "the name of a method")

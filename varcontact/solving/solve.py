@@ -15,11 +15,12 @@ from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import cells_of, hertz_pressure, means, unloaded, with_subgrid
 from varcontact.errors import SceneError
+from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
@@ -55,12 +56,22 @@ def solve(
 
 @overload
 def solve(
+    scene: Scene[Harmonic],
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName = "auto",
+    **options: Unpack[Options],
+) -> HarmonicSolution: ...
+
+
+@overload
+def solve(
     scene: Scene,
     normal: NormalName | str = "auto",
     tangential: TangentialName | str = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
-) -> Solution | History: ...
+) -> Solution | History | HarmonicSolution: ...
 
 
 @one_blas_thread()
@@ -81,7 +92,7 @@ def solve(
     store: str | Path | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
-) -> Solution | History:
+) -> Solution | History | HarmonicSolution:
     """Solve a scene.
 
     Parameters
@@ -152,8 +163,9 @@ def solve(
 
     Returns
     -------
-    Solution or History
-        A History where the motion is `Transient`. With `accuracy` or `time_budget`, the solution on the finest grid
+    Solution, History or HarmonicSolution
+        A History where the motion is `Transient`, a HarmonicSolution where it is `Harmonic`; the methods are then those
+        of the contact in free rolling. With `accuracy` or `time_budget`, the solution on the finest grid
         that was solved, with its `error_estimate`, whose values are those of the solution.
 
     Raises
@@ -185,16 +197,21 @@ def solve(
     >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
     -0.392 True
     """
+    free, swings = scene, isinstance(scene, Scene) and isinstance(scene.motion, Harmonic)
+    if swings:
+        free = replace(scene, motion=scene.motion.free_rolling)
     options = SolveOptions.checked(
-        scene, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
+        free, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
         accuracy, time_budget,
     )  # fmt: skip
     progress = checks.progress(progress)
     if options.target is not None:
-        return adaptive.solve(scene, options, progress)
-    if isinstance(scene.motion, Transient):
-        return solve_transient(scene, options, progress)
-    return solve_on_grid(scene, options, progress)
+        found: Solution | History = adaptive.solve(free, options, progress)
+    elif isinstance(free.motion, Transient):
+        found = solve_transient(free, options, progress)
+    else:
+        found = solve_on_grid(free, options, progress)
+    return harmonic_solution(scene, found) if swings else found
 
 
 @one_blas_thread()

@@ -15,7 +15,7 @@ from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.html import html_table
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity
@@ -162,7 +162,7 @@ def _named(scenes: Scene | Mapping[str, Scene] | Sequence[Scene]) -> dict[str, S
             raise SceneError("scenes", name, "named by strings")
         if not isinstance(scene, Scene):
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
-        if isinstance(scene.motion, Transient | TimeStep):
+        if not isinstance(scene.motion, Steady | Shift | None):
             allowed = "Steady, Shift or none"
             message = f"scene {name!r} is a history: methods are compared on one problem (motion {allowed})"
             raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed, message=message)
@@ -212,7 +212,7 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     motion = scene.motion
-    assert not isinstance(motion, Transient | TimeStep)
+    assert isinstance(motion, Steady | Shift | None)
     motions = [motion, neighbour(motion)] if motion is not None else [None]
     outcome, reason, solutions = attempted(scene, method, tol, motions)
     row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}

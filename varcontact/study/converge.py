@@ -17,7 +17,7 @@ from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.selection import check_fits
@@ -166,7 +166,7 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    if isinstance(scene.motion, Transient | TimeStep):
+    if not isinstance(scene.motion, Steady | Shift | None):
         allowed = "Steady, Shift or none: convergence is studied on one problem, not on a history"
         raise SceneError("motion", scene.motion, allowed)
     if checks.is_array(scene.friction):
@@ -211,7 +211,7 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    assert not isinstance(scene.motion, Transient | TimeStep)
+    assert isinstance(scene.motion, Steady | Shift | None)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
     for sol in solutions:

@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 
 SCENE = "scene"
@@ -62,7 +62,7 @@ def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
 def _check_one_problem(field: str, scene: Any) -> None:
     if not isinstance(scene, Scene):
         raise SceneError(field, scene, "a Scene")
-    if isinstance(scene.motion, Transient | TimeStep):
+    if not isinstance(scene.motion, Steady | Shift | None):
         allowed = "Steady, Shift or none"
         message = f"{field} is a history: a sweep solves single problems (motion {allowed})"
         raise SceneError(f"{field}.motion", type(scene.motion).__name__, allowed, message=message)
