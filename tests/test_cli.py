@@ -186,11 +186,6 @@ def test_bad_input(folder, command, scene, options, words):
     assert os.listdir(folder) == ["scene.toml"]
 
 
-def test_nothing_to_compare(folder):
-    done = run("compare", folder=folder)
-    assert done.returncode == 2 and "scenes" in done.stderr and "--bank" in done.stderr
-
-
 def test_not_solved_to_tolerance(folder):
     """An impossible tolerance: status 3, the last residual, and the best iterate is delivered all the same."""
     done = run("solve", "scene.toml", "--json", "--out", "result.nc", "--tol", "1e-30", folder=folder)
@@ -332,16 +327,6 @@ def test_a_history_to_an_accuracy_is_saved_at_the_end(folder, options, accuracy)
     (folder / "text.nc").write_text("mine")
     done = run("solve", "history.toml", *options, "--out", "text.nc", folder=folder)
     assert (done.returncode, (folder / "text.nc").read_text()) == (2, "mine")
-
-
-def test_methods_and_formulation_from_the_command_line(folder):
-    done = run("solve", "scene.toml", "--tangential", "tang", "--formulation", "marching", "--json", folder=folder)
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
-    assert (result["method"]["tangential"], result["formulation"]) == ("tang", "marching")
-    assert result["status"]["tangential"] == "Steady"
-    plain = json.loads(run("solve", "scene.toml", "--json", folder=folder).stdout)
-    assert result["force"] == pytest.approx(plain["force"], abs=1e-9)
 
 
 def test_how_much_of_the_certificate(folder):

@@ -8,7 +8,6 @@ import pytest
 
 import varcontact as vc
 from tests.command import run, scene_file
-from varcontact.cli.options import values_of
 from varcontact.io.scene_toml import read_scene
 
 SCENE = scene_file("vy = 0.01", axes=(1.2, 0.9))
@@ -80,13 +79,6 @@ def test_creepages_from_a_table(folder):
     assert rows[1]["Mz"] != 0
 
 
-def test_the_names_of_a_shift(folder):
-    (folder / "shift.toml").write_text(SCENE.replace('kind = "steady"\nvy = 0.01', 'kind = "shift"'))
-    rows = json.loads(run("scan", "shift.toml", "--vx", "0.01,0.02", "--json", folder=folder).stdout)
-    assert [row["ux"] for row in rows] == [0.01, 0.02]
-    assert rows[1]["Fx"] < rows[0]["Fx"] < 0
-
-
 def test_an_accuracy_gives_each_solution_its_grid(folder):
     (folder / "free.toml").write_text(SCENE[: SCENE.index("[grid]")])
     rows = json.loads(run("scan", "free.toml", "--vx", "0.05", "--accuracy", "0.1", "--json", folder=folder).stdout)
@@ -129,15 +121,6 @@ def test_what_is_refused(folder, arguments, words):
     done = run("scan", "scene.toml", *arguments, folder=folder)
     assert done.returncode == 2
     assert words in done.stderr
-
-
-def test_values_of_an_option():
-    np.testing.assert_allclose(values_of("--vx", "0:1:5"), [0, 0.25, 0.5, 0.75, 1])
-    np.testing.assert_array_equal(values_of("--vx", "1e-3,2e-3"), [1e-3, 2e-3])
-    assert values_of("--vx", "-0.5") == -0.5
-    for text in ("", "0:1:1", "0:1:2.5", "a", "0,,1", "0:1:inf"):
-        with pytest.raises(vc.SceneError, match="FROM:TO:N"):
-            values_of("--vx", text)
 
 
 def test_plain_hertz_shows_no_alarming_residual():

@@ -115,12 +115,6 @@ def test_error_of_the_pressure_is_bounded(load, size):
 # ----------------------------------------------------------------------------- what a bound is for
 
 
-def test_words_for_hertz(rolling):
-    sol = vc.solve(rolling())
-    assert "guaranteed bounds on this grid with Hertz's pressure: Fx to" in sol.report()
-    assert not sol.certificate.pressure_part.any()
-
-
 @pytest.mark.parametrize("changes", [{"motion": vc.Steady(Fx=-0.1, spin=0.01)}, {"friction": np.inf}])
 def test_words_where_the_pressure_is_taken_as_it_is(changes):
     """A force prescribed, infinite friction: no bound with the pressure's error is derived, and nothing claims one."""
@@ -267,12 +261,3 @@ def test_no_such_level(rolling, wrong):
     with pytest.raises(vc.SceneError, match="one of auto, full, gap, none") as failure:
         vc.solve(rolling(), certify=wrong)
     assert failure.value.field == "certify"
-
-
-def test_level_survives_a_file(rolling, tmp_path):
-    sol = vc.solve(rolling(), certify=None)
-    sol.save(tmp_path / "sol.nc")
-    again = vc.load(tmp_path / "sol.nc")
-    assert again.certificate.level == "none"
-    assert np.isnan(again.certificate.gap)
-    assert again.report() == sol.report()

@@ -159,15 +159,6 @@ def test_no_traceback_of_another_library(tmp_path):
     assert done.stderr == ""
 
 
-def test_damaged_starts(files, tmp_path):
-    (tmp_path / "start.nc").write_bytes(files["history"][:700])
-    motion = 'kind = "transient"\nsteps = 2\nstart = "start.nc"'
-    (tmp_path / "scene.toml").write_text(SCENE.replace('kind = "steady"', motion))
-    done = run("solve", "scene.toml", folder=tmp_path)
-    assert done.returncode == 2
-    assert "start.nc" in done.stderr and "Traceback" not in done.stderr
-
-
 # ------------------------------------------------------------------------------------------------------ scene files
 
 

@@ -387,13 +387,6 @@ def test_pictures_of_studies(tmp_path):
     assert [text.get_text() for text in study.legends[0].get_texts()][:2] == ["single solve", "mean of a grid"]
 
 
-def test_legends_of_curves_say_what_methods_are():
-    curve = vc.creep_curve(rail(), ["auto", "fastsim-elliptic"], vx=[0.0, 1e-3, 2e-3])
-    names = [text.get_text() for text in vc.plot_curve(curve, total=False).axes[0].get_legend().get_texts()]
-    assert names == [f"{name}: $-F_{i}$" for name in ("exact", "FASTSIM-elliptic") for i in "xy"]
-    assert len(vc.plot_curve(curve).axes[0].get_legend().get_texts()) == 6
-
-
 def test_the_style_is_for_everybody():
     """By its name, from matplotlib; colours that the colour-blind tell apart, and letters of 7 points at least."""
     with plt.style.context("varcontact.plotting.journal"):

@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 
 import varcontact as vc
 from varcontact.cli import app
-from varcontact.results.report import report_history
 
 FIELDS = ("pressure", "traction", "slip", "distance", "state", "force", "approach", "creepage")
 BALL = vc.Paraboloids(10.0, 10.0)
@@ -246,14 +245,6 @@ def test_a_force_beyond_saturation_says_where_and_keeps_what_was_before(tmp_path
         vc.solve(scene(motion=vc.Transient(steps=2, Fx=[-1e-3, -1e-3], normal_force=[0.02, 0.0])))
 
 
-def test_a_step_short_of_the_tolerance_keeps_what_was_before():
-    motion = vc.Transient(steps=3, dq=[0.0, 0.05, 0.05], vx=[0.0, 3e-3, 3e-3])
-    with pytest.raises(vc.NotConverged, match="step 1 of the history") as failure:
-        vc.solve(scene(motion=motion), tol=1e-25)
-    assert len(failure.value.history) == 1
-    assert failure.value.solution.scene.motion == vc.TimeStep(dq=0.05, vx=3e-3)
-
-
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
@@ -376,19 +367,3 @@ def test_from_the_command_line(tmp_path, pictures):
     assert json.loads(CliRunner().invoke(app, call).stdout) == result
     later, _ = vc.read_scene(write(tmp_path, more='start = "history.nc"'))
     np.testing.assert_array_equal(later.motion.start.traction, history[-1].traction)
-
-
-def test_what_came_before_a_failure_is_reported(tmp_path):
-    result = CliRunner().invoke(app, ["solve", write(tmp_path, last="0.006")])
-    assert result.exit_code == 2
-    assert "varcontact: step 2 of the history: motion: a tangential force of" in result.stderr
-    assert "3 steps: 2 FINISHED" in result.stdout
-
-
-def test_the_report_of_nothing_is_a_line():
-    empty = vc.History(scene(), vc.Grid(nx=2, ny=2, dx=1, dy=1, x0=0, y0=0), ())
-    assert report_history(empty) == "Rolling in time, 5 steps: 0 FINISHED"
-    assert empty.force.shape == (0, 2)
-    assert empty.summary()["last"] is None
-    with pytest.raises(vc.OutputError, match="no step"):
-        empty.to_xarray()

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.study.compare import SHOWN
 
 RAIL = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),
@@ -50,15 +49,6 @@ class Cells(HTMLParser):
     def handle_data(self, data):
         if data.strip():
             self.cells.append(" ".join(data.split()))
-
-
-def test_single_numbers(sol):
-    assert (sol.Fx, sol.Fy) == tuple(sol.force) and sol.Mz == sol.moment
-    assert (sol.vx, sol.vy, sol.spin) == (1e-3, -5e-4, 0.2)
-    assert sol.max_pressure == sol.pressure.max()
-    assert all(type(value) is float for value in (sol.Fx, sol.Fy, sol.Mz, sol.vx, sol.max_pressure))
-    found = vc.solve(rail(motion=vc.Steady(Fx=-1e4)))
-    assert found.Fx == pytest.approx(-1e4) and found.vx == found.creepage[0] > 0
 
 
 def test_power_is_that_of_the_forces(sol):
@@ -130,28 +120,6 @@ def test_tables_for_notebooks(sol):
     assert cells[0] == "Plan" and all(cell in printed for cell in cells)
     cells = Cells(RAIL._repr_html_()).cells
     assert cells[0] == "Scene" and repr(RAIL.bodies) in cells and "motion" in cells
-
-
-def test_the_table_of_a_comparison():
-    """The columns that are printed, a table a scene, with reasons; it is a data frame for everything else."""
-    table = vc.compare(rail(motion=vc.Steady(vx=1e-3, spin=1.0)), ["tang", "fastsim", "vermeulen-johnson"])
-    cells = Cells(table._repr_html_()).cells
-    assert all(head in cells for head in SHOWN) and "not solved" in cells
-    assert table[table["outcome"] == "solved"]["method"].tolist() == ["tang"]
-    assert "<table" in table[["method", "Fx"]]._repr_html_()
-
-
-def test_representations_are_short(sol):
-    field = np.random.default_rng(1).uniform(0.2, 0.3, (40, 30))
-    grid = vc.Grid(nx=30, ny=40, dx=5e-4, dy=5e-4, x0=-7.5e-3, y0=-1e-2)
-    scene = rail(friction=field, grid=grid)
-    assert "array of 40 x 30 numbers from 0.2" in repr(scene)
-    motion = vc.Transient(steps=5000, dq=1e-4, vx=[1e-3] * 5000)
-    assert "(0.001, 0.001, ..., 0.001: 5000 values)" in repr(motion)
-    surface = vc.SampledDistance(field)
-    for each in (scene, motion, surface, vc.plan(RAIL), sol):
-        assert len(repr(each)) < 600, repr(each)
-    assert repr(vc.plan(RAIL)).startswith("Plan(method='auto', normal='hertz', tangential='tang-safeguarded'")
 
 
 def test_unit_presets(sol):

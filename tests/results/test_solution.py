@@ -41,13 +41,6 @@ def test_dataset(sol):
     np.testing.assert_array_equal(data["y"], sol.grid.y)
 
 
-def test_dataset_without_units_says_what_they_are_of(rolling):
-    data = vc.solve(rolling(motion=vc.Shift(ux=0.1))).to_xarray()
-    assert data["pressure"].attrs["units"] == "force/length^2"
-    assert data["slip"].attrs["units"] == "length"
-    assert list(data["rigid"].values) == ["ux", "uy", "rotation"]
-
-
 def test_save_and_load(sol, tmp_path):
     path = tmp_path / "solution.nc"
     sol.save(path)
@@ -87,11 +80,6 @@ def test_endings_of_no_format_are_refused(sol, tmp_path, monkeypatch, name):
     allowed = "the name must end in .nc, .csv, .vtu, .vti, .mat, .html"
     assert str(refused.value) == f"path = {name!r}: {allowed}"
     assert not list(tmp_path.iterdir())
-
-
-def test_endings_may_be_capitals(sol, tmp_path):
-    sol.save(tmp_path / "A.NC")
-    assert vc.load(tmp_path / "A.NC").moment == sol.moment
 
 
 @pytest.mark.parametrize("name", ["a" * 300 + ".nc", "a\0b.nc"])

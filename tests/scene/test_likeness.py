@@ -159,11 +159,6 @@ def test_two_steels_have_their_bound_and_their_closed_form_again(tmp_path):
     assert "almost like" not in like.report()
 
 
-def test_nothing_is_planned_for_the_coupling():
-    matrices = vc.plan(steels()).sizes.matrices
-    assert not any(matrix.name.startswith(("A_tz", "A_zt")) for matrix in matrices)
-
-
 def test_theories_and_scans_take_almost_like_bodies():
     rolling = vc.solve(steels(), tangential="fastsim")
     assert rolling.plan.left_out > 0

@@ -172,11 +172,6 @@ def test_unlike_bodies_by_any_pair_of_methods(rolling, check_kkt, normal, tangen
     check_kkt(sol, 1e-8)
 
 
-def test_no_slip_sticks_everywhere(rolling, check_kkt):
-    for motion in (STEADY, SHIFT, vc.Steady(Fx=-0.1, Fy=0.05)):
-        check_kkt(vc.solve(rolling(friction=np.inf, motion=motion, grid=CELLS)), 1e-12)
-
-
 @pytest.mark.parametrize("motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1)])
 @pytest.mark.parametrize("field", ["pressure", "shared", "turned", "slid", "short", "approach", "creepage"])
 def test_the_conditions_notice(rolling, check_kkt, motion, field):

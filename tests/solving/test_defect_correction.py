@@ -54,16 +54,6 @@ def test_against_references(case, row):
     assert errors[1] < plain < 1e-2  # a sixteenth of the elements
 
 
-@pytest.mark.parametrize("index", [0, 2, 3, 5, 6, 8, 9, 11])
-def test_on_64_cells(index):
-    """The other references: below a ten-thousandth of the friction limit, and in the estimate."""
-    case, row = read_references()[index]
-    found = corrected(scene(case, 64))
-    errors = np.abs(loads(found) - [row[name] for name in VALUES])
-    assert errors.max() < 1e-4
-    assert errors.max() < found.refinement.estimate.max() / 0.3
-
-
 def test_references_agree_with_plain_grids():
     """Two ways to the continuum, within the uncertainty of the worse; and the cases are those of the command."""
     rows = read_references()
@@ -95,15 +85,6 @@ def test_forces_given(index, tmp_path):
     again = vc.load(tmp_path / "forces.nc")
     assert again.note == ""
     assert again.creepage == found.creepage
-
-
-def test_one_force_given(rolling):
-    """A force along x and a creepage along y: the creepage given stays as it is."""
-    found = vc.solve(rolling(motion=vc.Steady(Fx=-0.1, vy=-0.02, spin=0.05)), refine="continuum")
-    assert found.creepage[1:] == (-0.02, 0.05)
-    assert found.refinement.creepage_estimate[1] == 0
-    back = vc.solve(rolling(motion=vc.Steady(vx=found.creepage[0], vy=-0.02, spin=0.05)), refine="continuum")
-    np.testing.assert_allclose(back.force, found.force, atol=1e-3 * 0.3)
 
 
 def test_force_near_saturation_is_refused():
@@ -177,14 +158,6 @@ def test_record(sol, rolling):
     assert np.abs(sol.force - plain.force).max() > 0.005 * 0.3
 
 
-def test_work(rolling, sol):
-    """What rolling puts in is what friction loses: to a twentieth of what plain elements lack by their slip."""
-    plain = vc.solve(rolling())
-    by_slip = -np.sum(plain.traction * plain.slip) * plain.grid.area
-    assert abs(sol.power / sol.friction_work - 1) < 0.05 * abs(plain.power / by_slip - 1)
-    np.testing.assert_allclose(sol.power_density.sum() * sol.grid.area, sol.friction_work, rtol=1e-12)
-
-
 def test_slip_of_the_continuum(sol):
     """Nothing slips where the elements stick; where they slip, slip opposes the traction."""
     parts = np.repeat(np.repeat(sol.state, 2, axis=0), 2, axis=1)
@@ -202,28 +175,6 @@ def test_certificate_is_of_the_corrected_problem(sol, rolling):
     assert sol.certificate.relative_gap < 1e-9
     assert vc.certify(rolling(grid=sol.grid), sol.traction).residual > 1e-3
     assert "of the corrected problem on the elements" in sol.report()
-
-
-def test_stages_add_up(sol):
-    """Coarse solves within the refinement count once: no stage has the time of another."""
-    stages = {name: seconds for name, seconds in sol.timing.items() if name != "total"}
-    assert {"tangential", "refinement", "error estimate"} <= set(stages)
-    assert sum(stages.values()) <= sol.timing["total"]
-
-
-def test_report_and_summary(sol):
-    text = sol.report()
-    assert "forces and moment are those of a field on 2 x 2 parts of each element, after 4 passes" in text
-    assert "estimated errors against the continuum: Fx to" in text
-    assert "no bound: the difference from half as many elements across the contact" in text
-    assert "guaranteed bounds on this grid with Hertz's pressure, for the sums over the elements: Fx to" in text
-    summary = json.loads(json.dumps(sol.summary(), allow_nan=False))
-    assert summary["refinement"]["kind"] == "continuum"
-    assert summary["refinement"]["parts"] == [2, 2]
-    assert summary["refinement"]["forces"][-1] == [*summary["force"], summary["moment"]]
-    errors = np.array(summary["refinement"]["error_estimate"]) / 0.3 / [1, 1, np.sqrt(1.2 * 0.9)]
-    np.testing.assert_allclose(list(summary["error_estimate"]["errors"].values()), errors, rtol=1e-12)
-    assert [each["nx"] for each in summary["error_estimate"]["solves"]] == [12]
 
 
 def test_file(sol, tmp_path):
@@ -255,24 +206,6 @@ def test_spoilt_file(sol, tmp_path, changes, message):
     spoilt.save(tmp_path / "spoilt.nc")
     with pytest.raises(vc.OutputError, match=message):
         vc.load(tmp_path / "spoilt.nc")
-
-
-def test_slip_difference_of_second_order():
-    """The coarse problem may be another one: what is left is that of the field."""
-    case, row = read_references()[4]
-    truth, posed = np.array([row[name] for name in VALUES]), scene(case, 16)
-    other = dataclasses.replace(posed.motion, slip_difference="second-order", spin_offset=0.0)
-    found = vc.solve(dataclasses.replace(posed, motion=other), refine="continuum", certify=None)
-    assert np.abs(loads(found) - truth).max() < 2e-3
-    assert np.abs(loads(found) - loads(corrected(scene(case, 16)))).max() < 2e-3
-
-
-def test_any_exact_method(sol, rolling):
-    """Newton's method and a convex program correct to the same forces."""
-    for name in ("newton", "clarabel"):
-        other = vc.solve(rolling(), tangential=name, refine="continuum")
-        np.testing.assert_allclose(other.force, sol.force, rtol=1e-6)
-        assert other.solved_by["tangential"] in (name, "tang-safeguarded")
 
 
 @pytest.mark.parametrize(
@@ -451,14 +384,6 @@ def by_element(a, b, cells, motion):
     )
 
 
-def test_friction_by_element_in_full_slip():
-    """Each side carries its own coefficient of half the load, with its centre at 3 b / 8."""
-    a, b = 1.2, 0.8
-    found = corrected(by_element(a, b, 10, vc.Steady(vx=1.0)))
-    assert found.force[0] == pytest.approx(-(0.35 + 0.2) / 2, rel=1e-4)
-    assert found.moment == pytest.approx((0.35 - 0.2) / 2 * 3 * b / 8, rel=1e-2)
-
-
 def test_elements_without_friction(rolling):
     """Rounding where elements of two grids meet gave the coarser one a friction of 1e-31, which is refused."""
     grid = vc.Grid(nx=24, ny=24, dx=0.1, dy=0.1, x0=-1.2, y0=-1.2)
@@ -529,22 +454,6 @@ def test_laws_of_friction(law, rolling, tmp_path):
     np.testing.assert_array_equal(again.force, found.force)
 
 
-def test_kinetic_friction_in_full_slip(rolling):
-    """All parts have the kinetic coefficient, those of elements beyond the contact, too."""
-    posed = rolling(friction=vc.StaticKinetic(0.3, 0.24), motion=vc.Steady(vx=50.0))
-    found = corrected(posed)
-    np.testing.assert_allclose(found.force, [-0.24, 0], atol=1e-8)
-
-
-def test_start_under_a_law(rolling):
-    """Of two solutions the one that is asked for; a start on one grid is refused, for the estimate takes another."""
-    posed = rolling(friction=vc.StaticKinetic(0.3, 0.1), motion=vc.Steady(vx=0.05))
-    stick, slip = (vc.solve(posed, refine="continuum", certify=None, start=start) for start in ("stick", "slip"))
-    assert abs(slip.force[0]) < 0.99 * abs(stick.force[0])
-    with pytest.raises(vc.SceneError, match='takes half as many elements, on which no start is known; give start = "'):
-        vc.solve(posed, refine="continuum", start=stick)
-
-
 def test_shares_keep_means():
     """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
     shares = overlaps(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
@@ -564,14 +473,3 @@ def test_files_of_what_is_no_longer_corrected(name, parts, passes, tmp_path):
         np.testing.assert_allclose(sol.force, sol.refinement.forces[-1, :2], rtol=1e-12, atol=1e-15)
         assert "estimated errors against the continuum: F" in each.report()
         assert sol.plot().axes[0].get_title().endswith("(corrected, on 2 parts)")
-
-
-def test_a_corrected_history_is_not_gone_on_with(tmp_path):
-    """Its steps are read, but a plain one is another history."""
-    store = tmp_path / "history.nc"
-    store.write_bytes((DATA / "refined_history.nc").read_bytes())
-    posed = vc.load(store).scene
-    with pytest.raises(vc.OutputError, match="by other methods"):
-        vc.solve(posed, store=store)
-    with pytest.raises(vc.SceneError, match="accuracy"):
-        vc.solve(posed, store=store, refine="continuum")

@@ -35,10 +35,6 @@ def test_a_way_may_have_more_elements_along_x():
     assert Way(cells=10).of(CYLINDERS, 10).grid == vc.Grid(nx=40)
 
 
-def test_the_margin_is_the_scenes():
-    assert Way(cells=6).of(replace(SCENE, grid=vc.Grid(nx=4, ny=4, margin=3)), 6).grid.margin == 3
-
-
 def test_entries_of_the_motion_and_options_of_solve():
     way = Way(cells=8, motion=(("spin_offset", 0.0),), options=(("tangential", "fastsim"),))
     sol = answer(SCENE, way, certify=None).solutions[0]
@@ -62,11 +58,6 @@ def test_extrapolation_of_touched_elements_tends_to_carters_creepage():
     assert abs(two - exact) < 0.1 * abs(plain - exact)
 
 
-def test_of_two_grids_both_solutions_are_there():
-    coarse, fine = answer(SCENE, Way(cells=8, coarser=4, edge="touched")).solutions
-    assert (coarse.grid.nx, fine.grid.nx) == (6, 10)
-
-
 def test_a_history_by_the_steps_that_count():
     scene = replace(SCENE, motion=vc.Transient(steps=3, dq=0.25, vx=0.05))
     found = answer(scene, Way(cells=8, coarser=4, edge="touched"), steps=(2,))
@@ -85,11 +76,6 @@ def test_ways_that_do_not_serve_say_so(scene, way, reason):
     assert reason in way.why_not(scene)
     with pytest.raises(vc.SceneError, match=f"way {way}: .*{reason}"):
         answer(scene, way)
-
-
-def test_a_second_grid_is_coarser():
-    with pytest.raises(vc.SceneError, match="fewer elements than cells = 8"):
-        Way(cells=8, coarser=8)
 
 
 def test_an_accuracy_is_that_of_solve():

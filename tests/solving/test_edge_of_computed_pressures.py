@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact import energy
 from varcontact.discrete.state import SQUARE, STRIPS, means
 
 PLACES = np.linspace(-2.0, 2.0, 161)
@@ -111,29 +110,6 @@ def test_errors_are_smaller_than_by_centres():
     assert off["softened"][1] < 0.4 * off["centres"][1]
 
 
-def test_errors_in_line_contact_are_smaller_than_by_centres():
-    """Carter's creepage for 60 % of saturation, on moved strips, with the pressure solved for."""
-    contact = vc.reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
-    exact = vc.reference.carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)
-    off = {}
-    for edge in ("centres", "softened"):
-        errors = []
-        for moved in (0.0, 0.2, 0.4, 0.6, 0.8):
-            dx = 0.02 / 24
-            scene = vc.Scene(
-                bodies=vc.Bodies(G=1.0, nu=0.3),
-                surface=vc.Cylinders(R=1.0),
-                normal_force=contact.force,
-                friction=0.3,
-                motion=vc.Steady(vx=exact.creepage),
-                grid=vc.Grid(nx=26, dx=dx, x0=-0.01 - (0.5 + moved) * dx, edge=edge),
-            )
-            errors.append(loads(second_order(scene), normal="newton")[0] - exact.force / (0.3 * contact.force))
-        off[edge] = np.sqrt(np.mean(np.square(errors)))
-    assert off["softened"] < off["centres"] / 4
-    assert off["softened"] < 0.002
-
-
 # ----------------------------------------------------------------------------- one discrete problem
 
 
@@ -194,16 +170,6 @@ def test_a_grid_that_does_not_hold_the_contact_is_refused():
         vc.solve(posed(grid=grid))
 
 
-def test_contact_in_a_step_that_goes_on_beyond_the_grid_is_refused():
-    """A second patch beside the grid, steadily rolling and in a history."""
-    x, y = np.meshgrid(PLACES, PLACES)
-    two = vc.SampledDistance(0.8 * (np.abs(x) - 0.9) ** 2 + 0.8 * y**2, x=PLACES, y=PLACES)
-    grid = vc.Grid(nx=12, ny=12, dx=0.13, dy=0.13, x0=-1.68, y0=-0.78, edge="touched")
-    for motion in (ROLLS, vc.Transient(steps=2, vx=0.03)):
-        with pytest.raises(vc.SceneError, match="does not contain the contact"):
-            vc.solve(posed(surface=two, normal_force=0.3, grid=grid, motion=motion))
-
-
 @pytest.mark.parametrize("cells", [8, 12, 16, 21])
 def test_parts_beyond_the_samples(cells):
     """Samples that end close to the contact: parts of elements at the rim lie beyond them, and change nothing."""
@@ -221,16 +187,6 @@ def test_parts_beyond_the_samples(cells):
         vc.solve(posed(cells=cells, surface=bowl, normal_force=5.0))
 
 
-def test_samples_at_the_centres_of_the_elements():
-    """Of the elements at the rim, parts lie beyond the samples."""
-    grid = vc.Grid(nx=15, ny=15, dx=0.14, dy=0.12, x0=-1.05, y0=-0.9, edge="softened")
-    x, y = np.meshgrid(grid.x, grid.y)
-    at_centres = vc.SampledDistance(0.8 * x**2 + 1.2 * y**2, x=grid.x, y=grid.y)
-    sol = vc.solve(second_order(posed(surface=at_centres, grid=grid, normal_force=0.6)))
-    closed = vc.solve(second_order(posed(surface=vc.Paraboloids(Rx=0.625, Ry=1 / 2.4), grid=grid, normal_force=0.6)))
-    np.testing.assert_allclose(loads_of(sol), loads_of(closed), rtol=0, atol=0.006)
-
-
 def test_a_bound_on_forces_needs_a_pressure_that_tells_what_is_covered():
     """Pressures so small that they may be none: the softening they cause is open, and so are the forces."""
     sol = vc.solve(second_order(posed()))
@@ -240,13 +196,6 @@ def test_a_bound_on_forces_needs_a_pressure_that_tells_what_is_covered():
     scene = dataclasses.replace(sol.scene, grid=sol.grid)
     found = vc.certify(scene, sol.traction, parts * in_contact)
     assert np.isinf(found.force_bound).all() and np.isnan(found.pressure_part).all()
-
-
-def test_certify_takes_the_pressure_on_the_parts():
-    sol = vc.solve(second_order(posed()))
-    found = vc.certify(dataclasses.replace(sol.scene, grid=sol.grid), sol.traction, sol.pressure_on_parts)
-    assert found.residual < 1e-8 and found.relative_gap < 1e-12
-    np.testing.assert_allclose(found.force_bound, sol.certificate.force_bound, rtol=0.5)
 
 
 def test_a_start_keeps_its_elements():
@@ -270,47 +219,7 @@ def test_a_step_in_which_only_parts_touch():
     assert history[1].normal_force == pytest.approx(fine.normal_force, rel=0.25)
 
 
-def test_forces_given_and_friction_by_element():
-    """Shifts and prescribed forces go with both edges, and so does a field of friction."""
-    sol = vc.solve(posed("touched", motion=vc.Shift(Fx=-0.2)))
-    assert sol.force[0] == pytest.approx(-0.2, rel=1e-9)
-    friction = np.linspace(0.2, 0.4, sol.grid.size).reshape(sol.grid.shape)
-    field = vc.solve(posed(grid=sol.grid, friction=friction))
-    assert np.all(np.hypot(*field.traction) <= friction * field.pressure * (1 + 1e-9))
-    assert field.certificate.residual < 1e-8
-
-
 # ----------------------------------------------------------------------------- what else knows the pressure
-
-
-def test_units_of_normalised_values(rolling):
-    """By the contact on the parts, and not by whole elements that it covers in part."""
-    places = np.linspace(-2.0, 2.0, 201)
-    hertz = rolling().hertz
-    x, y = np.meshgrid(places, places)
-    sampled = vc.SampledDistance(x**2 / (2 * hertz.Rx) + y**2 / (2 * hertz.Ry), x=places, y=places)
-    sol = vc.solve(second_order(rolling(surface=sampled, grid=vc.Grid(nx=12, ny=12, edge="softened"))))
-    assert sol.normalised.max_pressure == pytest.approx(1.5, rel=0.02)
-    lattice, contact = sol.contact
-    assert contact.sum() * lattice.area == pytest.approx(np.pi * 1.2 * 0.9, rel=0.02)
-
-
-def test_sensitivity():
-    """Derivatives of the forces are their differences."""
-    scene = second_order(posed(motion=vc.Steady(vx=0.03)))
-    slope, step = vc.solve(scene).sensitivity(), 1e-5
-    more, less = (
-        vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, vx=0.03 + d))).force
-        for d in (step, -step)
-    )
-    np.testing.assert_allclose((more - less) / (2 * step), slope[:, 0], rtol=1e-4, atol=1e-4 * abs(slope[0, 0]))
-
-
-def test_energies_are_equal():
-    """Of pressures on the parts, and of tractions on the elements."""
-    problem = energy.posed(vc.solve(posed("touched", motion=vc.Shift(ux=0.02))))
-    for each, found in ((problem.normal, problem.pressure), (problem.tangential, problem.traction)):
-        assert energy.potential_energy(each, found) == pytest.approx(energy.complementary_energy(each, found), rel=1e-9)
 
 
 def test_files(tmp_path):

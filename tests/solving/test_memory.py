@@ -84,17 +84,6 @@ def test_a_plan_that_does_not_fit_says_so_and_fails(tmp_path):
     assert "not fit" not in fits.stdout
 
 
-def test_what_may_not_fit_is_said_to(rolling, monkeypatch):
-    """Of a contact that is not known before it is solved for, only a bound is."""
-    points = np.linspace(-2.0, 2.0, 41)
-    samples = vc.SampledDistance(points**2 / 2 + points[:, None] ** 2 / 1.6, x=points, y=points)
-    plan = vc.plan(rolling(surface=samples))
-    monkeypatch.setattr("varcontact.system.process.available", lambda: plan.sizes.peak - 1)
-    assert "may not fit: " in str(plan)
-    monkeypatch.setattr("varcontact.system.process.available", lambda: plan.sizes.peak)
-    assert "not fit" not in str(plan)
-
-
 @pytest.mark.parametrize("tangential", ["tang", "clarabel"])
 def test_what_is_known_not_to_fit_is_refused_before_any_table_is_made(rolling, built, tangential):
     with pytest.raises(vc.TooLarge, match="the tangential problem needs about"):

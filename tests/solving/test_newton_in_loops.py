@@ -146,14 +146,6 @@ def test_unlike_bodies_at_the_edge(scene, coupling):
         check_same(vc.solve(scene, **NEWTON, coupling=coupling), vc.solve(scene, **DENSE))
 
 
-def test_johnson():
-    dense, found = (vc.solve(ball(), **methods, coupling="johnson") for methods in (DENSE, NEWTON))
-    bound = found.traction_bound.max()
-    np.testing.assert_allclose(found.traction, dense.traction, rtol=0, atol=1e-7 * bound)
-    assert found.passes == ()
-    assert found.certificate.residual == pytest.approx(dense.certificate.residual, rel=1e-4)
-
-
 @pytest.mark.parametrize("changes", [{}, {"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": LAWS[1]}])
 def test_no_pass_asks_for_more_than_the_next_one_sees(monkeypatch, changes):
     """Within passes accuracy grows with theirs; from one to the next nothing begins anew."""
@@ -215,25 +207,6 @@ def test_histories(bodies, friction):
     for one, other in zip(found, dense, strict=True):
         check_same(one, other)
         check_by_newton(one)
-
-
-def test_a_history_goes_on_from_its_file_bit_for_bit(tmp_path):
-    scene = ball(motion=HISTORY, normal_force=None)
-    whole, told = vc.solve(scene, **NEWTON), []
-
-    def stopping(word):
-        told.append(word)
-        if len(told) == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(vc.Interrupted):
-        vc.solve(scene, **NEWTON, store=tmp_path / "h.nc", progress=stopping)
-    resumed = vc.solve(scene, **NEWTON, store=tmp_path / "h.nc", progress=told.append)
-    assert told[3] == "2 of 4 steps"
-    for one, other in zip(resumed, whole, strict=True):
-        np.testing.assert_array_equal(one.traction, other.traction)
-        np.testing.assert_array_equal(one.pressure, other.pressure)
-        assert one.creepage == other.creepage
 
 
 def test_steps_of_a_history_share_kernels_and_begin_where_the_last_ended(built, monkeypatch):

@@ -98,25 +98,6 @@ def test_grid_grows_where_tractions_move_the_contact(creepage):
     np.testing.assert_allclose(sol.traction, known.traction[:, :, 20:-20], atol=1e-6 * known.pressure.max())
 
 
-def test_two_patches_are_both_seen():
-    x, y = np.linspace(-3.0, 3.0, 121), np.linspace(-1.0, 1.0, 41)
-    h = np.minimum(paraboloid(x - 2, y, 1, 1), paraboloid(x + 2, y, 1, 1) + 1e-4)
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=100.0, nu=0.3),
-        surface=vc.SampledDistance(h, x, y),
-        normal_force=1.0,
-        grid=vc.Grid(nx=60, ny=8),
-    )
-    sol = vc.solve(scene)
-    middle = sol.grid.nx // 2
-    assert sol.pressure[:, :middle].any()
-    assert sol.pressure[:, middle:].any()
-    # An explicit grid over one of them only is refused, though no contact touches its edge.
-    one = vc.Grid(nx=20, ny=20, dx=0.05, dy=0.05, x0=1.5, y0=-0.5)
-    with pytest.raises(vc.SceneError, match="extends to"):
-        vc.solve(vc.Scene(bodies=scene.bodies, surface=scene.surface, normal_force=1.0, grid=one))
-
-
 @pytest.mark.parametrize("normal", ["hertz", "clarabel"])
 @pytest.mark.parametrize(
     "lattice",
@@ -191,19 +172,6 @@ def test_grid_outside_the_samples():
     scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x), x, x), normal_force=0.1, grid=grid)
     with pytest.raises(vc.SceneError, match="within the samples"):
         vc.solve(scene)
-
-
-@pytest.mark.parametrize("cells", [1, 2, 3])
-def test_few_elements(cells):
-    """One, four, nine elements in contact: solved all the same, with and without friction."""
-    scene = vc.Scene(
-        bodies=BODIES, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.3,
-        motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(nx=cells, ny=cells),
-    )  # fmt: skip
-    for normal in ("hertz", "clarabel"):
-        sol = vc.solve(scene, normal=normal)
-        assert sol.normal_force == pytest.approx(1.0)
-        assert sol.certificate.residual < 1e-10
 
 
 # ----------------------------------------------------------------------------- small, sharp and offset contacts
@@ -316,16 +284,6 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]
-
-
-def test_linear_fields_go_from_lattice_to_lattice_as_they_are():
-    grid = vc.Grid(nx=7, ny=5, dx=0.3, dy=0.4, x0=-1.0, y0=-1.0)
-    other = vc.Grid(nx=9, ny=11, dx=0.17, dy=0.13, x0=-0.7, y0=-0.7)
-    field = 2.0 + 3.0 * grid.x[None, :] - 1.5 * grid.y[:, None]
-    found = interpolated(grid, field[None], other)[0]
-    assert found == pytest.approx(2.0 + 3.0 * other.x[None, :] - 1.5 * other.y[:, None])
-    beyond = interpolated(grid, field[None], vc.Grid(nx=1, ny=1, dx=0.1, dy=0.1, x0=1.05, y0=0.0))
-    assert beyond == 0.0, "half an element from the edge there is no value on the other side"
 
 
 def test_fields_on_many_strips_go_to_others_without_a_matrix():

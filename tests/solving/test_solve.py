@@ -4,11 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.reference import cattaneo_mindlin
 
 # ----------------------------------------------------------------------------- normal contact
 
@@ -109,20 +107,6 @@ def test_full_slip(rolling):
     )
 
 
-def test_small_creepage_slope_is_the_no_slip_limit(rolling):
-    """Where nothing slips the full problem is the linear one; beyond, the force per creepage falls."""
-    for creepage, direction in (("vx", 0), ("vy", 1), ("spin", 1)):
-        linear = vc.solve(rolling(motion=vc.Steady(**{creepage: 1.0}), friction=np.inf))
-        small = vc.solve(rolling(motion=vc.Steady(**{creepage: 1e-5})))
-        assert small.elements["slip"] == 0
-        np.testing.assert_allclose(small.force / 1e-5, linear.force, rtol=1e-10, atol=1e-10)
-        assert small.moment / 1e-5 == pytest.approx(linear.moment, rel=1e-10, abs=1e-10)
-        more = [vc.solve(rolling(motion=vc.Steady(**{creepage: v}))).force[direction] / v for v in (0.03, 0.06, 0.12)]
-        rates = list(np.abs([linear.force[direction], *more]))
-        assert rates == sorted(rates, reverse=True)
-        assert rates[0] > rates[1] > 0.85 * rates[0]
-
-
 def test_mirror(rolling):
     """y -> -y: vy and spin change their signs, and Fy and Mz."""
     sol = vc.solve(rolling())
@@ -131,12 +115,6 @@ def test_mirror(rolling):
     np.testing.assert_allclose(mirrored.traction, flipped, atol=1e-13)
     assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-12)
     np.testing.assert_array_equal(mirrored.state, sol.state[::-1])
-
-
-def test_opposite_creepage(rolling):
-    sol = vc.solve(rolling())
-    opposite = vc.solve(rolling(motion=vc.Steady(vx=-0.04, vy=0.02, spin=-0.05)))
-    np.testing.assert_allclose(opposite.traction, -sol.traction, atol=1e-13)
 
 
 def test_swapping_like_and_quasi_identical_bodies(rolling):
@@ -188,17 +166,6 @@ def test_saturated(rolling, motion):
         vc.solve(rolling(motion=motion, normal_force=None, approach=approach))
 
 
-def test_step_smaller_and_larger_than_an_element(rolling):
-    """Any dq is solved to rounding, and changes the force by the grid's error only."""
-    forces = []
-    for part in (0.25, 0.5, 1.0, 2.0):
-        sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, dq=part * 0.2)))
-        assert sol.certificate.residual < 1e-12
-        forces.append(sol.force[0])
-    assert np.ptp(forces) < 0.15 * abs(np.mean(forces))
-    assert len(set(np.round(forces, 6))) == 4
-
-
 def test_spin_offset_and_reciprocity(rolling):
     """theta = 0: the discrete C23 = -C32 exactly (no slip); other offsets shift only the spin's share."""
     base = {"friction": np.inf}
@@ -243,44 +210,6 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
 
 
 # ----------------------------------------------------------------------------- units and scale
-
-
-@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, vy=-5e-4, spin=0.3), vc.Steady(Fx=-5e3, spin=0.3)])
-@pytest.mark.parametrize(("length", "force"), [(1e3, 1.0), (1e6, 1e6)])
-def test_units(motion, length, force):
-    """SI, mm-N and scales of 10^±6: the same contact to 1e-9."""
-
-    def scene(L, F):
-        Fx = None if motion.Fx is None else motion.Fx * F
-        return vc.Scene(
-            bodies=vc.Bodies(G=8e10 * F / L**2, nu=0.28), surface=vc.Paraboloids(Rx=0.46 * L, Ry=0.3 * L),
-            normal_force=1e5 * F, friction=0.3, grid=vc.Grid(nx=10, ny=10),
-            motion=vc.Steady(vx=motion.vx, vy=motion.vy, spin=motion.spin / L, Fx=Fx),
-        )  # fmt: skip
-
-    for normal in ("hertz", "clarabel"):
-        si, other = (vc.solve(scene(L, F), normal=normal) for L, F in ((1.0, 1.0), (length, force)))
-        np.testing.assert_allclose(
-            other.traction * length**2 / force, si.traction, rtol=0, atol=1e-9 * np.abs(si.traction).max()
-        )
-        np.testing.assert_allclose(
-            other.pressure * length**2 / force, si.pressure, rtol=0, atol=1e-9 * si.pressure.max()
-        )
-        assert other.moment / (length * force) == pytest.approx(si.moment, rel=1e-9)
-        assert other.approach / length == pytest.approx(si.approach, rel=1e-9)
-        assert other.creepage[0] == pytest.approx(si.creepage[0], rel=1e-9)
-        np.testing.assert_array_equal(other.state, si.state)
-
-
-@settings(max_examples=15)
-@given(vx=st.floats(-0.2, 0.2), vy=st.floats(-0.2, 0.2), spin=st.floats(-0.3, 0.3), nu=st.floats(-0.5, 0.5))
-def test_any_creepage_is_solved_to_rounding(rolling, vx, vy, spin, nu):
-    scene = rolling(motion=vc.Steady(vx=vx, vy=vy, spin=spin), bodies=vc.Bodies(G=1.0, nu=nu), grid=vc.Grid(nx=8, ny=8))
-    sol = vc.solve(scene)
-    assert sol.certificate.residual < 1e-10
-    assert sol.certificate.relative_gap < 1e-11
-    work = np.sum(sol.traction * sol.slip)
-    assert work <= 1e-14, "friction takes energy, never gives it"
 
 
 # ----------------------------------------------------------------------------- methods and tolerance
@@ -438,25 +367,6 @@ def test_no_friction_anywhere_in_the_contact(rolling):
     assert not sol.traction.any()
 
 
-def test_shift_by_nearly_all_that_friction_can_carry(rolling):
-    """A start beside the solution leads TANG astray, where almost nothing sticks: it then begins on its own.
-
-    The creepage against Cattaneo and Mindlin, whose shift is exact for nu = 0.
-    """
-    scene = rolling(
-        bodies=vc.Bodies(G=1.0, nu=0.0),
-        surface=vc.Ellipse(1.0, 1.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Shift(Fx=-0.3 * (1 - 1e-6)),
-        grid=vc.Grid(nx=10, ny=10),
-    )
-    sol = vc.solve(scene, tangential="clarabel")
-    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx)
-    assert sol.certificate.residual < 1e-12
-    assert sol.creepage[0] == pytest.approx(exact.shift, rel=0.03)
-
-
 @pytest.mark.parametrize("normal", ["auto", "norm", "clarabel"])
 @pytest.mark.parametrize(
     ("change", "field"),
@@ -493,23 +403,6 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
     sphere = rolling(surface=vc.Paraboloids(1.0, 1.0), **{**changes, "approach": 1e-9})
     sol = vc.solve(rolling(surface=vc.SampledDistance(near, x, x), **{**changes, "approach": 1e-9}))
     assert sol.normal_force == pytest.approx(sphere.hertz.force, rel=0.05)
-
-
-@pytest.mark.parametrize("dq", [1e-6, 1e-3, 0.1])
-def test_short_steps(dq):
-    """Carter's force in steps of a small part of an element, by what auto takes."""
-    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.28), force=1e-3)
-    scene = vc.Scene(
-        bodies=contact.bodies,
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=0.3,
-        motion=vc.Steady(vx=0.15 * contact.a, dq=dq * 2 * contact.a / 40),
-        grid=vc.Grid(nx=40),
-    )
-    sol = vc.solve(scene)
-    assert sol.certificate.residual < 1e-9
-    assert sol.force[0] == pytest.approx(carter(contact, 0.3, creepage=scene.motion.vx).force, rel=0.03)
 
 
 def test_the_program_where_active_sets_fail(check_kkt):

@@ -70,26 +70,6 @@ def test_a_rough_surface_is_not_warned_of_where_it_is_resolved():
     assert len(coarse.warnings) == 1
 
 
-def test_rolling_contact_and_line_contact_are_warned_of_as_well():
-    rolling = vc.solve(replace(noisy(2e-6), friction=0.3, motion=vc.Steady(vx=1e-3)), certify=None)
-    assert "noise rules the pressure" in rolling.warnings[0]
-    line = vc.SampledDistance(X**2 / 0.92 + 2e-6 * ROUGH[0], X)
-    grid = vc.Grid(nx=81, dx=0.25e-3, x0=-10.125e-3)
-    scene = vc.Scene(bodies=SCENE.bodies, surface=line, normal_force=1e7, grid=grid)
-    assert "noise rules the pressure" in vc.solve(scene).warnings[0]
-
-
-def test_units_are_named():
-    scene = replace(noisy(2e-6), units=vc.Units(force="N", length="m"))
-    assert re.search(r"shorter than 0.001 m, four elements, .* N/m\^2, in", vc.solve(scene).warnings[0])
-
-
-def test_a_warning_is_kept_in_the_file(tmp_path):
-    sol = vc.solve(noisy(2e-6))
-    sol.save(tmp_path / "noisy.nc")
-    assert vc.load(tmp_path / "noisy.nc").warnings == sol.warnings
-
-
 def test_where_noise_makes_the_grid_too_coarse_the_message_says_so():
     scene = replace(noisy(2e-6), grid=vc.Grid(nx=24, ny=24))
     with pytest.raises(
@@ -122,8 +102,3 @@ def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
     path.write_text(f"{text}smoothing = -1.0\n")
     with pytest.raises(vc.SceneError, match=r"surface.smoothing = -1\.0 is not allowed"):
         vc.read_scene(path)
-
-
-def test_where_noise_leaves_no_grid_the_message_says_so():
-    with pytest.raises(vc.SceneError, match=r"no potential contact was found .* if this is noise, smooth the samples"):
-        vc.solve(replace(noisy(2e-5), grid=vc.Grid(24, 24)))

@@ -76,10 +76,6 @@ def test_full_sliding_of_a_wheel_has_the_closed_form_maximum():
     assert np.all(np.diff(far[: np.argmax(far)]) > 0)  # the tail cools off behind
 
 
-def test_no_slip_heats_nothing():
-    assert not vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=1e-4, speed=3e4))).temperature.any()
-
-
 def test_bodies_of_other_temperatures_meet_at_the_mean_and_part_again():
     cold, hot = replace(STEEL, temperature=20.0), vc.Thermal(30.0, 7.2e-9, 5e8, temperature=80.0)
     scene = rolling((cold, hot), friction=0.0)

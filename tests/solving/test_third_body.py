@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.special import lqmn
 
 import varcontact as vc
 
@@ -115,41 +114,6 @@ def test_carter_with_plasticity(k_tau, part):
         grid=vc.Grid(nx=30, dx=0.08, x0=-1.2),
     )
     assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
-
-
-def adhesion(compliance, a, terms=60):
-    """Force by creepage of a strip in adhesion: ``L p' - 2 (1 - nu)/(pi G) PV int p/(x - xi) = vx``, p = 0 in front.
-
-    With Legendre's polynomials, whose Cauchy integrals are twice the functions of the second kind.
-    """
-    x, _ = np.polynomial.legendre.leggauss(terms)
-    P = np.polynomial.legendre.Legendre
-    slopes = np.array([[P.basis(n).deriv()(t) for n in range(terms + 1)] for t in x]) / a
-    second = np.array([lqmn(0, terms, t)[0][0] for t in x])
-    system = compliance * slopes - 4 * (1 - BODIES.combined_nu) / (np.pi * BODIES.combined_G) * second
-    system = np.vstack([system, np.ones(terms + 1)])
-    return 2 * a * np.linalg.solve(system, np.append(np.ones(terms), 0.0))[0]
-
-
-@pytest.mark.parametrize("ratio", [0.3, 3.0])
-def test_adhesion_of_a_strip_with_a_layer_converges_to_quadrature(ratio):
-    a = 1.0
-    compliance = ratio * a / BODIES.combined_G
-    exact = adhesion(compliance, a)
-    errors = []
-    for n in (40, 80, 160):
-        scene = vc.Scene(
-            bodies=BODIES,
-            surface=vc.Cylinders(500.0),
-            normal_force=vc.reference.line_contact(500.0, BODIES, a=a).force,
-            friction=1e3,
-            third_body=vc.ThirdBody(compliance * 100.0, 100.0),
-            motion=vc.Steady(vx=1e-6),
-            grid=vc.Grid(nx=n, dx=2 * a / n, x0=-a),
-        )
-        errors.append(vc.solve(scene).Fx / 1e-6 - exact)
-    assert abs(errors[-1]) < 0.01 * abs(exact)
-    assert 0.8 < np.log2(errors[0] / errors[1]) < 1.2 and 0.8 < np.log2(errors[1] / errors[2]) < 1.2
 
 
 def test_limits_of_a_layer():

@@ -172,17 +172,6 @@ def test_unloading_follows_mindlin():
     assert shifts[1] == pytest.approx(exact(force) - 2 * exact((force - back) / 2), rel=0.05)
 
 
-@pytest.mark.parametrize("friction", [np.inf, 0.3])
-def test_two_half_shifts_are_one(friction):
-    """Exactly so without slip, and with it where the tractions grow in one direction only."""
-    scene = ball(bodies=vc.Bodies(G=1.0, nu=0.0), friction=friction)
-    halves = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=2, dq=0, ux=2e-3)))
-    whole = vc.solve(dataclasses.replace(scene, motion=vc.Shift(ux=4e-3)))
-    assert furthest(halves[1], whole) < 1e-8
-    if np.isinf(friction):
-        assert furthest(halves[0], halves[1]) == pytest.approx(0.5)
-
-
 def test_the_order_in_time_is_one():
     """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes is about halved."""
     grid = vc.solve(ball(motion=None)).grid
@@ -297,16 +286,6 @@ def test_a_contact_that_vanishes_and_returns():
     assert lifted.approach == pytest.approx([0.02, -0.01, 0.01])
 
 
-@pytest.mark.parametrize("scene", [ball, cylinder])
-def test_a_step_without_contact_has_a_picture(scene, tmp_path):
-    """Of the whole grid, with nothing on it."""
-    lifted = vc.solve(scene(motion=vc.Transient(steps=2, Fx=[-1e-3, 0.0], normal_force=[0.02, 0.0])))[1]
-    figure = lifted.plot()
-    figure.savefig(tmp_path / "lifted.png")
-    left, right = figure.axes[0].get_xlim()
-    assert left <= lifted.grid.x[0] < lifted.grid.x[-1] <= right
-
-
 def test_a_contact_that_moves_over_the_grid():
     """A hill that goes an element further in each step, frictionless and in place: the pressure goes with it."""
     grid = vc.Grid(nx=30, ny=12, dx=0.1, dy=0.1, x0=-1.5, y0=-0.6)
@@ -334,17 +313,6 @@ def test_contact_that_tractions_move(cells):
         resting = still.grid.x[still.pressure[0] > 0]
         assert 0.02 < (touching[-1] - resting[-1]) / np.ptp(resting) < 0.1
         assert sol.certificate.residual < 1e-8
-
-
-def test_switching_between_force_and_creepage():
-    """The creepage that a force needed, prescribed in the next history, needs that force."""
-    by_force = vc.solve(ball(motion=vc.Transient(steps=4, Fx=-2e-3, Fy=[1e-3, 1e-3, None, None])))
-    vx = [v if k < 2 else 0.0 for k, v in enumerate(by_force.creepage[:, 0])]
-    motion = vc.Transient(steps=4, vx=vx, Fx=[None, None, -2e-3, -2e-3], vy=[*by_force.creepage[:2, 1], 0.0, 0.0])
-    by_creepage = vc.solve(ball(motion=motion))
-    for one, two in zip(by_creepage, by_force, strict=True):
-        assert furthest(one, two) < 1e-7
-    assert by_creepage.force[:, 0] == pytest.approx(-2e-3, rel=1e-7)
 
 
 def test_creepage_of_a_line_contact_is_open_where_the_force_changes():
@@ -391,8 +359,3 @@ def test_a_force_without_friction_is_refused_before_any_work(friction, steps, st
         assert (failure.value.step, failure.value.limit, failure.value.history) == (1, 0.0, None)
     assert told == []
     assert not stored or not store.exists()
-
-
-def test_a_force_of_zero_needs_no_friction():
-    history = vc.solve(ball(friction=0.0, motion=vc.Transient(steps=2, dq=0.05, Fx=0.0)))
-    assert not history.force.any()

@@ -197,27 +197,6 @@ def test_the_grid_follows_a_contact_that_tractions_move():
     assert sol.certificate.normal_residual < 1e-8
 
 
-def test_a_saved_solution_keeps_its_passes(tmp_path):
-    sol = vc.solve(SCENES[0], normal="norm", tangential="tang")
-    sol.save(tmp_path / "sol.nc")
-    assert vc.load(tmp_path / "sol.nc").passes == sol.passes
-    assert sol.summary()["passes"] == len(sol.passes)
-    assert f"{len(sol.passes)} passes" in sol.report()
-
-
-def test_picture_of_the_passes():
-    sol = vc.solve(SCENES[0], normal="norm", tangential="tang")
-    (ax,) = sol.plot_passes().axes
-    residuals, changes = ax.lines
-    assert residuals.get_ydata()[-1] == sol.passes[-1][1]
-    assert ax.get_title() == f"Passes: panagiotopoulos, K = {sol.scene.bodies.K:.3g}"
-    assert changes.get_label() == "change of the tractions"
-    with pytest.raises(
-        vc.SceneError, match=r"no passes to plot \(coupling johnson\); coupling loops .* and laws of friction have them"
-    ):
-        vc.solve(SCENES[0], coupling="johnson").plot_passes()
-
-
 def hardly_rubbing(friction):
     """A shift in which pressures move all elements but the middle one, which sticks or nearly does."""
     return scene(
@@ -265,15 +244,6 @@ def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
         residuals.append(whole)
     assert residuals[1] > 10 * residuals[0]
     assert residuals[2] == pytest.approx(10 * residuals[1], rel=0.1)
-
-
-def test_a_force_that_friction_bears_easily_needs_no_exacter_pressures():
-    """Where the force is prescribed, the rigid shift takes what pressures move the one element that sticks."""
-    line = scene(bodies=MIXED, friction=1e-6, motion=vc.Steady(Fx=5e-10))
-    sol = vc.solve(line, normal="clarabel", tangential="clarabel", polish=False, tol=1e-6)
-    exact = vc.solve(line)
-    assert sol.certificate.normal_residual / line.friction > 1e-6  # what it would be without
-    assert np.abs(sol.traction - exact.traction).max() < 1e-6 * sol.traction_bound.max()
 
 
 def _best(scene, **arguments):

@@ -177,31 +177,6 @@ LINED = vc.Layered([vc.Layer(0.05, 3.0, 0.3), vc.Layer(0.1, 1.0, 0.45, [(1.0, 0.
 """A stiff elastic skin on a soft layer that relaxes fast, and a base that relaxes slowly."""
 
 
-def test_layers_that_are_solids_of_their_own():
-    """Slow and fast they are elastic ones, relaxed and glassy, to first order in the speed."""
-    for speed, (soft, base) in ((1e-5, (0.5, 2 / 1.5)), (1e5, (1.0, 2.0))):
-        elastic = vc.Layered([vc.Layer(0.05, 3.0, 0.3), vc.Layer(0.1, soft, 0.45)], base=(base, 0.3))
-        sol = vc.solve(roller((vc.Bodies(4.0, 0.2), LINED), speed=speed, vx=0.01))
-        limit = replace(sol.scene, bodies=(vc.Bodies(4.0, 0.2), elastic), motion=vc.Steady(vx=0.01), grid=sol.grid)
-        same = vc.solve(limit)
-        np.testing.assert_allclose(sol.pressure, same.pressure, atol=2e-4 * same.max_pressure)
-        assert sol.Fx == pytest.approx(same.Fx, rel=1e-3)
-
-
-def test_solvers_agree_on_layers_of_several_solids(tmp_path):
-    scene = roller((vc.Bodies(4.0, 0.2), LINED), vx=0.01)
-    first = vc.solve(scene)
-    assert abs(first.certificate.normal_relative_gap) < 1e-9
-    assert abs(first.certificate.relative_gap) < 1e-7
-    assert first.rolling_resistance > 0.01 * first.normal_force
-    for options in ({"normal": "newton"}, {"normal": "clarabel", "tangential": "clarabel", "polish": False}):
-        other = vc.solve(replace(scene, grid=first.grid), tol=1e-8, **options)
-        np.testing.assert_allclose(other.pressure, first.pressure, atol=1e-5 * first.max_pressure)
-        np.testing.assert_allclose(other.traction, first.traction, atol=1e-5 * first.max_pressure)
-    scene.save(tmp_path / "scene.toml")
-    assert vc.read_scene(tmp_path / "scene.toml")[0].bodies == scene.bodies
-
-
 def test_what_is_put_in_is_lost():
     """By friction and inside the bodies; the hysteresis computed from displacements, first order in the step."""
     off = []
@@ -216,15 +191,6 @@ def test_what_is_put_in_is_lost():
         assert inside > 0
     assert off[1] < 0.6 * off[0]
     assert off[1] < 0.01
-
-
-def test_the_rate_at_which_grids_reach_hunter():
-    """Resistance and load by approach are as good as those of elastic contacts: nearly of second order."""
-    exact = hunter(a=1.0, R=1.0, G=2.0, nu=0.0, part=1.0, relaxation_length=1.0)
-    scene = replace(roller(vc.Viscoelastic(2.0, 0.0, [(1.0, 1.0)]), friction=0.0), normal_force=exact.force)
-    grids = [vc.Grid(nx=2 * cells + 1, dx=1.2 / cells, x0=-1.2 - 0.6 / cells) for cells in (15, 30, 60, 120, 240)]
-    off = [abs(vc.solve(replace(scene, grid=grid)).rolling_resistance / exact.moment - 1) for grid in grids]
-    assert -np.polyfit(np.log([15, 30, 60, 120, 240]), np.log(off), 1)[0] > 1.5
 
 
 @pytest.mark.parametrize("line", [True, False])

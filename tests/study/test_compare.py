@@ -11,7 +11,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.study.csv_table import as_json
-from varcontact.study.methods import DEFAULT_METHODS, Method
+from varcontact.study.methods import Method
 
 EXACT = ("convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang")
 
@@ -42,13 +42,6 @@ def test_exact_methods_agree(small_bank):
     assert solved["traction_distance"].max() < 1e-5
     assert solved["relative_gap"].between(0, 1e-8).all()
     assert (solved["residual"] <= 1e-6).all()
-
-
-@pytest.mark.parametrize("method", ["convex", "active-set", "clarabel+polish"])
-def test_these_solve_every_scene(small_bank, method):
-    rows = small_bank[small_bank["method"] == method]
-    assert set(rows["outcome"]) == {"solved"}, rows[["scene", "reason"]].to_string()
-    assert len(rows) == 14
 
 
 def test_newton_solves_every_scene():
@@ -85,19 +78,6 @@ def test_who_was_called(small_bank):
     assert convex["unlike bodies"].count("clarabel") == 2
     assert "clarabel 1" not in convex["unlike bodies"], "every pass by the conic solver"
     assert called["shift with rotation", "fastsim"] == "", "refused"
-
-
-def test_tables_from_before_calls_were_counted_are_gone_on_with(rolling, tmp_path):
-    """A stored table without that column: its scenes are not solved again, and what is added has it."""
-    store, methods = tmp_path / "table.csv", ["tang"]
-    before = vc.compare({"a": rolling()}, methods, store=store)
-    pd.read_csv(store).drop(columns="calls").to_csv(store, index=False)
-    asked = []
-    after = vc.compare({"a": rolling(), "b": rolling()}, methods, store=store, progress=asked.append)
-    assert asked == ["b"]
-    assert after["calls"].tolist() == ["", "normal: hertz 1; tangential: tang 1"]
-    assert after["Fx"][0] == before["Fx"][0]
-    assert list(after.columns) == list(before.columns)
 
 
 def test_theories_are_approximate_and_near(small_bank):
@@ -198,11 +178,6 @@ def test_store_of_another_study_is_refused(rolling, tmp_path):
     store.write_text("nothing,of\nthe,kind\n")
     with pytest.raises(vc.SceneError, match="earlier comparison"):
         vc.compare(rolling(), ["fastsim"], store=store)
-
-
-def test_default_methods_exist_and_overall_ones_come_first():
-    assert [Method.named(name).name for name in DEFAULT_METHODS] == list(DEFAULT_METHODS)
-    assert DEFAULT_METHODS[:3] == ("convex", "active-set", "kalker")
 
 
 @pytest.mark.parametrize(

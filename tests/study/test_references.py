@@ -100,16 +100,6 @@ def test_what_is_zero_by_symmetry_is_zero():
             assert abs(BANK[name].values["Fx"]) > 0.01
 
 
-def test_no_force_is_beyond_friction():
-    for name, reference in BANK.items():
-        for along, limit in reference.units.items():
-            across = along.replace("Fx", "Fy")
-            if along != across and across in reference.units:
-                assert np.hypot(reference.values[along], reference.values[across]) <= limit * (1 + 2e-4), name
-    full = BANK["circle, full slip"].values
-    assert np.hypot(full["Fx"], full["Fy"]) > 0.999 * FRICTION
-
-
 def test_there_are_at_least_sixty_scenes_of_all_classes_without_a_grid():
     assert len(BANK) >= 60
     assert {reference.kind for reference in BANK.values()} == set(CLASSES)
@@ -125,13 +115,6 @@ def test_error_bars_are_small():
     assert 0 < bars.min() and bars.max() < 6e-4
     assert np.mean(bars < 5e-4) > 0.98
     assert np.median(bars) < 1e-4
-
-
-def test_every_value_that_counts_has_a_bar_and_a_unit():
-    for name, reference in BANK.items():
-        assert set(reference.units) <= set(reference.values) == set(reference.bars), name
-        assert all(unit > 0 for unit in reference.units.values()), name
-        assert reference.steps or "[" not in "".join(reference.values)
 
 
 def test_the_error_of_an_answer():

@@ -201,12 +201,6 @@ def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):
     assert (tmp_path / "again.nc").read_bytes() == alone[0].read_bytes()
 
 
-def test_chunks_differ_within_the_tolerance(scene, alone):
-    singly = vc.sweep(scene, OVER, chunk=1)
-    for name in ("Fx", "Fy", "Mz"):
-        np.testing.assert_allclose(singly[name], alone[1][name], rtol=0, atol=1e-8)
-
-
 def test_influence_numbers_are_made_once(rolling, built):
     scene = rolling(grid=GRID, bodies=vc.Bodies(G=1.0, nu=0.123))
     vc.sweep(scene, OVER, chunk=2, certify="full")
@@ -444,18 +438,6 @@ def test_stores_over_words_loads_and_nothing(scene, over, tmp_path):
         assert found.drop_vars("check").equals(swept)
     single = vc.sweep(scene, store=tmp_path / "single.nc")
     assert vc.sweep(scene, store=tmp_path / "single.nc").identical(single) and single["Fx"].shape == ()
-
-
-def test_units_and_settings_are_with_the_results(rolling):
-    scene = rolling(grid=GRID, units=vc.Units(length="mm", force="N"))
-    swept = vc.sweep(scene, {"motion.vx": [0.01]}, tol=1e-7)
-    assert (swept["Fx"].units, swept["Mz"].units, swept["approach"].units) == ("N", "N mm", "mm")
-    assert swept.attrs["tol"] == 1e-7
-
-
-def test_standing():
-    assert str(vc.Standing(3, 10, 0)) == "3 of 10 scenes"
-    assert str(vc.Standing(3, 10, 1, 3725.0)) == "3 of 10 scenes, 1 not solved, 1:02:05 left"
 
 
 def test_time_left_is_by_what_was_solved_now(scene, alone, tmp_path, monkeypatch):

@@ -1,7 +1,6 @@
 """Tradeoff: errors against closed forms, fronts by their definition, the store, the command line."""
 
 import json
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -90,18 +89,6 @@ def test_where_nothing_was_answered_there_is_no_front():
     assert not len(found.front("normal")) and not len(found.advice())
 
 
-def test_a_way_named_twice_is_measured_once():
-    assert len(vc.tradeoff(CARTER, ["auto", "auto"], cells=[4]).runs) == 1
-
-
-def test_a_theory_stands_beside_the_exact_methods():
-    name = "circle, half, along"
-    found = vc.tradeoff({name: BANK[name]}, ["auto", "fastsim", "linear"], cells=[16])
-    errors = found.runs.set_index("way")["error"]
-    assert errors["centres 16"] < 0.03 < errors["linear 16"]
-    assert errors["fastsim 16"] < errors["linear 16"]
-
-
 def test_a_history_is_measured_at_its_steps():
     name = "from rest by creepage"
     found = vc.tradeoff({name: BANK[name]}, [Way(cells=16, coarser=8, edge="touched")])
@@ -157,16 +144,6 @@ def test_accuracies_stand_beside_grids():
     assert (on_demand["error"].to_numpy() < TARGETS).all() and (on_demand["memory"] > 1000).all()
 
 
-def test_the_picture_has_a_panel_for_each_class(measured):
-    shift = vc.tradeoff({"shift along": BANK["shift along"]}, WAYS[:1])
-    both = Tradeoff(
-        pd.concat([measured.runs, shift.runs], ignore_index=True),
-        pd.concat([measured.classes, shift.classes], ignore_index=True),
-    )
-    titles = [ax.get_title() for ax in both.plot().axes]
-    assert titles == ["line contact", "shift"]
-
-
 def test_the_command(tmp_path):
     arguments = ("tradeoff", "--class", "shift", "--methods", "auto", "--cells", "4", "--json", "--plot", "front.png")
     done = run(*arguments, folder=tmp_path)
@@ -177,17 +154,6 @@ def test_the_command(tmp_path):
     for bad, word in ((("--class", "shfit"), "class"), (("--cells", "a"), "whole numbers separated by commas")):
         refused = run("tradeoff", *bad, folder=tmp_path)
         assert refused.returncode == 2 and word in refused.stderr
-
-
-def test_by_an_executor_it_is_the_same_table(tmp_path):
-    bank = {name: BANK[name] for name in ("shift along", "circle, half, along")}
-    here = vc.tradeoff(bank, ["auto"], cells=[8, 12]).runs
-    with ThreadPoolExecutor(2) as pool:
-        there = vc.tradeoff(bank, ["auto"], cells=[8, 12], executor=pool, store=tmp_path / "front.csv").runs
-    order = ["scene", "way"]
-    one, other = (each.sort_values(order, ignore_index=True) for each in (here, there))
-    assert one[order].equals(other[order])
-    assert one["error"].to_numpy() == pytest.approx(other["error"].to_numpy(), rel=1e-9)
 
 
 def test_a_theory_without_a_moment_has_no_error():

@@ -1,7 +1,5 @@
 """All fast theories by name: slopes, full slip, symmetries, power, many contacts in one call, refusals."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,7 +15,6 @@ LIMIT = 0.3
 TABLE = creepage_coefficients(1.2, 0.8, 0.28)
 UNIT = 3 * LIMIT / (1.2 * 0.8 * TABLE.C11)
 MIXED = ["fastrip", "fastsim", "fastsim-elliptic", "linear"]
-SPINNING = [name for name in VECTORISED if name != "vermeulen-johnson"]
 BOUNDED = [name for name in VECTORISED if name != "linear"]
 size = st.floats(-3.0, 3.0)
 
@@ -138,23 +135,6 @@ def test_moment_of_vermeulen_and_johnson():
     assert vc.creep_forces("vermeulen-johnson", **CONTACT, vy=vy).Mz == pytest.approx(moment, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", SPINNING)
-def test_many_contacts_in_one_call(name):
-    """Arrays broadcast; each entry is what a call of its own gives, to the last bit."""
-    a, vx = np.array([0.5, 1.0, 3.0]), UNIT * np.array([[0.1], [0.8]])
-    nu = np.array([0.28, 0.28, 0.28] if name == "table" else [0.1, 0.28, 0.5])  # a book is for one
-    rest = {"b": 1.0, "G": np.array([1.0, 1.0, 2.0]), "nu": nu, "normal_force": 1.0}
-    found = vc.creep_forces(name, a=a, **rest, friction=0.3, vx=vx, vy=0.1 * UNIT, spin=0.2 * UNIT)
-    assert np.shape(found.Fx) == np.shape(found.Mz) == (2, 3)
-    for i, j in np.ndindex(2, 3):
-        one = vc.creep_forces(
-            name, a=float(a[j]), b=1.0, G=float(rest["G"][j]), nu=float(rest["nu"][j]), normal_force=1.0, friction=0.3,
-            vx=float(vx[i, 0]), vy=0.1 * UNIT, spin=0.2 * UNIT,
-        )  # fmt: skip
-        assert isinstance(one.Fx, float)
-        np.testing.assert_allclose([part[i, j] for part in dataclasses.astuple(found)], parts(one), rtol=1e-9)
-
-
 @pytest.mark.parametrize("name", VECTORISED)
 def test_shapes(name):
     """Any of the arguments may be an array of any shape, of no length as well; results are those of single calls."""
@@ -166,16 +146,6 @@ def test_shapes(name):
         assert vc.creep_forces(name, **{**CONTACT, empty: []}).Mz.shape == (0,)
     nothing = {key: np.zeros((0, 2)) for key in (*CONTACT, "vx", "vy", "spin")}
     assert vc.creep_forces(name, **nothing).Fy.shape == (0, 2)
-
-
-@pytest.mark.parametrize("name", [name for name in VECTORISED if name != "strip"])
-def test_a_slope_for_each_of_some_contacts(name):
-    """Two slopes down, three creepages across, in one contact."""
-    slope, vx = np.array([[1.0], [0.5]]), np.array([0.1, 0.2, 0.0])
-    found = vc.creep_forces(name, **CONTACT, vx=vx, slope=slope)
-    for k, part in enumerate(slope[:, 0]):
-        alone = vc.creep_forces(name, **CONTACT, vx=vx, slope=float(part))
-        np.testing.assert_allclose(found.Fx[k], alone.Fx, rtol=1e-13, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", VECTORISED)

@@ -185,24 +185,6 @@ def test_linear_limit(bound, kind, mixture):
     assert (np.hypot(*(expected - right)) < 1e-12 * np.hypot(*right)) == (alone or kind == "separate")
 
 
-@pytest.mark.parametrize("creepage", [(1e-3, 0.0, 2e-4), (1e-3, 1e-3, 0.0), (0.0, 1e-3, 2e-4)])
-def test_distance_from_the_exact_theory(creepage):
-    """Creepages of a wheel on the contact of Fig. 21 (N, mm): 2 to 4 % of the force, and weighted 20 to 30 %."""
-    bodies, motion = vc.Bodies.from_young(E=2e5, nu=0.25), dict(zip(("vx", "vy", "spin"), creepage, strict=True))
-    scene = vc.Scene(
-        bodies=bodies, surface=vc.Ellipse(6.8, 6.5), normal_force=150e3, friction=0.3, motion=vc.Steady(**motion),
-        grid=vc.Grid(nx=24, ny=24),
-    )  # fmt: skip
-    exact = vc.solve(scene).force
-    table = creepage_coefficients(6.8, 6.5, 0.25)
-    away = {}
-    for kind in ("separate", "weighted"):
-        found = fastsim(6.8, 6.5, bodies.G, 45e3, creepage, table, m=50, n=50, flexibility=kind).force
-        away[kind] = np.hypot(*(found - exact)) / np.hypot(*exact)
-    assert 0.02 < away["separate"] < 0.04
-    assert 0.2 < away["weighted"] < 0.3
-
-
 @kinds
 @bounds
 def test_full_slip(kind, bound):
@@ -216,19 +198,6 @@ def test_full_slip(kind, bound):
     np.testing.assert_allclose(found, against, rtol=2e-3)
     coarse = fastsim(*CONTACT, creepage, TABLE, m=10, n=400, flexibility=kind).force
     np.testing.assert_allclose(coarse, 0.99 * against, rtol=2e-5)
-
-
-def test_slip_of_full_slip():
-    """The rigid slip: all of it with one flexibility, its mean square over the contact with three."""
-    creepage = 1e4 * UNITS * (1.0, -0.7, 1.3)
-    for kind in ("separate", "weighted"):
-        field = fastsim_field(*CONTACT, creepage, TABLE, m=60, n=60, flexibility=kind)
-        rigid = rigid_slip(creepage, field.x + field.dx[:, None] / 2, field.y)
-        area = np.broadcast_to(field.dx[:, None], field.x.shape)
-        squares = [np.sum(np.sum(slip**2, axis=0) * area) for slip in (field.slip, rigid)]
-        assert squares[0] == pytest.approx(squares[1], rel=0.01)
-        if kind == "weighted":
-            np.testing.assert_allclose(field.slip, rigid, atol=1e-3 * np.abs(rigid).max())
 
 
 @pytest.mark.parametrize("size", [1e50, 1e100])
@@ -269,18 +238,6 @@ def test_many_in_one_call_are_single_calls(kind, count, m, n):
         one = fastsim(*CONTACT, creepages[i], TABLE, m=m, n=n, flexibility=kind)
         np.testing.assert_array_equal(many.force[i], one.force)
         assert many.moment[i] == one.moment
-
-
-@kinds
-def test_contacts_of_their_own(kind):
-    """Semi-axes, coefficients and loads broadcast with the triples."""
-    rng = np.random.default_rng(2)
-    a, limit, creepages = rng.uniform(3, 9, size=(4, 1)), rng.uniform(1e4, 5e4, size=3), rng.normal(size=(4, 3, 3))
-    many = fastsim(a, B, G, limit, creepages * UNITS, creepage_coefficients(a, B, 0.28), flexibility=kind)
-    for i, j in np.ndindex(4, 3):
-        table = creepage_coefficients(a[i, 0], B, 0.28)
-        one = fastsim(a[i, 0], B, G, limit[j], creepages[i, j] * UNITS, table, flexibility=kind)
-        np.testing.assert_allclose(many.force[i, j], one.force, rtol=1e-9, atol=1e-9 * LIMIT)
 
 
 def test_fig_21():

@@ -50,15 +50,6 @@ def test_inverse(vx, vy, spin):
         np.testing.assert_allclose(back, [vx, vy, spin], rtol=1e-12, atol=1e-15)
 
 
-def test_arrays():
-    creepages = np.random.default_rng(0).normal(size=(4, 5, 3))
-    sizes = np.linspace(1, 2, 5)
-    found = linear_forces(sizes, B, G, creepages, creepage_coefficients(sizes, B, 0.28))
-    assert found.force.shape == (4, 5, 2) and found.moment.shape == (4, 5)
-    one = linear_forces(sizes[3], B, G, creepages[2, 3], creepage_coefficients(sizes[3], B, 0.28))
-    np.testing.assert_allclose(found.force[2, 3], one.force, rtol=1e-13)
-
-
 @pytest.mark.parametrize(
     ("call", "words"),
     [

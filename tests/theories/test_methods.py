@@ -165,16 +165,6 @@ def test_netcdf_keeps_the_words(rolling, tmp_path, name):
     np.testing.assert_array_equal(again.state, sol.state)
 
 
-def test_pressure_by_any_method(rolling):
-    """The theories take the pressure's force and area as they are; FASTSIM's bound is its own."""
-    by_norm = vc.solve(rolling(), normal="norm", tangential="fastsim")
-    by_hertz = vc.solve(rolling(), tangential="fastsim")
-    np.testing.assert_allclose(by_norm.force, by_hertz.force, rtol=0.05)
-    assert by_norm.certificate.normal_residual < 1e-12 < by_hertz.certificate.normal_residual
-    moved = dataclasses.replace(by_norm.scene, motion=vc.Steady())
-    assert not vc.solve(moved, tangential="fastsim").traction.any()
-
-
 @pytest.mark.parametrize("name", FASTSIM)
 @pytest.mark.parametrize("part", [0.999, 0.9999999])
 def test_fastsim_carries_on_the_elements_all_that_friction_can(rolling, name, part):
@@ -292,11 +282,3 @@ def test_what_a_theory_without_a_moment_has(rolling, tmp_path):
     assert np.isnan([swept.Mz.item(), swept.Mz_bound.item()]).all()
     with pytest.raises(vc.SceneError, match=r"what = 'power_density' .*polach has no moment"):
         sol.plot("power_density")
-
-
-def test_power_without_spin_takes_no_moment(rolling):
-    sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=-0.02)), tangential="polach")
-    assert np.isnan(sol.moment)
-    assert sol.power == pytest.approx(-sol.Fx * 0.04 + sol.Fy * 0.02, rel=1e-12)
-    assert sol.friction_work == pytest.approx(sol.power, rel=1e-12)
-    sol.plot("power_density")

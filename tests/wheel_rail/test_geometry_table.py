@@ -66,10 +66,6 @@ def test_between_the_nodes_it_is_near_the_estimate(table):
     assert found.force == pytest.approx(direct, abs=0.01 * 2 * LOAD)
 
 
-def test_in_short(table):
-    assert repr(table) == "GeometryTable(13 x 5 positions, y -6 to 6 mm, yaw -0.01 to 0.01 rad)"
-
-
 def test_mirror_images(table):
     one = table.forces(2.3, 0.004, Velocity(speed=20e3, lateral=10.0, yaw_rate=0.01))
     other = table.forces(-2.3, -0.004, Velocity(speed=20e3, lateral=-10.0, yaw_rate=-0.01))

@@ -127,15 +127,6 @@ def test_smoothing_does_not_straighten_the_ends(smoothing):
     assert np.std(found, axis=0)[0] < 2 * np.std(found, axis=0)[1]
 
 
-def test_noise_of_two_micrometres_ruins_curvatures_and_smoothing_mends_them():
-    noise = 0.002 * np.random.default_rng(0).normal(size=RAIL.z.size)
-    noisy = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
-    y = np.linspace(-15.0, 2.0, 200)  # the arc of 300 mm
-    assert np.std(noisy.curvature_at(y)) > 5 / 300
-    assert np.std(noisy.smoothed(10.0).curvature_at(y) - 1 / 300) < 0.5 / 300
-    assert np.abs(noisy.smoothed(10.0).z_at(y) - RAIL.z_at(y)).max() < 2 * 0.002
-
-
 def test_kinks_are_found_and_kept():
     sharp = roof()
     assert sharp.y[sharp.kink_points] == pytest.approx([0.0])
@@ -179,15 +170,6 @@ def test_the_running_part_ends_where_the_profile_turns_under():
     assert np.all(np.diff(y) > 0)
     assert y[-1] == pytest.approx(20.0, abs=0.05)
     assert bulb.z_at(10.0) == pytest.approx(20 - np.sqrt(300.0), abs=1e-6)
-
-
-def test_pictures_show_points_kinks_and_sides():
-    figure = roof().plot()
-    above, below = figure.axes
-    assert {text.get_text() for text in above.texts} == {"track side", "field side"}
-    assert [text.get_text() for text in above.get_legend().get_texts()] == ["points", "spline", "kinks"]
-    assert above.yaxis_inverted()
-    assert "curvature" in below.get_ylabel()
 
 
 def test_profiles_of_the_other_kind_are_refused():
@@ -309,10 +291,3 @@ def test_bad_profiles_are_refused(more, field, words):
     with pytest.raises(SceneError, match=words) as caught:
         Profile(**{"y": RAIL.y, "z": RAIL.z, "kind": "rail"} | more)
     assert caught.value.field == field
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, "a", float("nan")])
-def test_steps_of_standard_profiles_are_positive(step):
-    for make in (Profile.s1002, Profile.rail_60e1):
-        with pytest.raises(SceneError, match=f"step = {step!r}"):
-            make(step=step)

@@ -163,11 +163,6 @@ def test_mirrors_are_true_or_false(options):
     assert caught.value.field == next(iter(options))
 
 
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(SceneError, match=r"path .*none.csv' cannot be read \(No such file or directory\)"):
-        Profile.read(tmp_path / "none.csv", "rail")
-
-
 def test_a_minus_of_a_typesetter_is_a_minus(tmp_path):
     text = rows(RAIL_POINTS).replace("-", "\N{MINUS SIGN}")
     same(Profile.read(written(tmp_path / "rail.txt", text), "rail"), RAIL)

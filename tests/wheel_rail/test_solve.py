@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from tests.wheel_rail import conditions
 from tests.wheel_rail.conditions import circles
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
-from varcontact.results.report import with_bar
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
@@ -145,19 +143,3 @@ def test_a_theory_on_the_ellipse_of_each_patch():
 def test_what_is_refused(case, methods, said):
     with pytest.raises(SceneError, match=said):
         case.solve(**methods)
-
-
-def test_the_report_has_errors_or_bounds():
-    case = wheel(3.0)
-    found = case.solve(accuracy=0.02)
-    text = found.report()
-    (Fx, *_), (error, *_) = found.force / 1e3, found.error / 1e3
-    assert f"Fx = {with_bar(Fx, error)} kN" in text
-    assert "Fz = 60 kN" in text
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        plain = replace(case, dx=1.0, dy=0.5).solve(certify="full")
-    assert np.isnan(plain.error).all()
-    bound = plain.patches[0].solution.certificate.force_bound[0]
-    assert f"guaranteed on this grid: Fx within {bound:.1e} N" in plain.report()
-    assert "no estimate of the error against the continuum" in plain.report()

@@ -71,11 +71,3 @@ def test_what_is_refused(rolling):
         wear(rolling, 0.1)
     with pytest.raises(SceneError, match=r"must be a WheelRailSolution"):
         wear(rolling.patches[0])
-
-
-def test_the_picture(rolling):
-    figure = wear(rolling, LAW).plot()
-    power, depth = figure.axes[:2]
-    assert np.nanmax(power.images[0].get_array()) == wear(rolling).patches[0].power_by_area.max()
-    assert depth.lines[0].get_xdata() == pytest.approx(1e6 * wear(rolling, LAW).patches[0].depth)
-    assert len(wear(rolling).plot().axes) == len(figure.axes) - 1

@@ -81,15 +81,6 @@ def test_the_benchmarks_position_between_tread_and_flange():
     assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=5e-3 * 0.3 * wanted["fn"])
 
 
-@pytest.mark.parametrize("y", [0.0, 5.0, 7.0])
-@pytest.mark.filterwarnings("ignore:normal forces of", "ignore::varcontact.wheel_rail.RoughProfile")
-def test_the_vertical_force_is_that_of_all_forces(y):
-    """On tread, both and flange, where friction bears up to 40 % of it; so does the fast way."""
-    case = wheel(y, yaw=0.02, dx=1.0, dy=0.5)
-    assert case.solve().force[2] == pytest.approx(80e3, rel=1e-6)
-    assert case.estimate().force[2] == pytest.approx(80e3, rel=1e-6)
-
-
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     case = wheel(2.0, yaw=0.005, dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
@@ -130,16 +121,6 @@ def test_any_position_bears_its_load(seed):
         assert np.all(tangential <= 0.3 * each.solution.pressure * (1 + 1e-7))
         assert not each.solution.pressure[[0, -1]].any()
         assert not each.solution.pressure[:, [0, -1]].any()
-
-
-def test_a_softer_rail_bears_its_load_with_a_larger_patch():
-    """Of unlike bodies tractions change the pressure: the load is that of the whole. The pair is (rail, wheel)."""
-    steel = wheel(2.0, dx=1.0, dy=1.0, vertical_force=20e3)
-    soft = replace(steel, bodies=Bodies(G=(20e3, 82e3), nu=(0.4, 0.28))).solve()
-    (each,) = soft.patches
-    assert soft.force[2] == pytest.approx(20e3, rel=1e-6)
-    assert each.solution.scene.bodies.K != 0
-    assert each.peak_pressure < steel.solve().patches[0].peak_pressure / 1.3
 
 
 @pytest.fixture(scope="module")
@@ -302,21 +283,6 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
 def test_a_wrong_name_is_told_the_right_one(make, said):
     with pytest.raises(SceneError, match=said):
         make()
-
-
-@pytest.mark.parametrize("with_friction", [False, True])
-def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
-    """With overlaps that feel each other in part, and a certificate that only the last solution has."""
-    common = {"vertical_force": 10e3, "join": 1.0, "separate": 20.0, "dx": 0.5, "dy": 0.5}
-    case = wheel(5.0, -3e-4, 0.012, with_friction=with_friction, **common)
-    found = case.solve(certify="gap")
-    (each,) = found.patches
-    again = replace(case, vertical_force=None, z=found.z).solve()
-    assert len(each.patch.seams) == 1
-    assert found.force == pytest.approx(again.force, rel=1e-12)
-    assert each.solution.certificate.relative_gap < 1e-8
-    bearing = found.force[2] if with_friction else each.normal_force * np.cos(each.patch.angle)
-    assert bearing == pytest.approx(10e3, rel=1e-6)
 
 
 def test_in_short():

@@ -111,30 +111,6 @@ def test_units_do_not_matter(normal_problem, tangential_problem, power):
         assert (scaled.status, scaled.iterations) == (raw.status, raw.iterations)
 
 
-def test_approach_and_force_belong_together(normal_problem):
-    """The force that an approach needs, prescribed, leads to that approach."""
-    for seed in range(6):
-        problem = normal_problem(seed)
-        raw = newton(problem)
-        given = {"approach": None, "force": float(raw.traction.sum() * problem.area)}
-        if problem.approach is None:
-            given = {"approach": float(raw.rigid[0]), "force": None}
-        other = newton(dataclasses.replace(problem, **given))
-        np.testing.assert_allclose(other.traction, raw.traction, rtol=0, atol=1e-7 * raw.traction.max())
-        np.testing.assert_allclose(other.rigid, raw.rigid, rtol=1e-7)
-
-
-def test_hertz(rolling):
-    """On many elements the pressure is Hertz's to the grid's error; the certificate says that it is exact on it."""
-    scene = rolling(motion=None, friction=None, grid=vc.Grid(nx=64, ny=64))
-    sol = vc.solve(scene, normal="newton")
-    assert sol.certificate.normal_residual <= 1e-8 and sol.certificate.normal_relative_gap <= 1e-8
-    exact = vc.solve(scene, normal="hertz")
-    inner = exact.pressure > 0.5 * exact.pressure.max()
-    np.testing.assert_allclose(sol.pressure[inner], exact.pressure[inner], rtol=2e-3)
-    assert sol.approach == pytest.approx(exact.approach, rel=1e-3)
-
-
 def test_from_any_start(problem):
     """A start that is the answer costs one step; one that is noise, or no number at all, leads there, too."""
     raw = newton(problem)

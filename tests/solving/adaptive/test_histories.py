@@ -6,7 +6,6 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference import cattaneo_mindlin
-from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import units, values
 
 REFERENCES = {name: each for name, each in vc.continuum_values().items() if each.kind == "transient"}
@@ -59,11 +58,6 @@ def test_time_is_used(clock):
     history = vc.solve(ROLLING, time_budget=0.4)
     assert len(history.error_estimate.solves) > 3 and history.error_estimate.largest < 0.02
     assert 0.1 < clock.now <= 0.4
-
-
-def test_too_many_steps_for_a_time_are_given_up():
-    with pytest.raises(vc.SceneError, match="the steps of this history take longer even on the coarsest grid"):
-        vc.solve(replace(ROLLING, motion=vc.Transient(steps=1000, dq=0.3, vx=0.1)), time_budget=1e-3)
 
 
 def test_without_friction_every_step_is_hertzs():
@@ -119,9 +113,3 @@ def test_only_the_steps_have_loads():
     shared, own = (vc.solve(replace(scene, normal_force=load), accuracy=0.05) for load in (1.0, None))
     assert (own.force == shared.force).all()
     assert own.error_estimate.largest <= 0.05
-
-
-def test_solves_of_a_whole_history_count_once():
-    solves = (Solve(8, 8, 1.0), Solve(16, 16, 2.0))
-    steps = [ErrorEstimate({"Fx": 1.0}, {"Fx": 0.1}, "so", solves) for _ in range(3)]
-    assert ErrorEstimate.of_history(steps).solves == solves

@@ -92,13 +92,6 @@ def test_rising_friction_has_one_solution():
     assert max(len(stick.passes), len(slip.passes)) < 100
 
 
-def test_several_solutions_are_told_by_their_branch():
-    law = vc.FrictionLaw(0.3, 0.02, [vc.ExponentialFalling(0.3, 0.03, 1e-5), vc.TemperatureFalling(1.0, 0.7, over=1e4)])
-    stick, slip = (vc.solve(mixed(law, motion=replace(MIXED, vx=-8e-4)), start=start) for start in ("stick", "slip"))
-    assert (stick.branch, slip.branch) == ("stick", "slip") and slip.Fx < 0.5 * stick.Fx
-    assert "from stick everywhere" in stick.report() and "from slip everywhere" in slip.report()
-
-
 def test_units_do_not_matter():
     law = vc.FrictionLaw(0.4, 0.0, [exponential, by_pressure, lambda: 2.5], velocity=3e4)
     metre = vc.FrictionLaw(

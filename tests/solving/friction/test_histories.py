@@ -80,21 +80,6 @@ def test_laws_that_change_in_time(tmp_path, line, holds):
     assert again.motion.friction == tuple(laws)
 
 
-def test_law_of_a_history_in_a_scene_file(tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'normal_force = 1e-3\n[bodies]\nG = 1.0\nnu = 0.28\n[surface]\nkind = "cylinders"\nR = 1.0\n'
-        "reference_depth = 1.0\n[grid]\nnx = 24\n"
-        '[motion]\nkind = "transient"\nsteps = 3\nvx = 3e-3\n'
-        'friction = [{kind = "static-kinetic", static = 0.3, kinetic = 0.2}, 0.3, 0.2]\n'
-    )
-    scene, _ = vc.read_scene(path)
-    assert scene.motion.friction == (vc.StaticKinetic(0.3, 0.2), 0.3, 0.2)
-    path.write_text(path.read_text().replace("kinetic = 0.2", "kinetic = 0.4"))
-    with pytest.raises(vc.SceneError, match="kinetic"):
-        vc.read_scene(path)
-
-
 @pytest.mark.parametrize("friction", [0.2, vc.StaticKinetic(0.3, 0.2)])
 def test_start_from_another_grid(friction, line, holds):
     """Who slips there goes on slipping here."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.scene.friction_laws import LAWS, kind_of
+from varcontact.scene.friction_laws import LAWS
 from varcontact.solving import contact_solver
 
 FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
@@ -245,32 +245,6 @@ def test_johnson(law, ball, holds):
     assert len(sol.passes) < 40
 
 
-def test_line_contact_of_unlike_bodies(line, holds):
-    """Half of both moduli, forces and slip velocities: the same."""
-    law = vc.RationalFalling(0.3, 0.2, half_velocity=4e-3)
-    unlike = {"bodies": vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))}
-    one = vc.solve(dataclasses.replace(line(law), **unlike))
-    holds(one)
-    assert one.certificate.residual < 1e-8
-    assert one.plan.coupling == "panagiotopoulos"
-    half = {"bodies": vc.Bodies(G=(0.5, 0.2), nu=(0.28, 0.2)), "normal_force": 0.5e-3}
-    other = vc.solve(dataclasses.replace(line(law), **half))
-    np.testing.assert_allclose(2 * other.traction, one.traction, atol=1e-7 * one.traction_bound.max())
-
-
-def test_convergence_is_reported(line):
-    sol = vc.solve(line(EVERY[3]))
-    told = sol.summary()
-    assert told["convergence"] == [list(each) for each in sol.passes]
-    assert told["passes"] == len(sol.passes) > 5
-    assert told["branch"] == "stick"
-    assert 0.2 < told["coefficient"][0] < told["coefficient"][1] < 0.3
-    residuals = np.array(sol.passes)[:, 1]
-    assert residuals[-1] == pytest.approx(sol.certificate.residual, rel=1e-3)
-    assert f"{len(sol.passes)} passes" in sol.report()
-    assert vc.solve(line(0.3)).summary()["coefficient"] is None
-
-
 def test_sensitivity_with_two_coefficients(line):
     """Along either branch, by differences."""
     law = vc.StaticKinetic(0.3, 0.2)
@@ -307,23 +281,6 @@ def test_saved_and_read(law, tmp_path, line):
     assert f"{kind}, solution found from stick everywhere: coefficient 0.2" in sol.report()
 
 
-def test_scene_file(tmp_path, line):
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'normal_force = 1e-3\n[bodies]\nG = 1.0\nnu = 0.28\n[surface]\nkind = "cylinders"\nR = 1.0\n'
-        '[motion]\nkind = "steady"\nvx = 3e-3\n[grid]\nnx = 24\n[solve]\nstart = "slip"\n'
-        '[friction]\nkind = "exponential"\nstatic = 0.3\nkinetic = 0.2\nhalf_velocity = 0.08\nvelocity = 20.0\n'
-    )
-    scene, options = vc.read_scene(path)
-    assert scene.friction == vc.ExponentialFalling(0.3, 0.2, half_velocity=0.08, velocity=20.0)
-    sol = vc.solve(scene, **options)
-    assert sol.branch == "slip"
-    assert part(sol) == pytest.approx(part(vc.solve(line(EVERY[3]))), rel=1e-7)
-    path.write_text(path.read_text().replace("exponential", "exponental"))
-    with pytest.raises(vc.SceneError, match="did you mean exponential"):
-        vc.read_scene(path)
-
-
 def test_where_two_solutions_have_just_vanished(line):
     """Passes from stick linger there, and then come down to the one that is left."""
     law = vc.ExponentialFalling(0.3, 0.15, half_velocity=0.002, velocity=20.0)
@@ -342,13 +299,3 @@ def test_acceleration_near_a_solution(monkeypatch, ball):
     plain = vc.solve(ball(law))
     np.testing.assert_allclose(quick.traction, plain.traction, atol=1e-8 * plain.traction_bound.max())
     assert len(quick.passes) < 0.8 * len(plain.passes)
-
-
-def test_picture_of_the_passes_is_titled_by_the_law(line):
-    """No coupling loop there: what is shown is how the coefficients settled."""
-    sol = vc.solve(line(vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.01)), start="slip")
-    (ax,) = sol.plot_passes().axes
-    residuals, changes = ax.lines
-    assert ax.get_title() == f"Passes: {kind_of(sol.scene.friction)} friction, from slip everywhere"
-    assert changes.get_label() == "change of the coefficients"
-    assert residuals.get_ydata().tolist() == [residual for _, residual in sol.passes]

@@ -195,17 +195,6 @@ def test_what_no_memory_can_be(entries):
     assert refused.value.field == f"friction.{next(iter(entries))}"
 
 
-def test_steps_that_differ(dx):
-    """Steps of different lengths in turn come to one end from both starts."""
-    lengths = [0.25, 0.4, 0.15, 0.45] * 2 * N
-    slip = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)), start="slip")
-    stick = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)))
-    motion = vc.Transient(steps=len(lengths), dq=np.array(lengths) * dx, vx=5e-3)
-    ends = [vc.solve(rolling(JUMP, replace(motion, start=start)))[-1] for start in (slip, stick)]
-    assert used(ends[0]) == pytest.approx(used(ends[1]), abs=0.1 * (used(stick) - used(slip)))
-    np.testing.assert_array_equal(ends[0].state, ends[1].state)
-
-
 def test_mirror_and_units(dx):
     """Rolled the other way round, and in other units of length and force, particles remember the same."""
     lengths = np.tile([0.3, 0.6, 1.7, 0.25], 12) * dx
@@ -228,12 +217,6 @@ def test_a_step_in_place_without_slip_restores_static_friction(dx):
     assert ((history[-2].weakening > 0) & (history[-2].weakening < 1) & (history[-2].state == 1)).any()
     assert (history[-1].state != 2).all()
     assert (history[-1].weakening == 0).all()
-
-
-def test_who_slips_goes_on_slipping_under_another_law():
-    """Particles that slide at .2 have, when the surface turns wet, the kinetic friction of a wet one at once."""
-    motion = vc.Transient(steps=2, dq=0.0, ux=[1e-2, -1e-6], friction=[JUMP, vc.StaticKinetic(0.4, 0.1)])
-    assert used(vc.solve(rolling(JUMP, motion))[1]) == pytest.approx(0.1, rel=1e-3)
 
 
 def test_a_history_goes_on_bit_for_bit(tmp_path, dx):

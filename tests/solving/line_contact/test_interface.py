@@ -2,7 +2,6 @@
 
 import json
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -156,25 +155,6 @@ def test_save_and_load(changes, tmp_path):
     np.testing.assert_array_equal(again.creepage, sol.creepage)
     assert again.scene.grid == sol.scene.grid
     np.testing.assert_allclose(vc.solve(again.scene).traction, sol.traction, atol=1e-12)
-
-
-def test_picture_of_tractions_and_slip(sol):
-    """Traction between the two bounds, slip below, over the same strips."""
-    mpl.use("Agg")
-    top, bottom = sol.plot().axes
-    curves = [line.get_ydata() for line in top.get_lines()]
-    bound = 0.3 * sol.pressure[0]
-    for expected in (bound, -bound, sol.traction[0, 0]):
-        assert any(np.allclose(curve, expected / 1e6) for curve in curves)
-    assert "along y" not in [line.get_label() for line in top.get_lines()], "nothing moves along y"
-    slip = 1e-3 * bottom.get_lines()[0].get_ydata()
-    np.testing.assert_allclose(slip[sol.state[0] > 0], sol.slip[0, 0, sol.state[0] > 0], atol=1e-15)
-    assert np.isnan(slip[sol.state[0] == 0]).all()
-    widths = {patch.get_label(): patch.get_width() / 1e3 for patch in top.patches}
-    assert widths["stick"] == pytest.approx(sol.areas["stick"])
-    assert widths["slip"] == pytest.approx(sol.areas["slip"])
-    assert top.get_ylabel() == "traction [MPa]"
-    assert "rolling to the right" in bottom.get_xlabel()
 
 
 FAR, NEAR = vc.Cylinders(1.0, reference_depth=10.0), vc.Cylinders(1.0, reference_depth=1.0)

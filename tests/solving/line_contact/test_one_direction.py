@@ -14,13 +14,10 @@ import varcontact as vc
 from varcontact.discrete.certificate import force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
-from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
-from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
@@ -108,17 +105,6 @@ def test_marching(name):
     np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
 
 
-@pytest.mark.parametrize("name", [name for name in [*tangential_methods(), *QUADRATIC] if states_programs(name)])
-def test_every_solver_unpolished(name):
-    """Each solver's own answer."""
-    problem = posed(vc.Shift(Fx=-0.06))
-    exact = tang_safeguarded(problem)
-    raw = solve_tangential(name, problem, Settings(tol=1e-8))
-    assert raw.traction.shape == (1, problem.size) and raw.rigid.shape == (1,)
-    np.testing.assert_allclose(raw.traction, exact.traction, atol=1e-6 * problem.bound.max())
-    np.testing.assert_allclose(raw.rigid, exact.rigid, rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     "motion", [vc.Steady(Fx=0.0), vc.Steady(vx=0.02), vc.Shift(Fx=0.05), vc.Shift(ux=-0.05)], ids=repr
 )
@@ -177,30 +163,6 @@ def test_programs_have_half_the_size():
         assert full.polyhedral() is full
 
 
-@given(seed=st.integers(0, 10**6))
-@settings(max_examples=25)
-def test_pairs_of_inequalities_are_the_cones(seed):
-    """Any slack is in the cone exactly where both inequalities hold, and multipliers come back as they were."""
-    random = np.random.default_rng(seed)
-    cones = gap_program(posed(vc.Steady(Fx=-0.06), grid=vc.Grid(nx=6)))
-    pairs = cones.polyhedral()
-    x, y = random.normal(size=cones.q.size), random.normal(size=cones.b.size)
-    slack, lines = cones.b - cones.A @ x, pairs.b - pairs.A @ x
-    round_, straight = cones.kinds == "second_order", pairs.kinds == "nonnegative"
-    inside = slack[round_][::2] >= np.abs(slack[round_][1::2])
-    np.testing.assert_array_equal((lines[straight].reshape(-1, 2) >= 0).all(axis=1), inside)
-    traction, rigid = pairs.recover(x, y)
-    np.testing.assert_array_equal(traction, cones.recover(x, y)[0])
-    np.testing.assert_array_equal(rigid, cones.recover(x, y)[1])
-    np.testing.assert_allclose(pairs.A.T @ y, cones.A.T @ turned_back(y, cones), atol=1e-12)
-
-
-def turned_back(y, cones):
-    z, first = y.copy(), np.flatnonzero(cones.kinds == "second_order")[::2]
-    z[first], z[first + 1] = y[first] + y[first + 1], y[first + 1] - y[first]
-    return z
-
-
 @pytest.mark.parametrize("name", QUADRATIC)
 def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
     for described in (
@@ -239,22 +201,6 @@ def test_active_sets(case):
     full = tang_safeguarded(posed(in_full(*MOTIONS[case])))
     direction = problem.directions[0]
     np.testing.assert_allclose(safe.traction[0], full.traction[direction], atol=1e-11 * problem.bound.max())
-
-
-@given(seed=st.integers(0, 10**6), size=st.sampled_from([0.0, 1e-3, 1.0, 10.0]))
-@settings(max_examples=25)
-def test_active_sets_from_any_start(seed, size):
-    """Also from no traction at all, where the areas of the natural map slip: no element keeps a traction of zero."""
-    from varcontact.solvers.registry import tangential_solver
-
-    problem = posed(vc.Steady(vx=0.05))
-    noise = size * np.random.default_rng(seed).normal(size=(1, problem.size))
-    start = RawSolution(noise * problem.bound, np.zeros(1), 0, "")
-    exact = tang_safeguarded(problem)
-    for name in ("tang", "tang-exact", "tang-safeguarded"):
-        raw = tangential_solver(name)(problem, Settings(), start)
-        assert raw.solved
-        np.testing.assert_allclose(raw.traction, exact.traction, atol=1e-11 * problem.bound.max())
 
 
 def test_without_slip():
