@@ -218,13 +218,8 @@ def test_json_has_no_nan_where_nothing_is_known(folder):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("solve", "scene.toml"),
         ("solve", "scene.toml", "--json", "--out", "a.nc"),
-        ("plan", "scene.toml"),
         ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv"),
-        ("converge", "scene.toml", "--cells", "4,5,6", "--offsets", "1", "--store", "a.csv"),
-        ("--version",),
-        ("--help",),
         ("solve", "--help"),
     ],
 )

@@ -195,10 +195,10 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
 
 
 def test_saving_does_not_take_the_whole_into_memory(tmp_path):
-    """Three hundred steps, of which no more than a few are in memory at once, whether they come from a file or not."""
+    """Many steps, of which no more than a few are in memory at once, whether they come from a file or not."""
     one = vc.solve(cylinder(vc.Transient(steps=1, dq=0.5, Fx=-0.2), 200))
-    whole = cylinder(vc.Transient(steps=300, dq=0.5, Fx=-0.2), 200, grid=one.grid)
-    in_memory = dataclasses.replace(one, scene=whole, solutions=[one[0]] * 300)
+    whole = cylinder(vc.Transient(steps=150, dq=0.5, Fx=-0.2), 200, grid=one.grid)
+    in_memory = dataclasses.replace(one, scene=whole, solutions=[one[0]] * 150)
     in_memory.save(tmp_path / "first.nc")
     for history in (in_memory, vc.load(tmp_path / "first.nc")):
         tracemalloc.start()

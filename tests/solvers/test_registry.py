@@ -125,8 +125,8 @@ def motions(rolling, kind):
 
 
 def cases(tangential, prescribed):
-    """All combinations; through CVXPY, which states the same programs again and slowly, all forces only."""
-    return [(*t, p) for t in tangential for p in prescribed if p == "both" or not t[0].startswith("cvxpy")]
+    """All combinations; through CVXPY, and by SCS, which are slow, all forces only."""
+    return [(*t, p) for t in tangential for p in prescribed if p == "both" or not t[0].startswith(("cvxpy", "scs"))]
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,6 @@ def test_a_grid_is_that_grid_with_contacts_discretisation():
     [
         ({"friction": np.inf}, {}, "errors are relative to the friction limit"),
         ({}, {"tangential": "fastsim"}, "fastsim is an approximate theory"),
-        ({}, {"formulation": "marching", "tol": 1e-3}, "the certificate holds for this grid"),
         ({"motion": vc.Steady(vx=1e-3, dq=5e-4)}, {}, ""),
         ({"motion": vc.Steady(vx=1e-3, slip_difference="second-order")}, {}, ""),
         ({"motion": vc.Steady(vx=1e-3, spin_offset=0.0)}, {}, ""),
@@ -83,9 +82,9 @@ def test_a_second_order_scene_needs_no_grid():
     ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
 )
 def test_the_error_bar_holds(kind):
-    """Of three random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
+    """Of two random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
     beyond = []
-    for scene in scenes(kind, 3, seed=3101):
+    for scene in scenes(kind, 2, seed=3101):
         sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)
         missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
         beyond.append(missed / sol.error_estimate.largest)

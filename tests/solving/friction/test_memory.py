@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
@@ -56,10 +55,7 @@ def ends(law, part, vx, starts, cells=N):
 
 @pytest.mark.parametrize(
     ("law", "part", "vx"),
-    [
-        (STEEP[1], 0.25, 5e-3),
-        *((law, *step) for law in STEEP for step in ((0.6, 3e-3), (1.0, 5e-3), (1.7, 5e-3))),
-    ],
+    [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)],
 )
 def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, vx, dx, holds):
     """From more slip, the other steady solution, and from more stick; to a tenth of what the two are apart."""
@@ -87,7 +83,7 @@ def test_a_history_may_end_in_another_steady_solution():
     assert used(again) == pytest.approx(used(lower), rel=1e-3)
 
 
-@pytest.mark.parametrize(("law", "part"), [(GENTLE[2], 0.25), *product(GENTLE, (0.6, 1.0, 1.7))])
+@pytest.mark.parametrize(("law", "part"), [(GENTLE[2], 0.25), *zip(GENTLE, (0.6, 1.0, 1.7), strict=True)])
 def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, holds):
     dx = vc.solve(rolling(0.2, vc.Steady(), cells=8)).grid.sides[0]
     steady = vc.Steady(vx=5e-3, dq=part * dx)
@@ -128,7 +124,7 @@ SLOW = [vc.StaticKinetic(0.4, 0.2, **FORGETFUL), vc.ExponentialFalling(0.4, 0.2,
 """Laws whose steady solution is not stable, or not the only one, without their memory."""
 
 
-@pytest.mark.parametrize(("law", "part"), [(SLOW[1], 0.25), *product(SLOW, (0.6, 1.0, 1.7))])
+@pytest.mark.parametrize(("law", "part"), [(SLOW[1], 0.25), (SLOW[0], 0.6), (SLOW[1], 1.0), (SLOW[0], 1.7)])
 def test_with_a_memory_the_end_does_not_depend_on_the_start(law, part, dx):
     """Under the steepest laws, with the shortest steps; with steps of an element it is the steady solution."""
     starts = [vc.solve(rolling(law, vc.Steady(vx=vx))) for vx in (4e-3, 6e-3)]
@@ -241,12 +237,11 @@ def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
     assert "weakening" not in SERIES
 
 
-@pytest.mark.parametrize("lost", [3e-4, 1e-4])
-def test_passes_go_on_where_two_solutions_have_just_vanished(lost):
+def test_passes_go_on_where_two_solutions_have_just_vanished():
     """A coefficient that falls by less and less towards .3, and then by more to the kinetic one: .3 is no solution."""
 
     def after(friction):
-        return np.clip(friction - 0.5 * ((friction - 0.3) ** 2 + lost), 0.2, 0.4)
+        return np.clip(friction - 0.5 * ((friction - 0.3) ** 2 + 1e-4), 0.2, 0.4)
 
     def one_pass(state):
         return replace(state, friction=after(state.friction))
