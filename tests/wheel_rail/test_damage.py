@@ -110,13 +110,30 @@ def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     assert again.z == pytest.approx(worn[-1].z, abs=1e-8)
 
 
-def test_what_is_refused(flanged):
-    right, _ = flanged
-    other = replace(right, case=circles())
-    with pytest.raises(SceneError, match="on one profile"):
-        worn_profile([right, other], LAW, "rail")
-    with pytest.raises(SceneError, match="ascending"):
-        ArchardMap(velocities=(700.0, 200.0))
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda one: worn_profile([one, replace(one, case=circles())], LAW, "rail"), "found"),
+        (lambda one: worn_profile(one, LAW, "rail"), "found"),
+        (lambda one: worn_profile([one.case.estimate()], LAW, "rail"), "found[0]"),
+        (lambda one: worn_profile([one], LAW, "rail", smoothing=-1.0), "smoothing"),
+        (lambda one: worn_profile([one], 3.0, "rail"), "archard"),
+        (lambda one: wear_down(one.case, LAW, "rail", passages=1.0), "cases"),
+        (lambda one: wear_down([one], LAW, "rail", passages=1.0), "cases[0]"),
+        (lambda one: shakedown(one, 300.0), "solved"),
+        (lambda _: ArchardMap(velocities=(700.0, 200.0)), "wear.velocities"),
+        (lambda _: ArchardMap().coefficient("a", 1.0), "pressure"),
+        (lambda _: ArchardMap().coefficient(1e3, [2.0, -1.0]), "slip_velocity"),
+        (lambda _: sheffield_wear(1.0, pieces="ab"), "pieces"),
+        (lambda _: british_rail_wear(1.0, 900.0, pieces=[(0.0, 1.0, 0.0), (0.0, 2.0, 0.0)]), "pieces"),
+        (lambda _: fatigue_damage(1.0, course=3), "course"),
+        (lambda _: fatigue_damage([1.0, float("nan")]), "t_gamma[1]"),
+    ],
+)
+def test_what_is_refused(flanged, call, field):
+    with pytest.raises(SceneError) as caught:
+        call(flanged[0])
+    assert caught.value.field == field
 
 
 def test_functions_of_t_gamma_take_other_numbers():

@@ -20,6 +20,7 @@ from varcontact.wheel_rail import (
     WheelSet,
     WheelSetOnTrack,
     geometry_table,
+    rolling_radius_difference,
     worn_profile,
 )
 from varcontact.wheel_rail.wear_laws import Archard
@@ -203,6 +204,23 @@ def test_wheel_set_with_a_flat_is_balanced() -> None:
     assert found.force[1:] == pytest.approx([0.0, 160e3], abs=5.0)
     rounded = replace(case, wheelset=WheelSet(wheel=Profile.s1002())).estimate()
     assert found.z > rounded.z + 0.05  # the axle sinks by a part of the flat's depth, 0.092 mm
+
+
+def test_a_crossing_on_one_side_alone() -> None:
+    """The other wheel is as on equal rails; the axle rolls by the difference of the heights."""
+    low = ProfileSlices(profiles=RAIL, positions=[-100.0, 100.0], z=[0.5, 0.5])
+    track = Track(rail=RAIL, gauge=MIDDLE)
+    usual: dict[str, Any] = {"wheelset": WHEEL, "vertical_force": 160e3, "friction": 0.0, "free": ("roll",)}
+    for side, sign in (("left", -1), ("right", 1)):
+        found = WheelSetOnTrack(track=replace(track, **{f"{side}_rail": low}), **usual).estimate()
+        assert found.position.roll == pytest.approx(sign * 0.5 / 1500.0, rel=2e-3)
+        assert {wheel.case.side: wheel.case.track.rail is low for wheel in found.wheels}[side]
+        assert [wheel.case.track.rail is RAIL for wheel in found.wheels].count(True) == 1
+        assert getattr(found.track, f"{side}_rail") is low
+    with pytest.raises(SceneError, match="same on both sides"):
+        rolling_radius_difference(found.track, WHEEL, 1.0)
+    with pytest.raises(SceneError, match=r"track.left_rail"):
+        replace(track, left_rail=CYLINDER)
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
     ({"lateral_force": 500e3, "free": ("y", "roll", "pitch_rate")}, SceneError, "lateral_force .* no position bears"),
     ({"roll_moment": 150e6}, SceneError, "lift the (left|right) wheel off"),
     ({"y": 100.0}, NoContact, "beside the rail"),
-    ({"y": 7.0, "vertical_force": 20e3, "yaw": -0.03, "friction": 1.0}, NotConverged, "may climb"),
+    ({"y": 7.0, "vertical_force": 20e3, "yaw": -0.03, "friction": 1.0}, NotConverged, "stands on its rail"),
     ({"track": replace(TRACK, gauge=1560.0)}, SceneError, "wheel is on its outer end, .* falls between the rails"),
     ({"y": -60.0}, SceneError, "right wheel is on its outer end, at y = 740"),
     ({"wheelset": replace(WHEELSET, inside_distance=1100.0)}, NoContact, "beside the rail"),
@@ -188,6 +188,17 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
 def test_what_no_position_bears(more, error, words):
     with pytest.raises(error, match=words):
         wheel_set(**more).estimate()
+
+
+def test_wheel_sets_run_on_the_tips_of_their_flanges():
+    """Freely, with the radius there; where one wheel cannot, the error says on what it stands."""
+    wide = replace(WHEELSET, inside_distance=1420.0)
+    found = wheel_set(wheelset=wide).estimate()
+    for wheel in found.wheels:
+        radius = wide.radius + wheel.case.wheelset.profile.z.max()
+        assert -20e3 / found.velocity.pitch_rate == pytest.approx(radius, abs=0.5)
+    with pytest.raises(NotConverged, match="the right wheel stands on its rail with its flange"):
+        wheel_set(30.0, wheelset=wide).estimate()
 
 
 def test_wheel_that_friction_wedges_on_its_flange():

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -75,7 +75,7 @@ COLUMNS = (
 """Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
 OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
 """Columns where wheel sets are solved, a row for each patch of both wheels."""
-SINCE = ("curve_radius", "left", "right", "stiffness")
+SINCE = ("curve_radius", "left", "right", "stiffness", "left_rail", "right_rail")
 """Entries of a track that earlier tables do not know."""
 
 
@@ -159,24 +159,28 @@ def read_case(path: str | Path) -> CaseFile:
     return CaseFile(tuple(cases), tuple(numbers), options, archard)
 
 
-def _with_profile(name: str, kind: type[Any], key: str, table: Any, folder: Path) -> Any:
-    """Track or wheel set, with its profile by its name, by the name of its file, or by a table."""
+def _with_profile(name: str, kind: type[Any], key: Kind, table: Any, folder: Path) -> Any:
+    """Track or wheel set, with its profiles by their names, by names of files, or by tables."""
     entries = dict(table_of(name, table))
-    field, value = f"{name}.{key}", needed(name, entries, key)
+    needed(name, entries, key)
+    for each in {key, "left_rail", "right_rail"} & entries.keys():
+        entries[each] = _profile(f"{name}.{each}", key, entries[each], folder)
+    return make(name, kind, entries)
+
+
+def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
     read = dict(value) if isinstance(value, Mapping) else {"file": value}
     check_keys(field, read, READ)
-    file, (known, known_profile) = needed(field, read, "file"), NAMED[key]
+    file, (known, known_profile) = needed(field, read, "file"), NAMED[kind]
     if isinstance(file, str) and file.lower() == known:
         if len(read) > 1:
             raise SceneError(field, value, message=f"{field}: {file} has no options, give its name alone")
-        entries[key] = known_profile()
-    else:
-        path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
-        if path is None or not path.is_file():
-            raise SceneError(field, file, f'the name of a file beside the case file, or "{known}"')
-        reader: Any = ProfileSlices.read if path.suffix.lower() in SLICES else Profile.read
-        entries[key] = reader(path, cast(Kind, key), **read)
-    return make(name, kind, entries)
+        return known_profile()
+    path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
+    if path is None or not path.is_file():
+        raise SceneError(field, file, f'the name of a file beside the case file, or "{known}"')
+    reader: Any = ProfileSlices.read if path.suffix.lower() in SLICES else Profile.read
+    return reader(path, kind, **read)
 
 
 def _sequence(tables: dict[str, dict[str, Any]]) -> list[dict[str, dict[str, Any]]]:

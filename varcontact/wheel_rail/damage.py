@@ -13,6 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution, wear
+from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
@@ -64,6 +65,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
     0.30, 4.8, 0.09
     """
+    check_kind("solved", solved, PatchSolution)
     k = checks.positive("yield_in_shear", yield_in_shear)
     force, error = solved.force, solved.error
     pull = float(np.hypot(*force[:2]))
@@ -110,6 +112,11 @@ def worn_profile(
     """
     checks.choice("kind", kind, ("rail", "wheel"))
     times, length = checks.positive("passages", passages), checks.number("smoothing", smoothing)
+    if length < 0:
+        raise SceneError("smoothing", length, "zero or positive")
+    found = _listed("found", found)
+    for number, each in enumerate(found):
+        check_kind(f"found[{number}]", each, WheelRailSolution)
     profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
     profile: Any = profiles[0] if profiles else None
     if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
@@ -181,7 +188,11 @@ def wear_down(
         See `worn_profile` and `WheelOnRail.solve`; where a step takes off so much that profiles cross themselves.
     """
     count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
-    cases = list(cases)
+    checks.positive("passages", passages)
+    cases = _listed("cases", cases)
+    for number, case in enumerate(cases):
+        if not isinstance(case, WheelOnRail | WheelSetOnTrack):
+            raise SceneError(f"cases[{number}]", case, "a WheelOnRail or a WheelSetOnTrack")
     for number in range(count):
         found: list[WheelRailSolution] = []
         for case in cases:
@@ -198,3 +209,9 @@ def wear_down(
             axles = {id(case.wheelset): replace(case.wheelset, wheel=profile) for case in cases}
             cases = [replace(case, wheelset=axles[id(case.wheelset)]) for case in cases]
     return profiles
+
+
+def _listed(field: str, given: Any) -> list[Any]:
+    if not isinstance(given, Sequence):
+        raise SceneError(field, given, "a list")
+    return list(given)

@@ -288,7 +288,7 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     x = np.zeros(len(balance.names)) if start is None else start
     if not x.size:
         return x
-    words = f"no balance was found at y = {balance.case.position.y:.4g} mm, where a wheel may climb, fall or be wedged"
+    words = f"no balance was found at y = {balance.case.position.y:.4g} mm, where {_trouble(balance.case)}"
     missed, why = math.inf, ""
     for factor in FACTORS:
         options = {"factor": factor, "xtol": 1e-12, "eps": STEP**2}
@@ -300,6 +300,15 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
         if missed <= ROUGH:
             return np.asarray(found.x)
     raise NotConverged(words if np.isfinite(missed) else words + why, missed)
+
+
+def _trouble(case: WheelSetOnTrack) -> str:
+    """Why a wheel set may have no balance."""
+    for wheel in (case.wheel(side, 0.0) for side in SIGN):
+        radius, flange = wheel.locus.radii[wheel.locus.gap.argmin()], float(case.wheelset.profile.z.max())
+        if radius > case.wheelset.radius + flange / 2:
+            return f"the {wheel.side} wheel stands on its rail with its flange"
+    return "a wheel may climb, fall or be wedged"
 
 
 def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _Balance:
@@ -316,6 +325,7 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
     at = case.moved({"roll": roll})
     wheels = [at.wheel(side, 0.0) for side in SIGN]
     touching = [wheel.touching for wheel in wheels]
+    rolling = float(np.mean([wheel.locus.radii[wheel.locus.gap.argmin()] for wheel in wheels]))
     for wheel in wheels:
         outwards, nearest = SIGN[wheel.side] * wheel.locus.points[:, 1], int(wheel.locus.gap.argmin())
         y, axle = SIGN[wheel.side] * float(outwards[nearest]), case.wheelset.inside_distance
@@ -333,7 +343,7 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
     origin |= {
         "lateral": case.velocity.lateral,
         "yaw_rate": case.velocity.yaw_rate,
-        "pitch_rate": -speed / radius,  # not what is given: creep forces may be saturated there
+        "pitch_rate": -speed / rolling,  # not what is given: creep forces may be saturated there
         "speed": speed,
     }
     units = {"z": depth, "roll": depth / half, "y": SIDEWAYS, "yaw": CREEPAGE, "lateral": CREEPAGE * speed}

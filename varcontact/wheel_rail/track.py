@@ -7,7 +7,7 @@ tops. Lengths are in millimetres.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -73,14 +73,14 @@ IN_PLACE = Irregularity()
 @checks.named(inclination="cant", profile="rail", width="gauge", radius="curve_radius")
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Track:
-    """Two rails of the same profile.
+    """Two rails.
 
     Parameters
     ----------
     rail : Profile, ProfileSlices, or tuple of these
-        Of several rails under one wheel, as the wing and the nose of a crossing, in one coordinate system, the highest
-        counts; each ends with its slices where another one goes on. Gauge and rail tops are those of the first slice of
-        the first one.
+        On both sides. Of several rails under one wheel, as the wing and the nose of a crossing, in one coordinate
+        system, the highest counts; each ends with its slices where another one goes on. Gauge and rail tops are those
+        of the first slice of the first one.
     gauge : float
         Distance of the rails' inner sides [mm].
     gauge_height : float
@@ -92,6 +92,8 @@ class Track:
         Of the middle of the track [mm]: positive in a curve to the right, infinite on straight track.
     left, right : Irregularity
         Of each rail.
+    left_rail, right_rail : Profile, ProfileSlices, or tuple of these, optional
+        That of one side, where it is another one, as in a switch; gauge and rail top are those of its own first slice.
     stiffness : pair of float, optional
         Force by which each rail is moved 1 mm to the side, and down, in the equilibrium of `WheelSetOnTrack` [N/mm]:
         infinite if not given.
@@ -118,12 +120,17 @@ class Track:
     left: Irregularity = IN_PLACE
     right: Irregularity = IN_PLACE
     stiffness: tuple[float, float] | None = None
+    left_rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...] | None = None
+    right_rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...] | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.rail, list):
-            object.__setattr__(self, "rail", tuple(self.rail))
-        for each in self.rails or (None,):
-            _check_profile("track.rail", each, "rail")
+        for name in ("rail", "left_rail", "right_rail"):
+            given = getattr(self, name)
+            if isinstance(given, list):
+                object.__setattr__(self, name, tuple(given))
+            if given is not None or name == "rail":
+                for each in given if isinstance(given, tuple | list) and given else (given,):
+                    _check_profile(f"track.{name}", each, "rail")
         checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
         checks.entries(self, "track", angle, "cant")
         checks.entries(self, "track", checks.real, "curve_radius")
@@ -137,6 +144,8 @@ class Track:
             if stiffness.shape != (2,):
                 raise checks.wrong_shape("track.stiffness", stiffness.shape, "two numbers, lateral and vertical")
             object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
+        for side in SIGN:
+            self.of(side)
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
             reason = (
@@ -144,6 +153,18 @@ class Track:
                 "its top on the track side"
             )
             raise SceneError("track.gauge_height", self.gauge_height, message=reason)
+
+    def of(self, side: Side) -> Track:
+        """The track whose rails are those of a `side`: itself, where both sides have the same."""
+        return self if self.left_rail is self.right_rail is None else self._of_sides[side]
+
+    @cached_property
+    def _of_sides(self) -> dict[Side, Track]:
+        given: dict[Side, Any] = {"left": self.left_rail, "right": self.right_rail}
+        return {
+            side: replace(self, rail=self.rail if own is None else own, left_rail=None, right_rail=None)
+            for side, own in given.items()
+        }
 
     @property
     def rails(self) -> tuple[Profile | ProfileSlices, ...]:
@@ -183,7 +204,7 @@ class Track:
         SceneError for slices, which have no such curve, unless all are one profile.
         """
         if not self.constant:
-            raise SceneError("track.rail", self.rail, "one profile along the track")
+            raise SceneError("track.rail", self.rail, "one profile along the track, the same on both sides")
         right = self._right if side == "right" else self._right.mirrored
         turn, shift = self._moved(side)
         if getattr(self, side) == IN_PLACE:
@@ -193,8 +214,8 @@ class Track:
 
     @property
     def constant(self) -> bool:
-        """Whether the rail is one profile along the track."""
-        return len(self.rails) == 1 and _constant(self.rails[0])
+        """Whether both rails are one profile along the track."""
+        return self.left_rail is self.right_rail is None and len(self.rails) == 1 and _constant(self.rails[0])
 
     def surfaces(self, side: Side) -> tuple[Surface, ...]:
         """Those of all rails on a `side`, in track coordinates."""

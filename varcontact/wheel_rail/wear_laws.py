@@ -114,8 +114,11 @@ class ArchardMap:
 
     def coefficient(self, pressure: Any, slip_velocity: Any) -> np.ndarray:
         """Coefficients k at a `pressure` [N/mm^2] and a `slip_velocity` [mm/s]."""
-        mild = np.asarray(self.k)[np.searchsorted(self.velocities, slip_velocity, side="right")]
-        return np.asarray(np.where(np.asarray(pressure) > self.seizure * self.hardness, self.k_seizure, mild))
+        pressed, slip = checks.numbers("pressure", pressure), checks.numbers("slip_velocity", slip_velocity)
+        if slip.size and slip.min() < 0:
+            raise SceneError("slip_velocity", float(slip.min()), "zero or positive")
+        mild = np.asarray(self.k)[np.searchsorted(self.velocities, slip, side="right")]
+        return np.asarray(np.where(pressed > self.seizure * self.hardness, self.k_seizure, mild))
 
     def by_work_of(self, solved: PatchSolution) -> np.ndarray:
         """k/H of the elements of a patch `solved` [mm^2/N]."""
@@ -197,15 +200,21 @@ def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]]
     [ 0.  5. 10.  5. -5.]
     """
     given = checks.numbers("t_gamma", t_gamma)
-    (*_, peak, last), (*_, most, end) = course
+    known = checks.array("course", course, 2)
+    if known.shape[0] != 2 or known.shape[1] < 2 or (np.diff(known[0]) <= 0).any():
+        raise SceneError("course", course, "two or more values of T-gamma, ascending, and as many damages")
+    (*_, peak, last), (*_, most, end) = known
     beyond = end + (most - end) / (peak - last) * (given - last)
-    return np.asarray(np.where(given > last, beyond, np.interp(given, *course)))
+    return np.asarray(np.where(given > last, beyond, np.interp(given, *known)))
 
 
 def _by_pieces(field: str, value: Any, pieces: Pieces) -> np.ndarray:
     given = checks.numbers(field, value)
     if (given < 0).any():
         raise SceneError(field, float(given.min()), "zero or positive")
-    starts, slopes, constants = np.array(pieces).T
+    known = checks.array("pieces", pieces, 2)
+    if known.shape[1] != 3 or known[0, 0] != 0 or (np.diff(known[:, 0]) <= 0).any():
+        raise SceneError("pieces", pieces, "rows of start, slope and constant; starts ascend from 0")
+    starts, slopes, constants = known.T
     piece = np.searchsorted(starts, given, side="right") - 1
     return np.asarray(constants[piece] + slopes[piece] * given)

@@ -90,6 +90,7 @@ class WheelOnRail:
     Parameters
     ----------
     track : Track
+        Kept is that with the rails of the wheel's side, see `Track.of`.
     wheelset : WheelSet
     side : {"left", "right"}
         Which wheel, seen in the direction of travel.
@@ -163,6 +164,7 @@ class WheelOnRail:
             reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
             raise SceneError("bodies.G", G, message=reason)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
+        set_(self, "track", self.track.of(self.side))
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
             set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))

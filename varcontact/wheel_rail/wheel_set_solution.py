@@ -75,7 +75,7 @@ class WheelSetSolution:
     @property
     def track(self) -> Track:
         """With the rails as they have yielded."""
-        return self.left.case.track
+        return replace(self.case.track, left=self.left.case.track.left, right=self.right.case.track.right)
 
     @property
     def force(self) -> np.ndarray:
