@@ -137,17 +137,18 @@ class GeometryTable:
         if len(set(counts)) > 1:
             nearest = 2 * round(s) + round(t)
             counts, weights = counts[nearest:], np.eye(4)[nearest]
-        nodes = self.patches[four].reshape(4, -1)
-        found = (weights @ nodes).reshape(SLOTS, COLUMNS)[: counts[0]]
-        load, borne = float(weights @ self._loads[four].ravel()), float(_borne(found))
+        z, load, *_ = known = weights @ self._nodes[four].reshape(4, -1)
+        found = known[2:].reshape(SLOTS, COLUMNS)[: counts[0]]
+        borne = float(_borne(found))
         if borne > 0:
             found[:, 4:] *= (load / borne) ** GROWTH
-        return float(weights @ self.z[four].ravel()), found * MIRRORED if side == "left" else found
+        return float(z), found * MIRRORED if side == "left" else found
 
     @cached_property
-    def _loads(self) -> np.ndarray:
-        """What the normal forces bear at the nodes."""
-        return _borne(self.patches)
+    def _nodes(self) -> np.ndarray:
+        """Height, what the normal forces bear, and the patches, in one row for each node."""
+        rows = self.patches.reshape(*self.z.shape, -1)
+        return np.concatenate([self.z[..., None], _borne(self.patches)[..., None], rows], axis=-1)
 
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim", **options: Any
