@@ -206,24 +206,30 @@ def test_state_space():
     assert errors[1] < 0.01
 
 
-GROWTH = {0.25: 9.277 - 1.051j, 0.5: 3.611 - 1.169j, 1: 1.127 - 0.742j, 2: 0.515 - 0.102j, 4: 0.150 - 0.019j}
+GROWTH = {0.25: 9.277 - 1.051j, 0.5: 3.611 - 1.169j, 1: 1.127 - 0.742j}
 """Wear by height, times a^2/(2 R), by wavelength/2a: half the friction limit, constant forces.
 
 From an independent dense program with its own edges: 240 and 480 elements, extrapolated to 1 %."""
+OF_HISTORIES = {2: 0.508 - 0.093j, 4: 0.147 - 0.0085j}
+"""Of histories on 240 and 144 elements to the contact, under waves of 0.1/(R k^2)."""
 
 
 def test_growth_by_wavelength():
-    """Nonlinear histories of that program gave .519 - .092i and .151 - .009i for wavelengths of 2 and 4 times 2a."""
-    sol = line(240, Fx=-0.0015)
-    a = sol.scene.hertz.a
-    growth = vc.corrugation_growth(sol, 2 * a * np.array(list(GROWTH)))
-    found = (-growth.growth + 1j * growth["shift"]).values * a**2 / (2 * 50.0)
-    known = np.array(list(GROWTH.values()))
-    np.testing.assert_allclose(found.real, known.real, rtol=0.03)
-    np.testing.assert_allclose(found.real[-2:], known.real[-2:], rtol=0.02)
-    np.testing.assert_allclose(found.imag, known.imag, rtol=0.02, atol=0.022)
-    assert np.abs(growth.load_swing).max() < 1e-12
-    assert float(growth.smooth.sum()) == pytest.approx(sol.power, rel=1e-6)
+    """Against another program, against histories within 2 %, and at long waves, where only the curvature counts."""
+    lengths, found = np.array([*GROWTH, *OF_HISTORIES, 20]), []
+    for cells in (120, 240):
+        sol = line(cells, Fx=-0.0015)
+        a = sol.scene.hertz.a
+        growth = vc.corrugation_growth(sol, 2 * a * lengths)
+        found.append((-growth.growth + 1j * growth["shift"]).values * a**2 / (2 * 50.0))
+        assert np.abs(growth.load_swing).max() < 1e-12
+        assert float(growth.smooth.sum()) == pytest.approx(sol.power, rel=1e-6)
+    known = np.array([*GROWTH.values(), *OF_HISTORIES.values(), (np.pi / 20) ** 2 / 4])
+    np.testing.assert_allclose(found[1].real, known.real, rtol=0.015)
+    np.testing.assert_allclose(found[1].real[3:], known.real[3:], rtol=0.003)
+    off = np.abs(2 * found[1] - found[0] - known) / np.abs(known)
+    assert off[:3].max() < 0.015
+    assert off[3:].max() < 0.015
 
 
 def sampled(cells):
@@ -235,8 +241,8 @@ def sampled(cells):
     return vc.solve(dataclasses.replace(sol.scene, surface=surface, grid=grid), tol=1e-11)
 
 
-@pytest.mark.parametrize(("contacts", "cells", "phase"), [(2, 96, 0.04)])
-def test_growth_of_a_history(contacts, cells, phase):
+@pytest.mark.parametrize(("contacts", "cells"), [(2, 96)])
+def test_growth_of_a_history(contacts, cells):
     """A wave of the rail as long as some contacts, carried through one."""
     sol = sampled(cells)
     dx, nx = sol.grid.dx, sol.grid.nx
@@ -247,9 +253,9 @@ def test_growth_of_a_history(contacts, cells, phase):
     motion = vc.Transient(steps=first + x.size + nx, dq=dx, Fx=-0.0015, start=sol, carried=carried)
     work = vc.solve(dataclasses.replace(sol.scene, motion=motion)).work_along()[0, first : first + x.size]
     swing = 2 * complex(np.mean((work - work.mean()) * np.exp(-1j * k * work.X)) / wave / work.mean())
-    growth = vc.corrugation_growth(line(120, Fx=-0.0015), length)
+    growth = vc.corrugation_growth(line(240, Fx=-0.0015), length)
     assert -float(growth.growth[0]) == pytest.approx(swing.real, rel=0.02)
-    assert float(growth["shift"][0]) == pytest.approx(swing.imag, abs=phase * abs(swing))
+    assert float(growth["shift"][0]) == pytest.approx(swing.imag, abs=0.03 * abs(swing))
 
 
 def test_growth_where_the_edge_hardly_touches_an_element():

@@ -45,7 +45,7 @@ class Linearised:
     normal: tuple[np.ndarray, np.ndarray] | None  # LU factors (m + 1, m + 1); None where no pressure changes
     growing: np.ndarray
     entering: np.ndarray
-    leading: np.ndarray  # bool (2 n,): shifts of elements there
+    leading: np.ndarray  # of the 2 n: shifts of elements there
     thin: np.ndarray  # bool (n,): elements there that slip since the contact covers so little of them
 
     @property
@@ -109,7 +109,8 @@ class Linearised:
             given += self._with_pressure((self.entering - self.growing) * self.thin, given)
             right = rigid + shifts(given)
             if self.normal is not None:
-                right[self.leading] -= shifts(self._with_pressure(self.entering, given))[self.leading]
+                brought = shifts(self._with_pressure(self.entering, given))
+                right[self.leading] += brought[self.leading - 1] - brought[self.leading]
             combined = np.tensordot(phases, images, axes=1)
             basis, parts = self._solved(phases, -self.may.equations(right), known, combined)
             yield i, given + self.changes(basis @ parts)
@@ -305,8 +306,9 @@ def _entering(sol: Solution, bearing: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Tractions (2, n) by pressure as particles bring them along at the leading edge; `leading` and `thin` elements.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
-    there. Particles enter such tractions without slip, which a difference over an element does not see. The squares of
-    both rise linearly from the edge, wherever that is in its element: the ratio is that of their slopes.
+    there. Particles enter such tractions without slip, which a difference over an element does not see: it is taken an
+    element further on. The squares of both rise linearly from the edge, wherever that is in its element: the ratio is
+    that of their slopes.
     """
     iy, ix = np.divmod(bearing, sol.grid.nx)
     edge = sol.grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)[iy]  # of each row
@@ -317,7 +319,7 @@ def _entering(sol: Solution, bearing: np.ndarray) -> tuple[np.ndarray, np.ndarra
     ratio = direction * np.sqrt(np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0))
     first, stick = ix == edge, sol.state.ravel()[bearing] == STICK
     thin = first & ~stick & (sol.state[iy, near] == STICK)
-    return ratio, np.tile(first & stick, 2), thin
+    return ratio, np.flatnonzero(np.tile(first & stick & (sol.state[iy, near] != 0), 2)), thin
 
 
 def _filtered(symbol: np.ndarray, fields: np.ndarray) -> np.ndarray:
