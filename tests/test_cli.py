@@ -7,12 +7,10 @@ import sys
 import sysconfig
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import varcontact as vc
 from tests.command import run, scene_file
-from varcontact.cli.compare import by_name
 
 SCENE = scene_file()
 
@@ -262,17 +260,6 @@ def test_import_is_light():
     assert done.stdout.strip() == "[]"
 
 
-def test_unwritable_place(folder):
-    if os.geteuid() == 0:  # root may write anywhere: a file in place of the folder is refused all the same
-        done = run("solve", "scene.toml", "--out", "scene.toml/a.nc", folder=folder)
-    else:
-        (folder / "locked").mkdir(mode=0o500)
-        done = run("solve", "scene.toml", "--out", "locked/a.nc", folder=folder)
-    assert done.returncode == 2
-    assert "--out" in done.stderr
-    assert np.all([name in ("scene.toml", "locked") for name in os.listdir(folder)])
-
-
 def test_compare(folder, pictures):
     """A table for people and one for programs, with the reason of each method that did not run."""
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
@@ -336,21 +323,3 @@ def test_how_much_of_the_certificate(folder):
     refused = run("solve", "less.toml", "--certify", "all", folder=folder)
     assert refused.returncode == 2
     assert "certify = 'all'" in refused.stderr
-
-
-def test_a_scene_with_the_name_of_one_of_the_bank_keeps_its_own(folder):
-    """Both are compared, told apart by the path; so are files of one name in two folders, and one called by a path."""
-    known = {"pure vx", "two arcs"}
-    files = [Path(name) for name in ("pure vx.toml", "a/x.toml", "b/x.toml", "y.toml")]
-    assert list(by_name(files, known)) == ["pure vx.toml", "a/x.toml", "b/x.toml", "y"]
-    assert list(by_name(files[:1], set())) == ["pure vx"]
-    ambiguous = [Path(name) for name in ("x.toml", "b/x.toml", "x.toml.toml")]
-    assert len(by_name(ambiguous, known)) == 3
-    (folder / "pure vx.toml").write_text(SCENE.replace("vx = 0.05", "vx = 0.02"))
-    done = run("compare", "pure vx.toml", "--bank", "--methods", "linear", "--json", folder=folder)
-    assert done.returncode == 0, done.stderr
-    rows = {row["scene"]: row for row in json.loads(done.stdout)}
-    assert len(rows) == 15
-    assert (rows["pure vx.toml"]["vx"], rows["pure vx"]["vx"]) == (0.02, 0.1)
-    again = run("compare", "scene.toml", "../" + folder.name + "/scene.toml", folder=folder)
-    assert again.returncode == 2 and "each file once" in again.stderr

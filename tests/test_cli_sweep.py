@@ -101,15 +101,3 @@ def test_the_file_on_the_page(tmp_path):
     (tmp_path / "sweep.toml").write_text(page.split("```toml\n")[1].split("```")[0])
     done = run("sweep", "sweep.toml", folder=tmp_path)
     assert done.stdout.splitlines()[0] == "15 scenes: 15 solved"
-
-
-def test_a_plan_of_a_sweep_is_that_of_its_first_scene(folder):
-    first = SCENE.replace("spin = 0.05", "spin = 0.05\nvx = 0.01\nvy = 0.0").replace("friction = 0.3", "friction = 0.1")
-    (folder / "first.toml").write_text(first)
-    alone = run("plan", "first.toml", "--normal", "norm", folder=folder)
-    planned = run("plan", "sweep.toml", "--normal", "norm", folder=folder)
-    assert (planned.returncode, planned.stderr) == (0, "")
-    assert planned.stdout == f"A sweep of 12 scenes; of the first:\n\n{alone.stdout}"
-    as_json = json.loads(run("plan", "sweep.toml", "--json", folder=folder).stdout)
-    assert as_json.pop("scenes") == 12
-    assert as_json == json.loads(run("plan", "first.toml", "--json", folder=folder).stdout)

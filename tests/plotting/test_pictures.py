@@ -121,14 +121,6 @@ def test_nothing_lies_over_anything(panels):
     check_drawn(panels["pressure"].figure)
 
 
-def test_panels_are_of_one_height(panels):
-    heights = [ax.get_window_extent().height for ax in panels.values()]
-    assert heights == pytest.approx([heights[0]] * len(heights), abs=1)
-    for ax in panels.values():
-        for bar in ax.child_axes:
-            assert bar.get_window_extent().height == pytest.approx(heights[0], abs=1), "the colour bar fits"
-
-
 def test_axes_are_equal_or_it_is_said(sol, panels):
     if sol.scene.line:
         return
@@ -161,17 +153,6 @@ def test_slip_is_hatched_and_stick_is_not(sol, panels):
         np.testing.assert_array_equal(inside, state.ravel() == number)
 
 
-@pytest.mark.parametrize("name", ["rolling", "inches", "flat ellipse", "pressure alone", "line, lateral"])
-def test_the_panels_that_come_unasked(name):
-    figure = vc.solve(SCENES[name]).plot()
-    check_readable(figure)
-    titles = [ax.get_title().split(" at ")[0] for ax in figure.axes]
-    assert titles == {
-        "pressure alone": ["Pressure", "Section"],
-        "line, lateral": ["Tangential traction on body 1", "Shift of body 1 over body 2"],
-    }.get(name, ["Pressure", "Tangential traction on body 1", "Section"])
-
-
 def test_engineering_units(wheel):
     """Pressures in MPa, lengths in mm and um by their size, slip in thousandths."""
     figure = wheel.plot(["pressure", "distance", "slip"])
@@ -189,33 +170,6 @@ def test_engineering_units(wheel):
     assert vc.solve(SCENES["no units"]).plot("pressure").axes[0].get_ylabel() == "y [$10^{-3}$]"
 
 
-@pytest.mark.parametrize(
-    ("quantity", "value", "label"),
-    [
-        ("force", 106.7e3, "[kN]"),
-        ("force", 3.0, "[N]"),
-        ("pressure", 2.4e9, "[MPa]"),
-        ("pressure", 11e9, "[GPa]"),
-        ("pressure", 0.0, "[Pa]"),
-        ("length", 6e-3, "[mm]"),
-        ("length", 1e-6, "[µm]"),
-        ("length", 4000.0, "[m]"),
-        ("moment", 12.0, "[N m]"),
-        ("spin", 0.3, "[1/m]"),
-        ("line force", 2e6, "[MN/m]"),
-    ],
-)
-def test_prefixes(quantity, value, label):
-    """The same whether the scene is in metres or in millimetres, or in kilonewtons."""
-    powers = {"force": (1, 0), "pressure": (1, -2), "length": (0, 1), "moment": (1, 1), "spin": (0, -1)}
-    force, length = powers.get(quantity, (1, -1))
-    for units, newton, metre in ((vc.SI, 1.0, 1.0), (vc.MM_N, 1.0, 1e3), (vc.Units(length="m", force="kN"), 1e-3, 1.0)):
-        own = value * newton**force * metre**length
-        shown = measure(quantity, units, own)
-        assert shown.label("") == f" {label}"
-        assert shown(own) == pytest.approx(measure(quantity, vc.SI, value)(value))
-
-
 def test_the_section_shows_the_size_beside_the_bound(wheel):
     figure = wheel.section()
     ax, row = figure.axes[0], wheel.grid.ny // 2
@@ -226,30 +180,6 @@ def test_the_section_shows_the_size_beside_the_bound(wheel):
     assert np.all(shown <= 1e6 * lines["$\\pm$ traction bound"] * (1 + 1e-9))
     assert {"$p_x$", "$p_y$"} <= set(lines)
     assert ax.get_title() == f"Section at y = {1e3 * wheel.grid.y[row - 1]:.3g} mm"
-
-
-def test_sections_elsewhere(wheel):
-    """The row next to y; on no row, and in line contact, it is refused."""
-    y = float(wheel.grid.y[2])
-    ax = wheel.plot("section", y=y + 0.3 * wheel.grid.sides[1]).axes[0]
-    assert f"y = {1e3 * y:.3g} mm" in ax.get_title()
-    largest = np.hypot(*wheel.traction[:, 2]).max()
-    assert max(line.get_ydata().max() for line in ax.get_lines() if line.get_label() == "$|p|$") == pytest.approx(
-        largest / 1e6
-    )
-    with pytest.raises(vc.SceneError, match=r"y = 1.0 .* on the grid"):
-        wheel.section(y=1.0)
-    with pytest.raises(vc.SceneError, match="left out in line contact"):
-        vc.solve(CYLINDER).section(y=0.0)
-    with pytest.raises(vc.SceneError, match='or with the panel "section"'):
-        wheel.plot("pressure", y=0.0)
-
-
-def test_power_density(wheel):
-    """Its integral is the work of friction."""
-    assert wheel.power_density.sum() * wheel.grid.area == pytest.approx(wheel.friction_work)
-    image = wheel.plot("power_density").axes[0].images[0].get_array()
-    assert image.max() == pytest.approx(wheel.power_density.max() / 1e3)  # kPa
 
 
 def test_in_axes_that_are_there(wheel):

@@ -79,33 +79,6 @@ def test_what_slips():
         assert wrong[0] < min(wrong[1] / 2, 0.05)
 
 
-@pytest.mark.parametrize("name", ["slip", "power_density"])
-def test_fields_of_the_parts(corrected, name):
-    """A cell of the map is a part."""
-    ax = corrected.plot(name).axes[0]
-    (image,) = ax.images
-    shown, field = image.get_array(), corrected.refinement
-    assert shown.shape == field.grid.shape
-    assert ax.get_title().endswith("(corrected, on 2 x 2 parts)")
-    known = np.hypot(*field.slip) if name == "slip" else -np.sum(field.traction * field.slip, axis=0)
-    seen = known[~np.ma.getmaskarray(shown)]
-    assert seen.size > 0.8 * np.sum(field.traction.any(axis=0))
-    np.testing.assert_allclose(shown.compressed() / np.abs(shown).max(), seen / np.abs(seen).max(), atol=1e-9)
-
-
-def test_sections_of_the_parts(corrected):
-    """The row of parts next to y, within the bound."""
-    field, y = corrected.refinement, float(corrected.refinement.grid.y[9])
-    ax = corrected.plot("section", y=y).axes[0]
-    assert ax.get_title() == f"Section at y = {1e3 * y:.3g} mm\n(corrected, on 2 x 2 parts)"
-    lines = {line.get_label(): line for line in ax.get_lines()}
-    x, size = lines["$|p|$"].get_data()
-    columns = np.abs(field.grid.x - 1e-3 * x[:, None]).argmin(axis=1)
-    scale = np.hypot(*field.traction[:, 9]).max() / size.max()
-    assert np.log10(scale) == pytest.approx(round(np.log10(scale)))
-    np.testing.assert_allclose(scale * size, np.hypot(*field.traction[:, 9, columns]), rtol=1e-9)
-
-
 def test_nothing_lies_over_anything(corrected):
     check_readable(corrected.plot(["pressure", "traction", "slip", "power_density", "section", "distance"]))
 

@@ -47,21 +47,6 @@ def test_contacts_of_every_size_and_shape(rolling, size, ratio):
     assert overprinted(vc.solve(dataclasses.replace(scene, normal_force=size**2)).plot()) == []
 
 
-@pytest.mark.parametrize("size", [0.0061, 0.024, 1.3e4])
-def test_line_contact_and_histories(size):
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Cylinders(R=10 * size),
-        normal_force=0.1 * size,
-        friction=0.3,
-        motion=vc.Steady(Fx=-0.01 * size),
-        grid=vc.Grid(nx=12),
-    )
-    assert overprinted(vc.solve(scene).plot()) == []
-    rolled = vc.Transient(steps=12, dq=0.2 * size, Fx=-0.01 * size)
-    assert overprinted(vc.solve(dataclasses.replace(scene, motion=rolled)).plot()) == []
-
-
 @pytest.mark.parametrize(
     "ends", [(0.7, 6.0), (1100.0, 3100.0), (310.0, 390.0), (2e-7, 3e-7), (60.0, 150.0), (8.0, 3e4)]
 )

@@ -30,17 +30,6 @@ def ball(motion, cells):
     )
 
 
-def cylinder(bodies, motion, cells):
-    return vc.Scene(
-        bodies=bodies,
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=0.1,
-        motion=motion,
-        grid=vc.Grid(nx=cells),
-    )
-
-
 @pytest.mark.parametrize("second_order", [False, True])
 @pytest.mark.parametrize("part", [1.0, 0.5, 0.6, 1.7])
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)

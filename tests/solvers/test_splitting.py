@@ -9,12 +9,11 @@ import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import normal_residual, tangential_residual
-from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.backends import solve_joint, solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import solve_joint, solve_tangential
 from varcontact.solvers.conic.programs import joint_program
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_normal, refine_tangential
+from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_tangential
 
 MOTIONS = [
     vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -45,24 +44,6 @@ def test_tractions_from_an_interior_point_answer(rolling, motion):
     exact = tang_safeguarded(problem)
     np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * problem.bound.max())
     np.testing.assert_allclose(fine.rigid, exact.rigid, atol=1e-10)
-
-
-@pytest.mark.parametrize("load", ["force", "approach"])
-def test_pressures_from_an_interior_point_answer(rolling, load):
-    scene = rolling(grid=CELLS, motion=None, friction=None)
-    if load == "approach":
-        balls = {"surface": vc.Paraboloids(Rx=1.0, Ry=0.6), "grid": vc.Grid(nx=8, ny=8, margin=2)}
-        scene = rolling(motion=None, friction=None, normal_force=None, approach=0.5, **balls)
-    disc = discretise(scene, vc.solve(scene).grid)
-    problem = disc.normal_problem().reachable()
-    rough = solve_normal("clarabel", problem, Settings(1e-3))
-    assert normal_residual(problem, rough.traction, rough.rigid) > 1e-7
-    fine = refine_normal(problem, Settings(1e-12), rough)
-    assert fine.solved
-    exact = norm(problem)
-    np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * exact.traction.max())
-    np.testing.assert_array_equal(fine.traction > 0, exact.traction > 0)
-    assert fine.rigid[0] == pytest.approx(exact.rigid[0], rel=1e-11)
 
 
 @pytest.mark.parametrize("motion", [vc.Shift(ux=0.03, uy=0.01, rotation=0.02), vc.Shift(Fx=0.1, uy=0.01)])

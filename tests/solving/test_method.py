@@ -12,7 +12,6 @@ from varcontact.solving.options import TOLERANCE
 
 CONIC = {"clarabel", "splitting"}
 ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting"}
-BANK = vc.standard_bank(cells=8)
 UNLIKE = unlike_bank(cells=6)
 CELLS = vc.Grid(nx=8, ny=8)
 

@@ -38,23 +38,6 @@ def by_radii(scene):
     return vc.Paraboloids(scene.hertz.Rx, scene.hertz.Ry)
 
 
-def test_two_patches():
-    """Two bumps far apart share the load like two single ones."""
-    grid = vc.Grid(nx=60, ny=12, dx=0.1, dy=0.1, x0=-3.0, y0=-0.6)
-    x, y = np.meshgrid(grid.x, grid.y)
-    one = ((x - 2) ** 2 + y**2) / 2
-    both = np.minimum(one, one[:, ::-1])
-    scene = vc.Scene(bodies=vc.Bodies(G=100.0, nu=0.3), surface=vc.SampledDistance(both), normal_force=2.0, grid=grid)
-    sol = vc.solve(scene)
-    np.testing.assert_allclose(sol.pressure, sol.pressure[:, ::-1], atol=1e-12)
-    right = sol.pressure[:, 30:].sum() * grid.area
-    assert right == pytest.approx(1.0, rel=1e-12)
-    assert not sol.pressure[:, 25:35].any()
-    single = vc.solve(dataclasses.replace(scene, surface=vc.SampledDistance(one), normal_force=1.0))
-    assert sol.approach > single.approach, "each stands in the other's dent"
-    assert np.abs(sol.pressure[:, 30:] - single.pressure[:, 30:]).max() < 0.03 * single.pressure.max()
-
-
 # ----------------------------------------------------------------------------- shift
 
 
@@ -107,16 +90,6 @@ def test_full_slip(rolling):
     )
 
 
-def test_mirror(rolling):
-    """y -> -y: vy and spin change their signs, and Fy and Mz."""
-    sol = vc.solve(rolling())
-    mirrored = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=0.02, spin=-0.05)))
-    flipped = sol.traction[:, ::-1] * np.array([1.0, -1.0])[:, None, None]
-    np.testing.assert_allclose(mirrored.traction, flipped, atol=1e-13)
-    assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-12)
-    np.testing.assert_array_equal(mirrored.state, sol.state[::-1])
-
-
 def test_swapping_like_and_quasi_identical_bodies(rolling):
     """Only the combined constants count; with G -> inf and nu = 0.5 on both sides K is zero all the same."""
     pair = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=0.5)))
@@ -136,24 +109,6 @@ def test_swapping_unlike_bodies(rolling):
     flipped = one.traction[:, ::-1] * np.array([-1.0, 1.0])[:, None, None]
     np.testing.assert_allclose(other.traction, flipped, atol=1e-9)
     np.testing.assert_allclose(other.pressure, one.pressure[::-1], atol=1e-9)
-
-
-def test_prescribed_forces_give_back_the_creepages(rolling):
-    """Fx, Fy, both, and mixed with creepages; also near saturation."""
-    sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05)))
-    Fx, Fy = (float(F) for F in sol.force)
-    for motion in (
-        vc.Steady(Fx=Fx, vy=-0.02, spin=0.05),
-        vc.Steady(vx=0.04, Fy=Fy, spin=0.05),
-        vc.Steady(Fx=Fx, Fy=Fy, spin=0.05),
-    ):
-        again = vc.solve(rolling(motion=motion))
-        assert again.creepage == pytest.approx((0.04, -0.02, 0.05), rel=1e-9)
-        np.testing.assert_allclose(again.traction, sol.traction, atol=1e-11)
-    strong = vc.solve(rolling(motion=vc.Steady(Fx=-0.999 * 0.3)))
-    assert strong.force == pytest.approx([-0.999 * 0.3, 0], rel=1e-12, abs=1e-12)
-    again = vc.solve(rolling(motion=vc.Steady(vx=strong.creepage[0])))
-    assert again.force[0] == pytest.approx(-0.999 * 0.3, rel=1e-11)
 
 
 @pytest.mark.parametrize("motion", [vc.Steady(Fx=0.31), vc.Steady(Fx=0.22, Fy=-0.22), vc.Shift(Fx=0.3)])

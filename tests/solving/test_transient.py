@@ -59,21 +59,6 @@ def test_each_step_meets_its_own_equations(check_kkt, bodies):
         assert sol.certificate.residual < 1e-8
 
 
-@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
-def test_unlike_bodies_by_both_loops(coupling):
-    motion = vc.Transient(steps=3, vx=4e-3, normal_force=[0.01, 0.02, 0.02])
-    history = vc.solve(ball(bodies=UNLIKE, motion=motion), coupling=coupling)
-    other = vc.solve(ball(bodies=UNLIKE, motion=motion))
-    assert max(furthest(one, two) for one, two in zip(history, other, strict=True)) < 1e-7
-
-
-@pytest.mark.parametrize("tangential", ["clarabel", "tang", "tang-safeguarded"])
-def test_methods_agree(tangential):
-    scene = ball(motion=vc.Transient(steps=5, Fx=[-3e-3, -4e-3, None, None, 1e-3], vx=[0, 0, 3e-3, 0, 0], spin=4e-3))
-    one, two = vc.solve(scene, tangential=tangential), vc.solve(scene, polish=False, tol=1e-5)
-    assert max(furthest(a, b) for a, b in zip(one, two, strict=True)) < 1e-5
-
-
 STEADY = {
     "creepages and spin": ball(motion=vc.Steady(**CREEPAGES)),
     "another offset and step": ball(motion=vc.Steady(**CREEPAGES, spin_offset=0.5, dq=0.05)),
@@ -224,21 +209,6 @@ def test_rolling_backwards_is_the_mirror_image(bodies):
         assert mirrored(one) == pytest.approx(two.traction, abs=1e-9 * np.abs(two.traction).max())
     assert forward.position[-1] == -backward.position[-1] == pytest.approx(0.25)
     assert backward.rolled[-1] == pytest.approx(0.25)
-
-
-def test_units_are_the_users():
-    """Lengths and forces in other units change nothing."""
-    L, F = 1000.0, 9.81
-    scene = ball(motion=vc.Transient(steps=3, dq=[0, 0.05, 0.05], vx=3e-3, spin=5e-3, ux=[1e-4, 0, 0]))
-    other = ball(
-        bodies=vc.Bodies(G=F / L**2, nu=0.28),
-        surface=vc.Paraboloids(10.0 * L, 10.0 * L),
-        normal_force=0.02 * F,
-        motion=vc.Transient(steps=3, dq=[0, 0.05 * L, 0.05 * L], vx=3e-3, spin=5e-3 / L, ux=[1e-4 * L, 0, 0]),
-    )
-    one, two = vc.solve(scene), vc.solve(other)
-    assert two.force == pytest.approx(one.force * F, rel=1e-9, abs=1e-12 * F)
-    assert two.dissipation == pytest.approx(one.dissipation * F * L, rel=1e-8)
 
 
 NUMBERS = st.floats(-1, 1, allow_nan=False)

@@ -25,39 +25,6 @@ def scene(**changes):
     return vc.Scene(**{"bodies": RUBBER, "friction": 0.3, **LINE, **changes})
 
 
-SCENES = [
-    scene(motion=vc.Steady(Fx=0.0)),
-    scene(motion=vc.Steady(Fx=-1e-4), bodies=MIXED),
-    scene(motion=vc.Steady(vx=0.004), friction=0.6),
-    scene(motion=vc.Steady(vx=-0.002, vy=0.003)),
-    scene(motion=vc.Steady(Fx=-1e-3), friction=2.0),
-    scene(motion=vc.Shift(Fx=1e-4)),
-    scene(motion=vc.Shift(Fx=5e-4, Fy=2e-4), friction=1.0),
-    scene(motion=vc.Shift(ux=2e-4), surface=vc.Cylinders(R=1.0, reference_depth=1.0)),
-    scene(motion=vc.Shift(Fx=0.0), surface=vc.Cylinders(R=1.0, reference_depth=1.0), normal_force=None, approach=1e-3),
-    scene(**BALL, motion=vc.Shift(Fx=0.05, Fy=0.1)),
-    scene(**BALL, motion=vc.Shift(ux=0.05, rotation=0.1), bodies=MIXED),
-    scene(**BALL, motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05), bodies=MIXED),
-    scene(**BALL, motion=vc.Steady(Fx=0.1, spin=0.1), friction=0.6),
-]
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_both_loops_find_the_same(scene):
-    """Panagiotopoulos's and the joint one, by conic solvers and by active sets: to the tolerance."""
-    alternating = vc.solve(scene, normal="norm", tangential="tang-safeguarded", coupling="panagiotopoulos")
-    together = vc.solve(scene, coupling="joint")
-    largest = alternating.pressure.max()
-    np.testing.assert_allclose(together.pressure, alternating.pressure, rtol=0, atol=2e-7 * largest)
-    np.testing.assert_allclose(together.traction, alternating.traction, rtol=0, atol=2e-7 * largest)
-    np.testing.assert_allclose(together.creepage, alternating.creepage, rtol=1e-6, atol=1e-12)
-    for sol in (alternating, together):
-        assert sol.certificate.residual < 1e-8
-        assert sol.certificate.relative_gap < 1e-9
-        assert sol.certificate.normal_relative_gap < 1e-9
-        assert sol.passes[-1][1] == pytest.approx(sol.certificate.residual, abs=1e-12)
-
-
 @pytest.mark.parametrize("polish", [True, False])
 def test_where_nothing_can_rub_the_joint_loop_is_the_normal_problem(polish):
     """Friction outside the contact only, and a step without friction between others that have some."""
@@ -73,11 +40,6 @@ def test_where_nothing_can_rub_the_joint_loop_is_the_normal_problem(polish):
     for sol in (outside, history[1]):
         assert not sol.traction.any()
         np.testing.assert_allclose(sol.pressure, frictionless.pressure, rtol=0, atol=1e-4)
-
-
-def test_the_conditions_of_the_whole_hold(check_kkt):
-    """Kalker's conditions, pressures and tractions with each other's displacements, by other influence numbers."""
-    check_kkt(vc.solve(SCENES[-1], coupling="joint"), 1e-7)
 
 
 @pytest.mark.parametrize("motion", [vc.Shift(Fx=1e-4), vc.Shift(Fx=2e-4, Fy=1e-4)])

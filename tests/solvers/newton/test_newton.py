@@ -72,29 +72,6 @@ def test_equals_norm(normal_problem, line):
         check_exact(problem, raw)
 
 
-EXTREMES = {
-    "short steps": {"shape": "ellipse", "step": 0.2, "rolling": True, "nu": 0.28},
-    "long steps": {"shape": "ellipse", "step": 50.0, "rolling": True},
-    "nearly incompressible": {"shape": "needle", "nu": 0.5, "rolling": True, "step": 1.0},
-    "low friction": {"shape": "wavy", "friction": 1e-5},
-    "low friction, forces": {"shape": "levels", "friction": 1e-4, "carried": 0.9, "rolling": True, "step": 1.0},
-    "much friction": {"shape": "holes", "friction": 1e4},
-    "nearly saturated": {"shape": "ellipse", "carried": 1 - 1e-6, "rolling": False},
-    "nearly saturated, rolling": {"shape": "ellipse", "carried": 1 - 1e-6, "rolling": True, "step": 1.0},
-    "no slip": {"shape": "levels", "no_slip": True},
-    "no slip, forces": {"shape": "holes", "no_slip": True, "carried": 0.5},
-    "tiny creepage": {"shape": "ellipse", "creepage": (1e-12, 0.0, 1e-12), "carried": 0.0},
-}
-
-
-@pytest.mark.parametrize("name", EXTREMES)
-def test_extremes(tangential_problem, name):
-    """Equal to the dense answer, by whatever solver: the status tells which."""
-    for seed in range(3):
-        problem = tangential_problem(seed, **EXTREMES[name])
-        check_exact(problem, newton(problem))
-
-
 @pytest.mark.parametrize("power", [-200, -50, 50, 200])
 def test_units_do_not_matter(normal_problem, tangential_problem, power):
     """By powers of two: the same numbers, far below and beyond single precision."""
@@ -122,28 +99,6 @@ def test_from_any_start(problem):
         np.testing.assert_allclose(again.traction, raw.traction, rtol=0, atol=1e-7 * np.abs(raw.traction).max())
     with pytest.raises(SceneError, match=r"start\.traction has shape"):
         newton(problem, RawSolution(np.zeros((2, 3)), np.zeros(1), 0, ""))
-
-
-@pytest.mark.parametrize(("axis", "signs"), [(2, (1, -1)), (3, (-1, 1))])
-def test_mirror_and_direction(tangential_problem, axis, signs):
-    """The mirror image of a problem has the mirror image of its solution; along x, it then rolls the other way."""
-    problem = tangential_problem(5, shape="wavy", rolling=True, carried=0.0, step=1.0)
-    whole, signs = problem.operator.grid_operator, np.array(signs, dtype=float)
-    ny, nx = whole.shape
-    table = np.flip(whole.table, axis) * signs[:, None, None, None] * signs[None, :, None, None]
-    row, column = np.divmod(problem.operator.elements, nx)
-    images = (ny - 1 - row) * nx + column if axis == 2 else row * nx + nx - 1 - column
-    order = np.argsort(images)
-    mirrored = dataclasses.replace(
-        problem,
-        operator=GridOperator(whole.shape, np.ascontiguousarray(table)).on(images[order]),
-        rigid_shift=problem.rigid_shift[:, order] * signs[:, None],
-        bound=problem.bound[order],
-    )
-    raw, image = newton(problem), newton(mirrored)
-    assert image.status == "Solved"
-    expected = raw.traction[:, order] * signs[:, None]
-    np.testing.assert_allclose(image.traction, expected, rtol=0, atol=1e-7 * problem.bound.max())
 
 
 def test_where_nothing_touches(normal_problem):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.solvers.registry import normal_methods, tangential_methods
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 
@@ -21,50 +20,6 @@ def scene(**changes):
     return vc.Scene(**(base | changes))
 
 
-def close(sol, best, tol):
-    peak = best.pressure.max()
-    np.testing.assert_allclose(sol.pressure, best.pressure, atol=tol * peak)
-    np.testing.assert_allclose(sol.traction, best.traction, atol=tol * peak)
-    np.testing.assert_allclose(sol.creepage, best.creepage, atol=tol * np.abs(best.slip).max())
-
-
-@pytest.fixture(scope="module")
-def normal():
-    return vc.solve(scene(), normal="clarabel")
-
-
-@pytest.mark.parametrize("name", [name for name in normal_methods() if name != "hertz"])
-def test_normal(name, normal):
-    sol = vc.solve(scene(motion=None), normal=name)
-    np.testing.assert_allclose(sol.pressure, normal.pressure, atol=1e-8 * normal.pressure.max())
-    assert sol.certificate.normal_residual < 1e-9
-
-
-@pytest.mark.parametrize("name", [*tangential_methods(), "clarabel/marching", "scs/marching", "tang/marching"])
-def test_steady_rolling(name, normal):
-    tangential, _, formulation = name.partition("/")
-    sol = vc.solve(scene(), "clarabel", tangential, formulation=formulation or "auto", tol=1e-7)
-    assert sol.plan.tangential == tangential
-    close(sol, normal, 1e-6)
-
-
-@pytest.mark.parametrize("name", [*tangential_methods(), "clarabel/potential", "clarabel/gap", "scs/potential"])
-def test_shift(name):
-    motion = vc.Shift(Fx=-0.06, Fy=0.03)
-    best = vc.solve(scene(motion=motion), "clarabel")
-    tangential, _, formulation = name.partition("/")
-    sol = vc.solve(scene(motion=motion), "clarabel", tangential, formulation=formulation or "auto", tol=1e-7)
-    np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
-    np.testing.assert_allclose(sol.slip, best.slip, atol=1e-5 * np.abs(best.slip).max())
-
-
-@pytest.mark.parametrize("methods", [("norm", "tang-safeguarded"), ("norm-single", "clarabel"), ("osqp", "scs")])
-def test_unlike_bodies(methods):
-    """The paper's Fig. 27, free rolling of unlike cylinders."""
-    described = scene(bodies=UNLIKE, friction=0.1, motion=vc.Steady(Fx=0.0))
-    best = vc.solve(described)
-    assert best.elements["stick"] > 0 < best.elements["slip"]
-    close(vc.solve(described, *methods), best, 1e-7)
 
 
 def test_an_unpolished_answer_is_guaranteed():

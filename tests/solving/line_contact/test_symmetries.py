@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.conditions import violations
-from varcontact.reference import line_contact
 
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.4))
 DEPTH = 30.0
@@ -49,30 +47,6 @@ def changed(motion, along_x=1, along_y=1):
     factors = {"vx": along_x, "ux": along_x, "Fx": along_x, "vy": along_y, "uy": along_y, "Fy": along_y}
     given = {name: getattr(motion, name, None) for name in factors}
     return dataclasses.replace(motion, **{k: v * factors[k] for k, v in given.items() if v is not None})
-
-
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
-@pytest.mark.parametrize("bodies", [LIKE, UNLIKE], ids=["like", "unlike"])
-def test_units(motion, bodies):
-    """Steel in SI, quantities at an extreme, and the dimensionless scene are one."""
-    plain = vc.solve(scene(bodies=bodies, motion=motion))
-    for G, length in ((8e10, 1e-3), (1e-6, 1e5)):
-        force = G * length  # per unit length
-        factors = {"vx": 1, "vy": 1, "ux": length, "uy": length, "Fx": force, "Fy": force}
-        values = {name: getattr(motion, name, None) for name in factors}
-        scaled = scene(
-            bodies=vc.Bodies(G=tuple(G * modulus for modulus in bodies.pairs[0]), nu=bodies.nu),
-            surface=vc.Cylinders(R=5.0 * length, reference_depth=DEPTH * length),
-            normal_force=0.5 * force,
-            motion=dataclasses.replace(motion, **{k: v * factors[k] for k, v in values.items() if v is not None}),
-        )
-        sol = vc.solve(scaled)
-        np.testing.assert_allclose(sol.pressure / G, plain.pressure, atol=1e-9 * plain.pressure.max())
-        np.testing.assert_allclose(sol.traction / G, plain.traction, atol=1e-9 * plain.pressure.max())
-        np.testing.assert_array_equal(sol.state, plain.state)
-        assert sol.approach / length == pytest.approx(plain.approach, rel=1e-9)
-        unit = length if isinstance(motion, vc.Shift) else 1.0
-        np.testing.assert_allclose(np.array(sol.creepage) / unit, plain.creepage, rtol=1e-8, atol=1e-12)
 
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
@@ -142,23 +116,6 @@ def test_nothing_depends_on_the_depth_that_must_not():
     np.testing.assert_allclose(found, differ, rtol=1e-10)
 
 
-def test_two_strips():
-    """Two bumps far apart share the force; each is a Hertzian contact, but for the slope by the other's pressure."""
-    x = np.linspace(-6.0, 6.0, 2401)
-    surface = vc.SampledDistance((np.abs(x) - 4.0) ** 2 / 10, x)
-    grid = vc.Grid(nx=448, dx=0.025, x0=-5.6)
-    sol = vc.solve(scene(surface=surface, normal_force=0.5, motion=vc.Steady(Fx=-0.06), grid=grid))
-    left, right = sol.pressure[0, :224], sol.pressure[0, 224:]
-    np.testing.assert_allclose(left, right[::-1], atol=1e-10 * left.max())
-    assert left.sum() * 0.025 == pytest.approx(0.25, rel=1e-9)
-    alone = line_contact(5.0, LIKE, force=0.25)
-    assert left.max() == pytest.approx(alone.peak_pressure, rel=0.01)
-    state = sol.state[0]
-    assert np.flatnonzero(np.diff(state > 0)).size == 4
-    assert sol.traction[0, 0, :224].sum() != pytest.approx(sol.traction[0, 0, 224:].sum(), rel=1e-3)
-    assert not violations(sol, 1e-8)
-
-
 def test_tractions_of_unlike_bodies_are_seen_outside_the_contact():
     """Without them, samples beside the contact would seem to overlap: in plane strain they count at any distance."""
     x = np.linspace(-3.0, 3.0, 401)
@@ -169,15 +126,3 @@ def test_tractions_of_unlike_bodies_are_seen_outside_the_contact():
     free = vc.solve(scene(bodies=bodies, surface=samples, friction=0.17, motion=motion, grid=wide))
     cylinders = scene(bodies=bodies, surface=vc.Cylinders(1.0), friction=0.17, motion=motion, grid=wide)
     same(vc.solve(cylinders), free, tol=1e-8)
-
-
-def test_friction_by_element():
-    """No friction in the middle: no traction there, and two stick or slip areas beside it."""
-    grid = vc.Grid(nx=60, dx=0.06, x0=-1.8)
-    friction = np.where(np.abs(grid.x) < 0.3, 0.0, 0.25)
-    sol = vc.solve(scene(friction=friction, grid=grid, motion=vc.Steady(vx=0.01)), normal="clarabel")
-    assert not sol.traction[:, 0, friction == 0].any()
-    assert sol.traction[0, 0, friction > 0].min() < 0
-    assert not violations(sol, 1e-8)
-    uniform = vc.solve(scene(friction=np.full(60, 0.25), grid=grid), normal="clarabel")
-    same(uniform, vc.solve(scene(grid=grid), normal="clarabel"))
