@@ -23,21 +23,23 @@ hypothesis.settings.load_profile("default")
 
 
 SLOW = {
-    "study",
-    "plotting",
-    "io",
-    "wheel_rail",
-    "extremes",
-    "fuzz",
-    "adaptive",
-    "friction",
-    "system",
-    "results",
-    "conic",
+    *(
+        "study",
+        "plotting",
+        "io",
+        "wheel_rail",
+        "extremes",
+        "fuzz",
+        "adaptive",
+        "friction",
+        "system",
+        "results",
+        "conic",
+    ),
+    *("line_contact", "test_viscoelastic_histories", "test_viscoelastic", "test_conformal", "test_carried"),
+    *("test_third_body", "test_registry", "test_no_slip", "test_documentation", "test_examples", "test_transient"),
+    *("test_table", "test_memory"),
 }
-SLOW |= {"test_viscoelastic_histories", "test_viscoelastic", "test_conformal", "test_carried"}
-SLOW |= {"test_third_body", "test_registry", "test_no_slip", "line_contact"}
-SLOW |= {"test_documentation", "test_examples", "test_transient", "test_processes", "test_table", "test_memory"}
 
 
 def pytest_collection_modifyitems(items):

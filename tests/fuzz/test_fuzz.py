@@ -1,17 +1,23 @@
 """Some cases of each campaign, by a fixed seed; the command runs as many as wanted."""
 
 import dataclasses
+import json
+import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import varcontact as vc
+from tests.command import run
 from tests.conditions import Held
 from tests.fuzz import campaigns
 from tests.fuzz.campaigns import bounded, outputs, within_gap
 from tests.fuzz.judge import faults
+from tests.fuzz.junk import Hostile
 from tests.fuzz.outcome import FAILED, PASSED, attempt
 from varcontact.discrete.certificate import ForceBounds
+from varcontact.solving.coupling import distance
 
 SEED = 20
 CASES = {"scenes": 100, "certificates": 60, "newton": 40, "files": 20, "arguments": 40}
@@ -76,3 +82,213 @@ def test_the_judge_of_certificates_notices():
     small = dataclasses.replace(certificate, bounds=bounds, gap=0.0)
     assert bounded(small, exact, away)
     assert within_gap(Held(exact, None), moved, small)
+
+
+# -------------------- What the fuzzer found
+
+
+@pytest.fixture(scope="module")
+def sol():
+    """A small one."""
+    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": vc.Paraboloids(10.0, 8.0), "normal_force": 0.02}
+    return vc.solve(vc.Scene(**base, friction=0.3, motion=vc.Steady(vx=0.04), grid=vc.Grid(nx=5, ny=5)))
+
+
+def test_a_solver_that_prints_leaves_json_alone(tmp_path):
+    """Scenes, seed 1, case 215: without active constraints OSQP says so on standard output, asked to be silent."""
+    (tmp_path / "bump.toml").write_text("""
+approach = 0.01
+[bodies]
+G = 1.0
+nu = 0.3
+[surface]
+kind = "sampled-distance"
+h = [[1, 1, 1], [1, 0, 1], [1, 1, 1]]
+[grid]
+nx = 3
+ny = 3
+dx = 1.0
+dy = 1.0
+x0 = -1.5
+y0 = -1.5
+""")
+    done = run("solve", "bump.toml", "--normal", "osqp", "--json", folder=tmp_path)
+    assert "Polishing not needed" in done.stderr
+    assert json.loads(done.stdout)["elements"]["contact"] == 1
+
+
+def test_a_damaged_container_is_refused_before_hdf5_reads_it(sol, tmp_path):
+    """Files, seed 1, case 118: with 200 bytes set to zero HDF5 read on for ever."""
+    path = tmp_path / "saved.nc"
+    sol.save(path)
+    content = bytearray(path.read_bytes())
+    content[1873:2073] = bytes(200)
+    path.write_bytes(content)
+    with pytest.raises(vc.OutputError, match=r"is damaged \(its bytes are not those that were written\)"):
+        vc.load(path)
+
+
+def changed(path, entry, value):
+    """The file of a solution with another entry in its record."""
+    data = xr.load_dataset(path, engine="h5netcdf")
+    record = json.loads(str(data["record"].values))
+    within = record
+    for name in entry[:-1]:
+        within = within[name]
+    within[entry[-1]] = value
+    data["record"] = ((), json.dumps(record))
+    data.to_netcdf(path, engine="h5netcdf")
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "message"),
+    [
+        (("branch",), "\x7f", "a branch that there is not"),
+        (("timing", "tangential"), "héhé", "times or iterations that are not numbers"),
+        (("timing",), {}, "no total time"),
+        (("status", "normal"), 3, "solvers' words that are no words"),
+        (("calls", "normal"), [[]], "is damaged"),
+    ],
+)
+def test_what_a_record_says_of_solvers_is_checked(sol, entry, value, message, tmp_path):
+    """Files, seed 1, cases 153, 181, 278 and seed 2, case 299: loaded, and failed in the report."""
+    sol.save(tmp_path / "saved.nc")
+    changed(tmp_path / "saved.nc", entry, value)
+    with pytest.raises(vc.OutputError, match=message):
+        vc.load(tmp_path / "saved.nc")
+
+
+def test_numbers_beyond_computing_are_refused(sol, tmp_path):
+    """Files, seed 2, case 39: an approach of 1e308 was divided until it was none."""
+    sol.save(tmp_path / "saved.nc")
+    data = xr.load_dataset(tmp_path / "saved.nc", engine="h5netcdf")
+    data["approach"] = ((), 1e308)
+    data.to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
+    with pytest.raises(vc.OutputError, match="numbers beyond those that can be computed with"):
+        vc.load(tmp_path / "saved.nc")
+
+
+def test_a_record_nested_deep_is_refused(sol, tmp_path):
+    """Files, seed 2, case 253: a RecursionError of the JSON reader."""
+    sol.save(tmp_path / "saved.nc")
+    data = xr.load_dataset(tmp_path / "saved.nc", engine="h5netcdf")
+    data["record"] = ((), '{"plan": ' + "[" * 20_000 + "]" * 20_000 + "}")
+    data.to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
+    with pytest.raises(vc.OutputError, match="is damaged"):
+        vc.load(tmp_path / "saved.nc")
+
+
+BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)
+SCENE = vc.Scene(bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3))
+REFUSED = {
+    "seed 1, case 6": (lambda: vc.standard_bank(cells=False), "cells = False"),
+    "seed 1, case 50": (lambda: vc.reference.carter(1, 0.3, creepage=1e-3), "contact = 1 is not allowed"),
+    "seed 1, case 56": (lambda: vc.reference.bufler(1.0, 2j, force=1.0), "bodies = 2j is not allowed"),
+    "seed 1, case 116": (lambda: vc.reference.cattaneo_mindlin(None, BODIES, 0.3, 0.1), "contact"),
+    "seed 1, case 126": (lambda: vc.solve(SCENE, formulation=np.ones(3)), "formulation"),
+    "seed 1, case 182": (lambda: vc.plan(SCENE, normal=np.ones(0)), "normal"),
+    "seed 1, case 324": (lambda: vc.SampledDistance(np.broadcast_to(1.0, (10**8, 10**8))), "surface.h .* memory"),
+    "seed 1, case 379": (lambda: vc.StaticKinetic(0.3, Hostile()), "friction.kinetic = a Hostile"),
+    "seed 1, case 1135": (lambda: vc.reference.spence_ratio(UNLIKE, 0.3, 10**5000), "shape = a number of thousands"),
+    "seed 3, case 1214": (lambda: vc.reference.creepage_coefficients(1.0, 5e-324, 0.3), "b = 5e-324 .* 1e-100"),
+    "seed 2, case 700": (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_arguments_are_named(case):
+    """Arguments: exceptions of others, or messages that named something else."""
+    call, message = REFUSED[case]
+    with pytest.raises(vc.SceneError, match=message):
+        call()
+
+
+def test_a_word_for_overwrite(sol, tmp_path):
+    """Arguments, seed 1, case 1054: what is neither true nor false was taken for true."""
+    with pytest.raises(vc.SceneError, match="overwrite = 'no'"):
+        sol.save(tmp_path / "saved.nc", overwrite="no")
+
+
+def test_points_and_names_of_any_size(sol, tmp_path):
+    """Arguments, seed 3, cases 1447, 2651 and 4600, seed 72, case 4189: overflow, and a message of 100 000 letters."""
+    for call in (
+        lambda: vc.stress_below(sol, 1e99),
+        lambda: vc.stress(sol, [[1e308]] * 3),
+        lambda: vc.plot_stress(sol, y=1e101),
+        lambda: vc.plot_stress(sol, depth=1e99),
+    ):
+        with pytest.raises(vc.SceneError, match=r"(depths?|points|y)(\[0, 0\])? = 1e\+\d+ .* at most 1e\+60 in size"):
+            call()
+    with pytest.raises(vc.SceneError, match="scene file") as failure:
+        vc.read_scene("x" * 100_000)
+    assert len(str(failure.value)) < 300
+
+
+def test_an_iterate_that_diverges_warns_nobody(check_kkt):
+    """Scenes, seed 1, case 1332: all but saturated, a step of TANG overflowed with NumPy's RuntimeWarning."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=80e9, nu=0.28),
+        surface=vc.Ellipse(a=0.016222049333629904, b=0.0015411123148400582),
+        approach=0.00010919506575814483,
+        friction=0.22364725334250185,
+        motion=vc.Shift(uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266),
+        grid=vc.Grid(nx=12, ny=9),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sol = vc.solve(scene, method="active-set")
+    check_kkt(sol, 1e-8)
+
+
+def test_distance_of_passes_that_diverge():
+    """Scenes, seed 5, case 5283: from nothing to 1e300, a division that overflowed."""
+    with np.errstate(all="raise"):
+        assert distance(np.zeros(2), np.full(2, 1e300)) > 1e10
+        assert distance(np.array([2.0, -4.0]), np.array([2.0, -3.0])) == 0.25
+        assert distance(np.zeros(2), np.zeros(2)) == 0.0
+
+
+def test_pressures_on_parts_without_an_approach():
+    """Scenes, seed 63, case 315: the judge had no distance in line contact without a reference depth, on parts."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=90.0),
+        normal_force=2e-4,
+        friction=0.4,
+        motion=vc.Steady(vx=-1e-4),
+        grid=vc.Grid(nx=33, edge="touched"),
+    )
+    sol = vc.solve(scene, normal="clarabel")
+    assert np.isnan(sol.approach)
+    assert sol.pressure_on_parts is not None
+    assert faults(sol, 1e-8) == []
+    parts = np.where(np.arange(sol.pressure_on_parts.size) == sol.pressure_on_parts.size // 2, 1.01, 1.0)
+    wrong = dataclasses.replace(sol, pressure_on_parts=sol.pressure_on_parts * parts)
+    assert any("apart" in fault or "distance" in fault or "overlap" in fault for fault in faults(wrong, 1e-8))
+
+
+def test_arrays_of_more_dimensions_than_numpy_broadcasts():
+    """Arguments, seed 66, case 959: a RuntimeError of NumPy."""
+    with pytest.raises(vc.SceneError, match=r"b = .* must be .*, in at most 32 dimensions"):
+        vc.reference.creepage_coefficients(1.0, np.ones((1,) * 33), 0.3)
+
+
+def test_steps_of_an_array_beyond_the_memory():
+    """Arguments, seed 71, case 3039: it was copied before its shape was looked at."""
+    with pytest.raises(vc.SceneError, match=r"motion.vx = .100000000 values. .* each of the 3 steps"):
+        vc.Transient(steps=3, dq=0.1, vx=np.broadcast_to(1.0, (100_000_000, 100_000_000)))
+
+
+def test_progress_that_is_a_class():
+    """Arguments, seed 72, case 9130: `int` took every word, and failed at the first as no number."""
+    with pytest.raises(vc.SceneError, match="progress"):
+        vc.compare({}, ["fastsim"], progress=int)
+
+
+@pytest.mark.parametrize("cells", [b"x", "8", 8, [8, 12.5]])
+def test_cells_that_are_no_list_of_whole_numbers(cells):
+    """Arguments, seed 72, case 12511: bytes are numbers to Python, and were grids of as many elements."""
+    scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0)
+    for call in (lambda: vc.converge(scene, cells), lambda: vc.tradeoff({}, ["auto"], cells=cells)):
+        with pytest.raises(vc.SceneError, match=r"cells(\[1\])? = .* must be a (list of )?whole number"):
+            call()

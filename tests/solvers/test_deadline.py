@@ -13,7 +13,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.backends import INTERFACES, solve_normal, solve_tangential
 from varcontact.solvers.conic.programs import normal_program
-from varcontact.solvers.interface import OutOfTime, Settings
+from varcontact.solvers.interface import OutOfTime, Settings, SolveStats
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
 from varcontact.solvers.splitting import refine_normal, refine_tangential
@@ -77,3 +77,34 @@ def test_a_time_budget_is_kept_within_a_solver():
     begun = time.process_time()
     sol = vc.solve(scene, normal="norm-single", time_budget=1.0)
     assert len(sol.error_estimate.solves) > 1 and time.process_time() - begun < 5.0
+
+
+# ----------------------------------------------------------------------------- Counts of calls
+
+
+def test_a_call_inside_another_takes_its_own_time(monkeypatch):
+    """By a clock that the test sets: the seconds of all solvers add up to those that passed, none counted twice."""
+    stats, now = SolveStats(), [0.0]
+    monkeypatch.setattr("varcontact.solvers.interface.time.perf_counter", lambda: now[0])
+    for _ in range(2):
+        with stats.called("outer"):
+            now[0] += 1.0
+            with stats.called("inner"):
+                now[0] += 3.0
+            now[0] += 0.5
+    outer, inner = stats.calls[""]["outer"], stats.calls[""]["inner"]
+    assert (outer.count, inner.count) == (2, 2)
+    assert (outer.seconds, inner.seconds) == (3.0, 6.0)
+
+
+def test_calls_that_fail_are_counted():
+    stats = SolveStats()
+    with pytest.raises(ZeroDivisionError), stats.called("outer"), stats.called("inner"):
+        _ = 1 / 0
+    stats.iterated("inner", 3)
+    with stats.called("outer"):
+        pass
+    assert {name: (calls.count, calls.iterations) for name, calls in stats.calls[""].items()} == {
+        "inner": (1, 3),
+        "outer": (2, 0),
+    }

@@ -9,11 +9,12 @@ import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import tangential_residual
-from varcontact.discrete.state import hertz_pressure, unloaded
+from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
-from varcontact.solving.pipeline import solve_tangential
+from varcontact.solving.coupling import FixedPoint, Limits, Unknown
+from varcontact.solving.pipeline import march, solve_tangential
 from varcontact.solving.selection import select
 
 CELLS = vc.Grid(nx=8, ny=8)
@@ -110,3 +111,126 @@ def test_no_program_where_friction_is_nowhere_exhausted(rolling):
     assert raw.solver == "no-slip"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
     assert calls == {"no-slip": (1, 1)}
+
+
+# ----------------------------------------------------------------------------- The coupling loop by itself
+
+
+SIZE = 40
+START = ContactState(np.ones((1, SIZE)), 0.0, np.zeros((2, 1, SIZE)), np.zeros(2))
+MATRIX = np.diag(np.linspace(-0.9, 0.9, SIZE))
+
+
+def passes(solved, useless=True):
+    """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved it.
+
+    What they did not solve is as useful as nothing, or as an answer nearly to the tolerance.
+    """
+    answers = iter(solved)
+
+    def normal(state):
+        return dataclasses.replace(state, pressure=1 + state.traction[0] @ MATRIX)
+
+    def tangential(state):
+        told = {"tangential": next(answers, True)}
+        traction = np.stack([state.pressure] * 2)
+        if useless and not told["tangential"]:
+            traction = state.traction
+        return dataclasses.replace(state, traction=traction, solved=told)
+
+    def residual(state):
+        return float(np.abs(state.traction[0] - 1 - state.traction[0] @ MATRIX).max())
+
+    first = tangential(START)
+    loop = FixedPoint(first, residual(first), Unknown("traction"), Limits(1e-8, passes=500))
+    while loop.goes_on:
+        after = tangential(normal(loop.state))
+        loop.add(after, residual(after))
+    return len(loop.best.passes) - 1, loop.best
+
+
+def test_solvers_that_solve():
+    """The fixed point ``(1 - M)^-1 1``, sooner than by repeating at the rate 0.9, which takes some 170 passes."""
+    count, state = passes([])
+    np.testing.assert_allclose(state.pressure[0], 1 / (1 - np.diag(MATRIX)), rtol=1e-6)
+    assert 6 < count < 100
+
+
+@pytest.mark.parametrize(
+    ("solved", "expected"), [([True, True, False, False], 3), ([True, True, False, True, False, False], 5)]
+)
+def test_two_failures_in_a_row_end_it(solved, expected):
+    """The first answer of all is the start of the loop, and no pass."""
+    assert passes(solved)[0] == expected
+
+
+def test_single_failures_do_not_end_it():
+    count, state = passes([False, False, True, False])
+    assert count > 6
+    np.testing.assert_allclose(state.pressure[0], 1 / (1 - np.diag(MATRIX)), rtol=1e-6)
+
+
+def test_solvers_that_fail_and_come_nearer_all_the_same():
+    """An interior point may say AlmostSolved in every pass: while the whole comes nearer, that ends nothing."""
+    count, state = passes([False] * 300, useless=False)
+    assert count == passes([])[0]
+    np.testing.assert_allclose(state.pressure[0], 1 / (1 - np.diag(MATRIX)), rtol=1e-6)
+
+
+# ----------------------------------------------------------------------------- Marching
+
+
+GRID = vc.Grid(nx=8, ny=8)
+MOTIONS = [vc.Steady(vx=0.05, vy=-0.02, spin=0.03), vc.Steady(Fx=-0.15, vy=-0.02), vc.Steady(Fx=-0.1, Fy=0.1)]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("inner", ["tang", "tang-exact", "tang-safeguarded"])
+def test_exact_steps_tend_to_the_gap_solution(rolling, check_kkt, inner, motion):
+    """Unpolished, at the tolerance asked for: the end of the march is accepted by the residual of steady rolling."""
+    gap = vc.solve(rolling(motion=motion, grid=GRID), formulation="gap")
+    for tol in (1e-5, 1e-8):
+        sol = vc.solve(rolling(motion=motion, grid=GRID), tangential=inner, formulation="marching", tol=tol)
+        assert sol.status["tangential"] == "Steady"
+        assert sol.plan.formulation == "marching"
+        check_kkt(sol, tol)
+        # The rest of a geometric row of steps: its sum is a few times its last term.
+        assert np.abs(sol.traction - gap.traction).max() < 30 * tol * gap.traction_bound.max()
+        assert sol.creepage == pytest.approx(gap.creepage, rel=100 * tol)
+
+
+@pytest.mark.parametrize("inner", ["clarabel", "scs"])
+def test_programs_tend_to_the_gap_solution(rolling, inner):
+    scene = rolling(motion=MOTIONS[0], grid=GRID)
+    gap = vc.solve(scene, formulation="gap")
+    try:
+        sol = vc.solve(scene, tangential=inner, formulation="marching", polish=False, tol=1e-5)
+    except vc.NotConverged as error:
+        sol = error.solution
+    assert sol.status["tangential"] == "Steady"
+    assert np.abs(sol.traction - gap.traction).max() < 1e-3 * gap.traction_bound.max()
+    polished = vc.solve(scene, tangential=inner, formulation="marching")
+    np.testing.assert_allclose(polished.traction, gap.traction, atol=1e-12)
+
+
+def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
+    """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
+    from varcontact.discrete.discretisation import discretise
+    from varcontact.discrete.state import hertz_pressure, unloaded
+    from varcontact.solvers.interface import Settings
+
+    grid = GRID.spread((-1.2, 1.2, -0.9, 0.9))
+    disc = discretise(rolling(), grid)
+    problem = disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure, marching=True)
+
+    def lazy(step, settings, start):
+        return dataclasses.replace(start, status="Tired", solved=False)
+
+    def broken(step, settings, start):
+        return RawSolution(np.full((2, step.size), np.nan), np.zeros(2), 1, "Lost", False)
+
+    raw = march(lazy, problem, Settings(), None)
+    assert raw.status == "Tired" and not raw.solved
+    raw = march(broken, problem, Settings(), None)
+    assert raw.status == "Lost" and not raw.solved
+    assert np.isfinite(raw.traction).all()

@@ -287,3 +287,21 @@ def test_a_finer_grid_that_fails_leaves_the_answer_before_it(failing):
 def test_in_a_time_and_by_default_too(options):
     known = vc.solve(SLENDER, **options).error_estimate
     assert [solve.ny - 2 for solve in known.solves][-3:] == [9, 14, 21] and known.largest > 0.01
+
+
+# -------------------- Accuracy on demand against the reference scenes
+
+
+CHOSEN = {
+    name: each
+    for k, (name, each) in enumerate(vc.continuum_values().items())
+    if k % 5 == 0 and each.kind != "transient"
+}
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_the_error_is_below_the_accuracy(name):
+    reference = CHOSEN[name]
+    sol = vc.solve(reference.scene, accuracy=0.01)
+    assert reference.error(values(sol)) <= 0.01 + reference.bar
+    assert sol.error_estimate.largest <= 0.01

@@ -20,8 +20,6 @@ def scene(**changes):
     return vc.Scene(**(base | changes))
 
 
-
-
 def test_an_unpolished_answer_is_guaranteed():
     """The certificate bounds the force's error, from the answer's own data."""
     described = scene(motion=vc.Steady(vx=0.02, vy=0.01))
