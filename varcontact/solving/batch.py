@@ -34,8 +34,8 @@ MOST_ELEMENTS = 4096
 MOST_IN_LINE = 512
 """The same of strips in line contact."""
 START = "the result of as many scenes on the same lattices, with fields=True"
-AT_ONCE = 1_000_000
-"""Elements of all problems of a batch: their fields take 200 MB."""
+AT_ONCE = 250_000
+"""Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
     "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap", "residual", "contact",
     "stick", "slip", "iterations", "contact_area", "stick_area", "slip_area", "max_pressure", "friction_work",
