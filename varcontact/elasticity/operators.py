@@ -140,13 +140,13 @@ class GridOperator:
 
         Parameters
         ----------
-        tractions : ndarray, shape (columns, ny, nx) or, of several fields, (columns, k, ny, nx)
+        tractions : ndarray, shape (columns, ny, nx)
 
         Returns
         -------
-        ndarray, shape (rows, ny, nx) or (rows, k, ny, nx)
+        ndarray, shape (rows, ny, nx)
         """
-        if self.whole is not None and tractions.ndim == 3:
+        if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
         box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)

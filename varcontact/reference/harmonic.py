@@ -116,7 +116,7 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     nu : float
         Combined Poisson's ratio, in (-1, 0.5].
     depth_over_a : float
-        Depth from which displacements count, by the half length of the contact.
+        Depth from which displacements count, by the half length of the contact, at least 2.
 
     Returns
     -------
@@ -146,5 +146,7 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
         raise SceneError("kappa_a", kappa, "a frequency of 0 or more")
     _, nu = check_ellipse(1.0, nu, LEAST_RATIO)
     depth = checks.positive("depth_over_a", depth_over_a)
+    if depth < 2:
+        raise SceneError("depth_over_a", depth, "at least 2: the depth is beyond the length of the contact")
     both = complex(j0(kappa), j1(kappa))
     return math.pi / (2 * (1 - nu)) * both / (j0(kappa) + 1j * kappa * math.log(2 * depth) * both)

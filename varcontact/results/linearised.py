@@ -15,7 +15,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import with_subgrid
 from varcontact.discrete.stick_slip import STICK
 from varcontact.elasticity.operators import DIFFERENCES, fft_box, wrapped
-from varcontact.errors import SceneError
+from varcontact.errors import NotConverged, SceneError
 from varcontact.results.sensitivity import Directions, check_linear, directions, unit_shifts, with_friction
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
@@ -24,6 +24,10 @@ from varcontact.system.process import need
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the right-hand side."""
+MOST = 1000
+"""Directions of one solve; a few hundred are usual."""
+
+Shifts = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +122,7 @@ class Linearised:
             if basis.shape[1] > size:
                 new = basis[:, size:] @ np.linalg.qr(parts[size:])[0]
                 known = np.concatenate([known, new], axis=1)
-                of_terms = [self._images(self.shifting(one), new, n == 0) for n, one in enumerate(np.eye(len(images)))]
+                of_terms = [self._images(one, self.shifting(one), new) for one in np.eye(len(images))]
                 images = [np.concatenate(each, axis=1) for each in zip(images, of_terms, strict=True)]
 
     def _solved(
@@ -133,9 +137,11 @@ class Linearised:
             missing = np.linalg.norm(residual, axis=0) > TOLERANCE * lengths
             if not missing.any() or basis.shape[1] == size:
                 return basis, parts
+            if basis.shape[1] > MOST:
+                raise NotConverged(f"the response was not found in {MOST} directions", float(np.abs(residual).max()))
             new = precondition(residual[:, missing])[:, : size - basis.shape[1]]
             new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
-            image = self._images(shifts, new)
+            image = self._images(phases, shifts, new)
             across, below = (image.conj().T @ basis).conj().T, new.conj().T @ images
             basis, images = np.concatenate([basis, new], axis=1), np.concatenate([images, image], axis=1)
             projected = np.block([[projected, across], [below, new.conj().T @ image]])
@@ -159,7 +165,7 @@ class Linearised:
         """Factors of the steady shifts, and of the displacements at each term, at a wave number, (1 + terms,)."""
         return np.array([1.0, *(weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms)])
 
-    def shifting(self, phases: np.ndarray, way: int = 1) -> Callable[[np.ndarray], np.ndarray]:
+    def shifting(self, phases: np.ndarray, way: int = 1) -> Shifts:
         """Shifts in a step (2 n, k) by changes, with phases.
 
         With a `way` of -1 those of particles that go the other way: the transposed operators of elastic bodies.
@@ -171,9 +177,8 @@ class Linearised:
             found = _filtered(symbol, fields)
             if disc.edge_compliance is not None:
                 found += phases[0] * disc.edge_compliance[:, None] * fields[:2]
-            return np.moveaxis(found.reshape(2, changes.shape[1], -1)[..., self.bearing], 1, 2).reshape(
-                -1, changes.shape[1]
-            )
+            there = found.reshape(2, changes.shape[1], -1)[..., self.bearing]
+            return np.moveaxis(there, 1, 2).reshape(-1, changes.shape[1])
 
         return shifts
 
@@ -193,14 +198,10 @@ class Linearised:
 
         return np.asarray(fft2(wrapped(table.astype(complex), fft_box(*self.disc.grid.shape))))
 
-    def _images(
-        self, shifts: Callable[[np.ndarray], np.ndarray], unknowns: np.ndarray, turning: bool = True
-    ) -> np.ndarray:
+    def _images(self, phases: np.ndarray, shifts: Shifts, unknowns: np.ndarray) -> np.ndarray:
         """Left-hand sides (unknowns, k) by unknowns."""
-        found = self.may.equations(shifts(self.changes(unknowns)))
-        turned = slice(self.may.size - self.may.slip.size, None)
-        if turning:
-            found[turned] += self.may.turning[:, None] * unknowns[turned]
+        found, turned = self.may.equations(shifts(self.changes(unknowns))), 2 * self.may.stick.size
+        found[turned:] += phases[0] * self.may.turning[:, None] * unknowns[turned:]
         return found
 
     def fields(self, changes: np.ndarray) -> np.ndarray:
@@ -217,7 +218,7 @@ class Linearised:
         found[: 2 * self.bearing.size] = (by_pressure[:, :, None] * pressures).reshape(-1, changes.shape[1])
         return found
 
-    def _preconditioner(self, phases: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    def _preconditioner(self, phases: np.ndarray) -> Shifts:
         """Nearly the unknowns by left-hand sides: the operator's inverse on a periodic box, element by element in slip.
 
         The box and its weights are those of the Newton solver, see its `Circulant`.
@@ -234,13 +235,12 @@ class Linearised:
         growth, sticks, turned = CAUSAL ** (np.arange(nx) / columns), self.bearing[may.stick], 2 * may.stick.size
 
         def solved(right: np.ndarray) -> np.ndarray:
-            fields = np.zeros((2, right.shape[1], ny * nx), complex)
-            fields[:, :, sticks] = np.moveaxis(right[:turned].reshape(2, sticks.size, right.shape[1]), 1, 2)
-            found = _filtered(inverse, fields.reshape(2, right.shape[1], ny, nx) / growth) * growth
-            stuck = np.moveaxis(found.reshape(2, right.shape[1], ny * nx)[:, :, sticks], 1, 2)
-            return np.concatenate(
-                [stuck.reshape(turned, right.shape[1]), right[turned:] / (own + may.turning)[:, None]]
-            )
+            k = right.shape[1]
+            fields = np.zeros((2, k, ny * nx), complex)
+            fields[:, :, sticks] = np.moveaxis(right[:turned].reshape(2, sticks.size, k), 1, 2)
+            found = _filtered(inverse, fields.reshape(2, k, ny, nx) / growth) * growth
+            stuck = np.moveaxis(found.reshape(2, k, ny * nx)[:, :, sticks], 1, 2)
+            return np.concatenate([stuck.reshape(turned, k), right[turned:] / (own + may.turning)[:, None]])
 
         return solved
 
