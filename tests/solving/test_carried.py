@@ -230,6 +230,8 @@ def test_bad_heights_are_refused(field, given):
     with pytest.raises(vc.SceneError) as error:
         vc.Carried(**given)
     assert error.value.field.startswith(f"carried.{field}")
+    with pytest.raises(vc.SceneError, match="chord"):
+        vc.Carried.flat(length=2 * R, radius=R, at=1.0)
     with pytest.raises(vc.SceneError, match="worn"):
         vc.Carried.flat(length=1.0, radius=R, at=1.0, worn="no")
 

@@ -98,7 +98,9 @@ def corrugation_growth(
     if problem.disc.K != 0 and problem.pressed.size != problem.bearing.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     k, moves = 2 * np.pi / lengths, wheel is not None or track is not None
-    speed = checks.positives("speed", speed) if moves or speed is not None else None
+    if moves and speed is None:
+        raise SceneError("speed", None, "given: receptances depend on the frequency, wave number times speed")
+    speed = checks.positives("speed", speed) if speed is not None else None
     speed = speed if moves else None  # under a constant load nothing depends on it
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
     grid, scales, step = sol.grid, problem.disc.scales, problem.step

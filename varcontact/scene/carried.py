@@ -96,7 +96,7 @@ class Carried:
         Raises
         ------
         SceneError
-            If a length is not positive, or an entry of another kind.
+            If a length is not positive, a flat no chord of its wheel, or an entry of another kind.
 
         Examples
         --------
@@ -104,6 +104,8 @@ class Carried:
         -0.435
         """
         half, radius = checks.positive("length", length) / 2, checks.positive("radius", radius)
+        if half >= radius:
+            raise SceneError("length", length, f"a chord of the wheel, below {2 * radius:.6g}")
         s = np.linspace(-half, half, checks.whole("samples", samples, least=5))
         depth = (half**2 - s**2) / (2 * radius)
         if checks.flag("worn", worn):
