@@ -7,7 +7,6 @@ import pickle
 import signal
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
@@ -21,7 +20,7 @@ import xarray as xr
 import varcontact as vc
 from varcontact.io.records import record_type
 from varcontact.study import sweep as module
-from varcontact.study.parallel import START, processes, results
+from varcontact.study.parallel import START, processes
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
@@ -152,32 +151,6 @@ def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
         vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
     same = {file.stem: file.read_bytes() == expected for file in tmp_path.iterdir()}
     assert same == {"processes": True, "threads": True, "cluster": True}
-
-
-class Beginning(ThreadPoolExecutor):
-    """A pool that begins while four tasks are asked for."""
-
-    def __init__(self):
-        super().__init__(1)
-        self.left = 4
-
-    @property
-    def starting(self):
-        self.left -= 1
-        return self.left >= 0
-
-
-def test_while_processes_begin_tasks_are_done_here():
-    here = threading.get_ident()
-    with Beginning() as pool:
-        found = dict(results(lambda task: (task, threading.get_ident() == here), zip(range(10)), pool, meanwhile=True))
-    assert [found[k][0] for k in range(10)] == list(range(10))
-    assert [found[k][1] for k in range(10)] == 4 * [True] + 6 * [False]
-    with Beginning() as pool:
-        assert not any(
-            done_here
-            for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), zip(range(3)), pool)
-        )
 
 
 def test_own_processes_come_from_one_that_has_imported():

@@ -10,7 +10,7 @@ import threading
 import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from itertools import islice
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
@@ -36,15 +36,13 @@ def results(
     work: Callable[..., Result],
     tasks: Sequence[tuple[Any, ...]],
     executor: Executor | None,
-    meanwhile: bool = False,
     progress: Callable[[str], None] | None = None,
     names: Sequence[str] = (),
 ) -> Iterator[tuple[int, Result]]:
     """The number and the result of each task, as they finish; without an executor they are done here, in order.
 
-    A task is the arguments of `work`. With `meanwhile`, tasks are done here while the processes start. Progress is
-    called with a task's name when it begins here, or finishes elsewhere. When left early, what has not begun is
-    cancelled.
+    A task is the arguments of `work`. Progress is called with a task's name when it begins here, or finishes elsewhere.
+    When left early, what has not begun is cancelled.
     """
     if executor is None:
         for number, task in enumerate(tasks):
@@ -63,8 +61,6 @@ def results(
             future.add_done_callback(done.put)
 
     try:
-        while meanwhile and getattr(executor, "starting", False) and (first := next(waiting, None)) is not None:
-            yield first[0], work(*first[1])
         with _lost_workers():
             submit(MOST_SUBMITTED)
         while numbers:
@@ -124,39 +120,26 @@ def processes(workers: int) -> Iterator[Executor]:
         context.set_forkserver_preload(PRELOAD)
     watched, lifeline = context.Pipe(duplex=False)
     pool = _Processes(workers, context, _start_worker, (watched,))
-    pool.start()
     try:
         yield pool
         pool.shutdown()
     finally:
-        pool.started()  # else processes that begin after the shutdown leave their semaphores
         lifeline.close()
         watched.close()
         pool.shutdown(cancel_futures=True)  # processes that end at once; semaphores that wait for it would outlive them
 
 
 class _Processes(ProcessPoolExecutor):
-    """A pool whose processes start in a thread, while this one does something else."""
+    """A pool that Ctrl-C does not meet while processes, or their server's imports, begin."""
 
-    _starter: threading.Thread
-
-    def start(self) -> None:
-        self._starter = threading.Thread(target=self._start, daemon=True)
-        self._starter.start()
-
-    def started(self) -> None:
-        """Wait until the first processes are there."""
-        self._starter.join()
-
-    def _start(self) -> None:
-        if START == "forkserver":  # Ctrl-C must not end its imports; the processes that it forks ignore Ctrl-C
-            signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
-        with suppress(Exception):  # raised again where tasks are submitted
-            self.submit(int)
-
-    @property
-    def starting(self) -> bool:
-        return self._starter.is_alive()
+    def submit(self, work: Callable[..., Result], /, *task: Any, **options: Any) -> Future[Result]:
+        if START != "forkserver":
+            return super().submit(work, *task, **options)
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+        try:
+            return super().submit(work, *task, **options)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _start_worker(watched: Connection) -> None:

@@ -201,7 +201,7 @@ def sweep(
         try:
             if progress is not None:
                 progress(_standing(records, before, 0.0))
-            for number, solved in results(_solved, tasks, pool, executor is None):
+            for number, solved in results(_solved, tasks, pool):
                 first = firsts[number]
                 if file is not None:
                     file.put(first, solved)
