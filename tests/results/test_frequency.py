@@ -232,6 +232,27 @@ def test_growth_by_wavelength():
     assert off[3:].max() < 0.015
 
 
+LOAD_SWINGS = {0.5: {0.5: 0.123 - 0.304j, 1: -0.214 + 0.530j, 2: -0.577 + 0.104j, 100: -0.7071},
+               0.9: {0.5: 0.117 - 0.122j, 1: -0.056 + 0.232j, 2: -1.050 - 0.010j, 100: -1.5811}}  # fmt: skip
+"""Wear by the relative swing of the load at a constant force, by its part of the limit, and wavelength/2a."""
+
+
+@pytest.mark.parametrize("part", LOAD_SWINGS)
+def test_growth_by_a_load_that_swings(part):
+    """On a soft track less that of a constant load; of long waves as Carter's creepage follows the load."""
+    known, found = LOAD_SWINGS[part], []
+    for cells in (120, 240):
+        sol = line(cells, Fx=-0.003 * part)
+        lengths = 2 * sol.scene.hertz.a * np.array([*known])
+        constant, swings = (
+            vc.corrugation_growth(sol, lengths, track=track, speed=1.0) for track in (None, lambda w: 100.0)
+        )
+        more = constant.growth - swings.growth + 1j * (swings["shift"] - constant["shift"])
+        found.append((more / (swings.load_swing / 0.01)).values)
+    known = np.array([*known.values()])
+    assert (np.abs(2 * found[1] - found[0] - known) / np.abs(known)).max() < 0.03
+
+
 def sampled(cells):
     """The same contact by samples: its pressure is computed, and the edge may be anywhere in an element."""
     sol = line(Fx=-0.0015)
