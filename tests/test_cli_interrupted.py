@@ -92,13 +92,6 @@ def test_history_with_a_file(folder):
     assert said == f"interrupted after {kept} of 4000 steps; {how}"
 
 
-def test_history_without_a_file(folder):
-    output, said = interrupted(folder, "solve", "history.toml", "--json", at="3 of 4000 steps")
-    assert '"finished"' in output
-    how = "nothing is kept; with --out FILE.nc, finished steps are kept and the same command resumes from there"
-    assert said.endswith(f"of 4000 steps; {how}")
-
-
 def test_comparison_with_a_table(folder):
     call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
     output, said = interrupted(folder, *call, at="two")

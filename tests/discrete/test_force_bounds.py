@@ -115,25 +115,6 @@ def test_error_of_the_pressure_is_bounded(load, size):
 # ----------------------------------------------------------------------------- what a bound is for
 
 
-@pytest.mark.parametrize("changes", [{"motion": vc.Steady(Fx=-0.1, spin=0.01)}, {"friction": np.inf}])
-def test_words_where_the_pressure_is_taken_as_it_is(changes):
-    """A force prescribed, infinite friction: no bound with the pressure's error is derived, and nothing claims one."""
-    sol = vc.solve(waves(**changes))
-    assert np.all(np.isfinite(sol.certificate.force_bound))
-    assert sol.summary()["certificate"]["pressure_part"] == [None, None, None]
-    assert "guaranteed bounds on this grid with this pressure: Fx to" in sol.report()
-
-
-def test_words_in_a_history(rolling):
-    steps = vc.Transient(steps=2, vx=0.02)
-    assert (
-        "guaranteed bounds on this grid in this step with Hertz's pressure: "
-        in vc.solve(rolling(motion=steps)).report()
-    )
-    report = vc.solve(waves(10, motion=steps)).report()
-    assert "guaranteed bounds on this grid in this step with the error of the pressure included: " in report
-
-
 # ----------------------------------------------------------------------------- forces that are missed
 
 

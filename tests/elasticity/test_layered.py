@@ -167,21 +167,6 @@ def test_long_rectangles_are_strips():
         np.testing.assert_allclose(long[name], strip[name], atol=1e-11)
 
 
-@pytest.mark.parametrize("grid", [strips(1.0), rectangles(1.0, 1.0)])
-def test_thin_and_thick_coats(grid):
-    """The thinner the coat, the nearer the numbers of its base, the thicker those of itself."""
-    x = np.array([0.0, 1.0, 5.0])
-    closed = {}
-    for name, nu, G in (("thin", 0.2, 4.0), ("thick", 0.4, 0.5)):
-        numbers = HalfSpaces(nu, depth=30.0).influence(grid, x, np.zeros(3), NINE)
-        closed[name] = {each: value * 0.5 / G for each, value in numbers.items()}
-    for name, h in (("thin", 1e-7), ("thick", 1e7)):
-        pair = LayeredPair(Stack(((h, 0.5, 0.4),), (4.0, 0.2)), RIGID, depth=30.0, coupled=False)
-        found = pair.influence(grid, x, np.zeros(3), NINE)
-        for each in ("xx", "yy", "zz"):
-            np.testing.assert_allclose(found[each], closed[name][each], rtol=2e-5)
-
-
 def matrix(pair, grid, lag=None):
     """Of all three components on a grid, or its difference over a step."""
     x, y = (each.ravel() for each in np.meshgrid(grid.x, grid.y)) if not grid.line else (grid.x, np.zeros(grid.nx))

@@ -145,27 +145,6 @@ def test_an_ellipse_outside_the_book_is_said(forces):
         assert found == pytest.approx(python(contact), rel=1e-12)
 
 
-def test_a_call_takes_about_a_microsecond(folder, tmp_path):
-    """In C, with the creepage changed from call to call, and with derivatives; three times that on a busy machine."""
-    (tmp_path / "main.c").write_text("""#include <stdio.h>
-#include <time.h>
-#include "vc_forces.h"
-int main(void) {
-    double in[9] = {6e-3, 4e-3, 82e9, 0.28, 1e5, 0.3, 1e-3, -5e-4, 0.2}, out[12], best = 1;
-    for (int n = 0; n < 10; n++) {
-        clock_t begun = clock();
-        for (int k = 0; k < 10000; k++) { in[6] = 1e-7 * k; vc_forces_gradient(in, out); }
-        double each = (double)(clock() - begun) / CLOCKS_PER_SEC / 10000;
-        if (each < best) best = each;
-    }
-    printf("%g", best);
-}""")
-    sources = [tmp_path / "main.c", folder / "vc_forces.c"]
-    subprocess.run(["gcc", "-std=c99", "-O2", f"-I{folder}", "-o", tmp_path / "main", *sources, "-lm"], check=True)
-    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
-    assert float(done.stdout) < 3e-6
-
-
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
 def test_a_unit_gives_the_same_forces(folder, forces, version, kind):

@@ -197,18 +197,6 @@ def test_bufler_with_the_bodies_interchanged():
     np.testing.assert_allclose(one.traction(X * one.a), -one.traction(-X * one.a), rtol=1e-10, atol=1e-18)
 
 
-def test_units():
-    """Millimetres and newtons, or metres and kilonewtons."""
-    fine, coarse = vc.Bodies(G=82e3, nu=0.28), vc.Bodies(G=82e6, nu=0.28)
-    one, other = line_contact(500.0, fine, force=800.0), line_contact(0.5, coarse, force=800.0)
-    assert one.a == pytest.approx(1e3 * other.a, rel=1e-13)
-    first, second = carter(one, 0.3, force=-100.0), carter(other, 0.3, force=-100.0)
-    assert first.creepage == pytest.approx(second.creepage, rel=1e-13)
-    unlike = vc.Bodies(G=(82e3, 26e3), nu=(0.28, 0.33)), vc.Bodies(G=(82e6, 26e6), nu=(0.28, 0.33))
-    rolling = bufler(500.0, unlike[0], force=800.0), bufler(0.5, unlike[1], force=800.0)
-    assert rolling[0].creepage == pytest.approx(rolling[1].creepage, rel=1e-13)
-
-
 @pytest.mark.parametrize("force", [0.31, -0.3, np.nextafter(0.3, 1)])
 def test_saturated(force):
     contact = line_contact(5.0, LIKE, force=1.0)

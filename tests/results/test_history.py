@@ -138,18 +138,6 @@ def test_interrupted_in_memory_keeps_what_is_finished(history):
     same(stop.value.partial, history[:2])
 
 
-def test_a_killed_program_loses_the_step_it_was_writing(history, tmp_path):
-    """What lies behind the counted steps is a step half written: it is not read, and written over."""
-    path = tmp_path / "history.nc"
-    with pytest.raises(KeyboardInterrupt):
-        vc.solve(history.scene, store=path, progress=stopping(2))
-    with path.open("ab") as file:
-        file.write(b"half a step" * 100)
-    assert len(vc.load(path)) == 2
-    same(vc.solve(history.scene, store=path), history)
-    same(vc.load(path), history)
-
-
 def test_a_history_begins_with_a_saved_step(history, tmp_path):
     """The rest of a history from any of its steps, saved as a solution, is the same."""
     history[1].save(tmp_path / "step.nc")

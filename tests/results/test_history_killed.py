@@ -15,29 +15,6 @@ scene = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Cylinders(R=100.0), normal_force=1.0, friction=0.3,
     motion=vc.Transient(steps={STEPS}, dq=0.5, Fx=-0.2), grid=vc.Grid(nx=12))
 """
-KILLED = """
-import os, random, signal, sys, threading, time
-random.seed(1)
-for enough in {sizes}:
-    child = os.fork()
-    if child == 0:
-        def kill():
-            while not os.path.exists("run.nc") or os.path.getsize("run.nc") < enough:
-                time.sleep(1e-4)
-            time.sleep(random.uniform(0, 0.003))
-            os.kill(os.getpid(), signal.SIGKILL)
-        sys.setswitchinterval(1e-4)  # within a step or two, however busy the machine is
-        threading.Thread(target=kill).start()
-        vc.solve(scene, store="run.nc")
-    seen = [0]
-    while os.waitpid(child, os.WNOHANG) == (0, 0):
-        if os.path.exists("run.nc"):
-            beside = vc.load("run.nc", certify=False)
-            seen.append(len(beside))
-            assert beside[seen[-1] - 1].converged
-    assert seen == sorted(seen), seen
-    print(seen[-1], len(vc.load("run.nc")))
-"""
 ENDED = """
 import os, resource, signal, sys
 sys.dont_write_bytecode = True  # what the limit of size cuts off would stay
@@ -94,16 +71,6 @@ def check_goes_on(history, path):
     for name in ("pressure", "traction", "slip", "distance", "state", "force"):
         stored, solved = ([getattr(step, name) for step in steps] for steps in (whole, history))
         np.testing.assert_array_equal(stored, solved, err_msg=name)
-
-
-def test_killed_at_any_moment(history, tmp_path):
-    """Again and again; whoever reads beside it sees whole steps, and never fewer than before."""
-    size = stored_size(history, tmp_path)
-    found = run(tmp_path, KILLED.format(sizes=[size * share // 10 for share in (2, 3, 5, 7, 9)]))
-    assert all(seen <= kept for seen, kept in found)
-    counts = [kept for _, kept in found]
-    assert 0 < counts[0] < STEPS // 2 and counts == sorted(counts)
-    check_goes_on(history, tmp_path / "run.nc")
 
 
 def test_ended_within_a_step(history, tmp_path):

@@ -112,22 +112,6 @@ def test_largest_by_mean_pressure():
     assert np.isnan(lifted.normalised.Fx)
 
 
-def test_tables_for_notebooks(sol):
-    """What is printed, cell by cell; what a user calls a unit is text and no tag."""
-    odd = vc.solve(rail(units=vc.Units(length="<b>", force="N & lbf")))
-    for each in (sol, odd):
-        cells = Cells(each._repr_html_()).cells
-        printed = " ".join(each.report().split())
-        assert cells[0] == each.report().splitlines()[0] and "normal force" in cells
-        assert all(cell in printed for cell in cells)
-    plan = vc.plan(RAIL)
-    cells = Cells(plan._repr_html_()).cells
-    printed = " ".join(str(plan).split())
-    assert cells[0] == "Plan" and all(cell in printed for cell in cells)
-    cells = Cells(RAIL._repr_html_()).cells
-    assert cells[0] == "Scene" and repr(RAIL.bodies) in cells and "motion" in cells
-
-
 def test_unit_presets(sol):
     assert (vc.SI.of("pressure"), vc.MM_N.of("pressure")) == ("N/m^2", "N/mm^2")
     assert "106700 N" in sol.report()
@@ -208,23 +192,6 @@ def test_page_stands_alone_and_repeats_the_answer(tmp_path):
     words = [sys.executable, "-m", *command.split()]
     printed = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert row in printed
-
-
-def test_only_html_and_no_foreign_file(tmp_path):
-    sol = vc.solve(vc.Scene(bodies=vc.Bodies(1.0, 0.3), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0))
-    with pytest.raises(vc.OutputError):
-        sol.to_html(tmp_path / "report.txt")
-    for name in (None, 5, b"report.html", ""):
-        with pytest.raises(vc.SceneError, match="path"):
-            sol.to_html(name)
-    other = tmp_path / "other.html"
-    other.write_text("<html>mine</html>")
-    with pytest.raises(vc.OutputError):
-        sol.to_html(other)
-    assert other.read_text() == "<html>mine</html>"
-    sol.to_html(other, overwrite=True)
-    sol.to_html(other)  # its own file is replaced
-    assert "Normal contact" in other.read_text()
 
 
 @pytest.mark.parametrize("name", ["history", "estimate", "certificate", "profile"])

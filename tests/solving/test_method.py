@@ -48,27 +48,6 @@ def test_convex_on_unlike_bodies(name):
     assert sol.calls["normal"]["clarabel"].count >= len(sol.passes) > 1
 
 
-@pytest.mark.parametrize("coupling", ["johnson", "joint"])
-@pytest.mark.parametrize("name", ["soft on rigid, shift", "aluminium on steel, force"])
-def test_other_couplings_of_the_convex_road(name, coupling):
-    """One pass, or pressure and tractions in one program (in rolling in turn): by conic solvers just the same."""
-    sol = vc.solve(UNLIKE[name], method="convex", coupling=coupling)
-    assert called(sol) == CONIC
-    assert ("joint" in sol.calls) == (coupling == "joint" and "shift" in name)
-    if coupling == "joint":
-        assert sol.certificate.residual <= TOLERANCE
-        np.testing.assert_allclose(sol.force, vc.solve(UNLIKE[name]).force, atol=1e-6 * friction_force(sol))
-
-
-def test_convex_under_a_law_of_friction(rolling):
-    """The outer loop calls the program in each of its passes."""
-    scene = rolling(friction=vc.StaticKinetic(static=0.4, kinetic=0.3), grid=vc.Grid(nx=6, ny=6))
-    sol = vc.solve(scene, method="convex")
-    assert called(sol, "tangential") == CONIC
-    assert sol.calls["tangential"]["clarabel"].count >= len(sol.passes) > 1
-    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-6 * friction_force(sol))
-
-
 def test_convex_history(rolling):
     """Each step by the program; calls are those of the step."""
     scene = rolling(motion=vc.Transient(steps=3, vx=0.04, spin=0.05), grid=vc.Grid(nx=6, ny=6))
@@ -156,17 +135,6 @@ def test_a_polished_answer_is_that_of_the_polish(rolling):
     raw = vc.solve(rolling(grid=CELLS), tangential="clarabel", polish=False, tol=1e-5)
     assert raw.solved_by["tangential"] == "clarabel"
     assert called(raw, "tangential") == {"clarabel"}
-
-
-def test_unlike_bodies_count_every_pass():
-    """Named solvers without a method are polished from pass to pass: that shows."""
-    sol = vc.solve(UNLIKE["soft on rigid, spin"], "clarabel", "clarabel")
-    assert {name: sol.calls[name]["clarabel"].count for name in ("normal", "tangential")} == {
-        "normal": 1,
-        "tangential": 1,
-    }
-    assert sol.calls["normal"]["norm"].count >= len(sol.passes) > 3
-    assert sol.calls["tangential"]["tang-safeguarded"].count >= len(sol.passes)
 
 
 def test_calls_in_json_and_in_files(rolling, tmp_path):

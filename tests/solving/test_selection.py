@@ -34,32 +34,6 @@ def test_auto_with_many_elements(rolling, changes):
 
 
 @pytest.mark.parametrize(
-    ("changes", "normal", "kind"),
-    [
-        ({"bodies": UNLIKE}, "newton", {"coupling": "newton"}),
-        ({"bodies": UNLIKE, "motion": vc.Shift(ux=0.01)}, "newton", {"coupling": "newton"}),
-        ({"bodies": UNLIKE, "friction": np.inf}, "newton", {"coupling": "panagiotopoulos"}),
-        ({"friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, "hertz", {"friction": "static-kinetic"}),
-        ({"surface": BALL, "motion": vc.Transient(steps=2, vx=0.01)}, "hertz", {"motion": "transient"}),
-        ({"surface": BALL, "bodies": UNLIKE, "motion": vc.Transient(steps=2, vx=0.01)}, "newton", {"bodies": "unlike"}),
-        (
-            {"surface": BALL, "normal_force": None, "motion": vc.Transient(steps=2, vx=0.01, normal_force=[1.0, 2.0])},
-            "hertz",
-            {"motion": "transient"},
-        ),
-    ],
-)
-@pytest.mark.parametrize("grid", [MANY_CELLS, vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)])
-def test_auto_with_many_elements_in_loops(rolling, changes, normal, kind, grid):
-    """Unlike bodies, laws of friction and histories, too."""
-    plan = vc.plan(rolling(grid=grid, **changes))
-    assert (plan.normal, plan.tangential) == (normal, "newton")
-    assert {name: getattr(plan, name) for name in kind} == kind
-    assert "the fastest at this size" in plan.reasons["tangential"]
-    assert "newton: matrix-free Newton" in str(plan)
-
-
-@pytest.mark.parametrize(
     ("changes", "choices", "words"),
     [
         ({"friction": np.inf}, {}, "infinite friction has no traction bound that follows the pressure"),
@@ -88,22 +62,6 @@ def test_auto_with_many_elements_jointly(rolling):
 
 
 @pytest.mark.parametrize(
-    ("changes", "choices"),
-    [
-        ({"grid": vc.Grid(nx=15, ny=15)}, {}),
-        ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
-        ({"grid": vc.Grid(nx=10, ny=10), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
-        ({"grid": vc.Grid(nx=15, ny=15), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
-        ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {"method": "active-set"}),
-        ({"grid": MANY_CELLS}, {"method": "active-set"}),
-        ({"grid": MANY_CELLS}, {"formulation": "marching", "tangential": "tang-safeguarded"}),
-    ],
-)
-def test_with_few_elements_or_where_it_is_not_asked_for(rolling, changes, choices):
-    assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
-
-
-@pytest.mark.parametrize(
     ("motion", "halved"),
     [
         (vc.Steady(vx=0.01), True),
@@ -126,41 +84,6 @@ def test_what_is_its_own_mirror_image_counts_half(rolling, motion, halved, cells
     assert own_image(scene) == pairs == vc.plan(scene, method="active-set").sizes.mirrored
     few = np.pi / 4 * cells**2 <= MANY * (2 if pairs else 1)
     assert vc.plan(scene).tangential == ("tang-safeguarded" if few else "newton")
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"grid": vc.Grid(nx=16, ny=16, dx=0.2, dy=0.2, x0=-1.5, y0=-1.5)},
-        {"grid": vc.Grid(nx=16, ny=16), "bodies": UNLIKE, "surface": BALL},
-        {"grid": vc.Grid(nx=16, ny=16), "surface": SAMPLES},
-        {"grid": "auto"},
-    ],
-)
-def test_what_may_have_no_mirror_image_counts_in_full(rolling, changes):
-    assert not own_image(rolling(motion=vc.Steady(vx=0.01), **changes))
-
-
-@pytest.mark.parametrize(("cells", "solver"), [(17, "tang-safeguarded"), (18, "newton")])
-def test_steps_of_a_history_begin_near_their_ends(rolling, cells, solver):
-    """Active sets keep them up to 250 elements."""
-    motion = vc.Transient(steps=2, vx=0.01, vy=0.01)
-    scene = rolling(surface=BALL, motion=motion, grid=vc.Grid(nx=cells, ny=cells))
-    assert vc.plan(scene).tangential == solver
-
-
-@pytest.mark.parametrize(("cells", "vy", "solver"), [(200, 0.0, "tang-safeguarded"), (200, 0.01, "newton")])
-def test_strips_by_directions(rolling, cells, vy, solver):
-    scene = rolling(surface=vc.Cylinders(R=1.0), motion=vc.Steady(vx=0.01, vy=vy), grid=vc.Grid(nx=cells))
-    assert vc.plan(scene).tangential == solver
-
-
-@pytest.mark.parametrize(
-    ("cells", "dq", "solver"), [(40, 2e-3, "tang-safeguarded"), (40, 4e-3, "newton"), (60, 2e-3, "newton")]
-)
-def test_short_steps_belong_to_active_sets_where_these_are_not_too_slow(rolling, cells, dq, solver):
-    scene = rolling(surface=vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.01, dq=dq), grid=vc.Grid(nx=cells, ny=cells))
-    assert vc.plan(scene).tangential == solver
 
 
 @pytest.mark.parametrize(

@@ -270,21 +270,6 @@ def test_a_contact_that_moves_over_the_grid():
         assert sol.pressure == pytest.approx(np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max())
 
 
-@pytest.mark.parametrize("cells", [50, 200])
-def test_contact_that_tractions_move(cells):
-    """Unlike cylinders in tractive rolling: it moves by some per cent of its width, and the grid has room for that."""
-    motion = vc.Transient(steps=4, Fx=-0.48)
-    bodies = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3))
-    history = vc.solve(cylinder(bodies=bodies, friction=0.6, motion=motion, grid=vc.Grid(nx=cells)))
-    still = vc.solve(cylinder(bodies=bodies, motion=None, friction=None, grid=vc.Grid(nx=cells)))
-    for sol in history:
-        assert sol.grid.sides == pytest.approx(still.grid.sides)
-        touching = sol.grid.x[sol.pressure[0] > 0]
-        resting = still.grid.x[still.pressure[0] > 0]
-        assert 0.02 < (touching[-1] - resting[-1]) / np.ptp(resting) < 0.1
-        assert sol.certificate.residual < 1e-8
-
-
 def test_creepage_of_a_line_contact_is_open_where_the_force_changes():
     """Displacements count from a depth; with the force constant that cancels, with the depth given all is known."""
     motion = vc.Transient(steps=4, dq=[0, 1.0, 1.0, 1.0], Fx=[-0.1, -0.1, -0.2, -0.2])

@@ -65,21 +65,6 @@ def test_what_is_not_solved_says_so(small_bank):
     assert stuck["gap"].notna().all()
 
 
-def test_who_was_called(small_bank):
-    """The table names who produced each answer: on the convex road conic solvers, polish and all."""
-    called = small_bank.set_index(["scene", "method"])["calls"]
-    assert called["shift with rotation", "convex"] == "normal: hertz 1; tangential: clarabel 1 + splitting 1"
-    assert called["pure vx", "kalker"] == "normal: hertz 1; tangential: tang-exact 1"
-    polished = "no-slip 1 + clarabel 1 + tang-safeguarded 1"
-    assert called["pure vx", "clarabel+polish"] == f"normal: hertz 1; tangential: {polished}"
-    assert called["shift with rotation", "clarabel"] == "normal: hertz 1; tangential: clarabel 1"
-    convex = called.xs("convex", level="method")
-    assert not convex.str.contains(r"\bnorm\b|\btang\b|no-slip").any()
-    assert convex["unlike bodies"].count("clarabel") == 2
-    assert "clarabel 1" not in convex["unlike bodies"], "every pass by the conic solver"
-    assert called["shift with rotation", "fastsim"] == "", "refused"
-
-
 def test_theories_are_approximate_and_near(small_bank):
     """The paper: FASTSIM is wrong by 10-15 % of the largest force; this coarse grid adds its own."""
     fastsim = small_bank[(small_bank["method"] == "fastsim") & (small_bank["outcome"] == "approximate")]

@@ -19,8 +19,6 @@ import xarray as xr
 
 import varcontact as vc
 from varcontact.io.records import record_type
-from varcontact.study import sweep as module
-from varcontact.study.parallel import START, processes
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
@@ -151,20 +149,6 @@ def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
         vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
     same = {file.stem: file.read_bytes() == expected for file in tmp_path.iterdir()}
     assert same == {"processes": True, "threads": True, "cluster": True}
-
-
-def test_own_processes_come_from_one_that_has_imported():
-    """On Linux from one for all; elsewhere from this one."""
-    with processes(2) as pool:
-        parents = set(pool.map(parent_and_imports, range(4)))
-    assert {loaded for _, loaded in parents} == {True}
-    assert len({parent for parent, _ in parents}) == 1
-    assert ({parent for parent, _ in parents} == {os.getpid()}) == (START == "spawn")
-
-
-def parent_and_imports(_):
-    """Of the process in which it is called."""
-    return os.getppid(), "varcontact.study.sweep" in sys.modules
 
 
 def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):
@@ -411,14 +395,6 @@ def test_stores_over_words_loads_and_nothing(scene, over, tmp_path):
         assert found.drop_vars("check").equals(swept)
     single = vc.sweep(scene, store=tmp_path / "single.nc")
     assert vc.sweep(scene, store=tmp_path / "single.nc").identical(single) and single["Fx"].shape == ()
-
-
-def test_time_left_is_by_what_was_solved_now(scene, alone, tmp_path, monkeypatch):
-    """Scenes that were in the store took no time."""
-    records = module.blank(10, RECORD)
-    records["outcome"][:6] = b"solved"
-    assert module._standing(records, before=4, seconds=10.0).left == 20.0
-    assert module._standing(records, before=6, seconds=10.0).left is None
 
 
 @pytest.mark.parametrize(

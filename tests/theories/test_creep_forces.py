@@ -101,29 +101,6 @@ def test_symmetries_power_and_the_limit_of_friction(name, vx, vy, spin):
     assert here[creepage != 0] @ creepage[creepage != 0] <= 1e-12
 
 
-def test_the_functions_behind():
-    creepage = np.array([0.5, -0.3, 0.4]) * UNIT
-    contact = (1.2, 0.8, 1.0, LIMIT)
-    of = dict(zip(("vx", "vy", "spin"), creepage, strict=True))
-    expected = {
-        "linear": linear_forces(1.2, 0.8, 1.0, creepage, TABLE),
-        "fastrip": fastrip(*contact, creepage, TABLE),
-        "strip": strip(1.2, 0.8, 1.0, 0.28, LIMIT, creepage),
-        "fastsim": fastsim(*contact, creepage, TABLE, division="calibrated"),
-        "fastsim-weighted": fastsim(*contact, creepage, TABLE, division="calibrated", flexibility="weighted"),
-        "fastsim-elliptic": fastsim(*contact, creepage, TABLE, division="calibrated", bound="elliptic"),
-    }
-    for name, exact in expected.items():
-        found = vc.creep_forces(name, **CONTACT, **of)
-        np.testing.assert_allclose(parts(found), [*exact.force, exact.moment], rtol=1e-12, err_msg=name)
-    force = vc.creep_forces("polach", **CONTACT, **of)
-    np.testing.assert_allclose([force.Fx, force.Fy], polach(*contact, creepage, TABLE), rtol=1e-12)
-    assert np.isnan(force.Mz)
-    without = vc.creep_forces("vermeulen-johnson", **CONTACT, vx=creepage[0], vy=creepage[1])
-    exact = vermeulen_johnson(*contact, (*creepage[:2], 0.0), TABLE)
-    np.testing.assert_allclose([without.Fx, without.Fy], exact, rtol=1e-12)
-
-
 def test_moment_of_vermeulen_and_johnson():
     """That of their tractions, summed over points."""
     from varcontact.theories import vermeulen_johnson_traction

@@ -282,17 +282,6 @@ def test_on_a_grid(kind, creepage):
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > 0.85
 
 
-def test_on_a_grid_whose_rows_are_strips():
-    """One row through the middle, its centres where the points of the strip are: the same tractions."""
-    creepage = UNITS * (0.3, 0.2, 0.5)
-    field = fastsim_field(*CONTACT, creepage, TABLE, m=8, n=1)
-    L = flexibilities(A, B, G, TABLE)
-    grid = vc.Grid(nx=7, ny=1, dx=A / 4, dy=2 * B, x0=-A + A / 8, y0=-B)
-    bound = 2 * LIMIT / (np.pi * A * B) * (1 - (grid.x / A) ** 2)
-    found = fastsim_on_grid(grid, A, B, L, bound[None], creepage)
-    np.testing.assert_allclose(found, field.traction, rtol=1e-12)
-
-
 @kinds
 @given(part, part, st.floats(-1, 1), st.sampled_from(["Fx", "Fy", "both"]))
 @settings(max_examples=25)
@@ -311,22 +300,6 @@ def test_inverse(kind, xi, eta, psi, prescribed):
         else:
             assert found[i] == (vx, vy)[i]
     assert found[2] == spin
-
-
-@kinds
-@pytest.mark.parametrize("spin", [0.0, 1.0, -20.0])
-def test_inverse_near_saturation(kind, spin):
-    """99.9 % of what FASTSIM's points can carry, in directions all round, with much spin too."""
-    limit = abs(fastsim(*CONTACT, (1e3, 0.0, 0.0), TABLE).force[0])
-    for angle in (0.3, 2.0, 4.0):
-        target = 0.999 * limit * np.array([np.cos(angle), np.sin(angle)])
-        found = creepage_for_force(*CONTACT, TABLE, Fx=target[0], Fy=target[1], spin=spin * UNITS[2], flexibility=kind)
-        force = fastsim(*CONTACT, found, TABLE, flexibility=kind).force
-        np.testing.assert_allclose(force, target, atol=1e-8 * LIMIT)
-    with pytest.raises(vc.Saturated):
-        creepage_for_force(*CONTACT, TABLE, Fx=limit * 1.0001, spin=spin * UNITS[2])
-    with pytest.raises(vc.Saturated):
-        creepage_for_force(*CONTACT, TABLE, Fx=limit * 0.8, Fy=limit * 0.601, spin=spin * UNITS[2])
 
 
 TURNED = vc.reference.CreepageCoefficients(1.3, 2.5, -0.07, 30.0)  # as in a wide contact with nu = -0.9

@@ -152,19 +152,6 @@ def test_more_that_they_cannot_treat(rolling):
             vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=0.1)), tangential=name)
 
 
-@pytest.mark.parametrize("name", ["fastsim", "linear", "tang", "clarabel"])
-def test_netcdf_keeps_the_words(rolling, tmp_path, name):
-    formulation = "marching" if name == "clarabel" else "auto"
-    sol = vc.solve(rolling(grid=vc.Grid(nx=6, ny=6)), normal="norm", tangential=name, formulation=formulation)
-    sol.save(tmp_path / "solution.nc")
-    again = vc.load(tmp_path / "solution.nc")
-    assert again.status == sol.status and sol.status["tangential"]
-    assert again.plan == sol.plan and again.plan.formulation == sol.plan.formulation
-    assert again.iterations == sol.iterations
-    np.testing.assert_array_equal(again.traction, sol.traction)
-    np.testing.assert_array_equal(again.state, sol.state)
-
-
 @pytest.mark.parametrize("name", FASTSIM)
 @pytest.mark.parametrize("part", [0.999, 0.9999999])
 def test_fastsim_carries_on_the_elements_all_that_friction_can(rolling, name, part):
@@ -204,18 +191,6 @@ def test_fastsim_cannot_be_fitted_to_a_negative_coefficient(rolling, name):
         vc.solve(rolling(**wide, motion=vc.Steady(vx=0.04, spin=0.01)), tangential=name)
     sol = vc.solve(rolling(**wide, motion=vc.Steady(vx=300.0)), tangential=name)
     np.testing.assert_allclose(sol.force, [-0.3, 0.0], atol=1e-9)
-
-
-@pytest.mark.parametrize("name", FASTSIM)
-def test_slopes_and_scans(rolling, name):
-    """No slopes of a theory; and `scan` has its forces."""
-    with pytest.raises(vc.SceneError, match="by an exact method") as failure:
-        vc.solve(rolling(), tangential=name).sensitivity()
-    assert failure.value.value == name
-    creepages = np.array([[0.01, 0.0, 0.0], [0.04, -0.02, 0.05]])
-    for sol, (vx, vy, spin) in zip(vc.scan(rolling(), creepages, tangential=name), creepages, strict=True):
-        alone = vc.solve(rolling(motion=vc.Steady(vx=vx, vy=vy, spin=spin)), tangential=name)
-        np.testing.assert_array_equal(sol.force, alone.force)
 
 
 @pytest.mark.parametrize("name", FASTSIM)

@@ -9,7 +9,6 @@ import varcontact as vc
 from varcontact.data.make_table_book import (
     DOUBT,
     FULL,
-    GRIDS,
     HOW,
     direction_nodes,
     local_law,
@@ -281,24 +280,6 @@ def test_an_entry_is_the_exact_solution(small):
     extrapolated = [second + (second - first) / 3 for first, second in ((coarse, fine), (fine, finest))]
     doubtful = int(np.abs(extrapolated[0] - fine).max() > DOUBT)
     np.testing.assert_allclose(small.values[1, 0, 5], extrapolated[doubtful], rtol=0, atol=2e-4)
-
-
-def test_an_entry_in_doubt_is_computed_on_finer_elements(small):
-    """With much creepage and spin: the entry is that of the finer pair, and nearer to the exact solution."""
-    d = int(np.argmax(np.abs(small.directions @ [0.2, 0.5, -0.8])))
-    coarse, fine, finest = exact_on_grids(float(small.ratios[1]), small.directions[d], magnitudes(2)[1])
-    assert np.abs(fine - coarse).max() / 3 > DOUBT
-    pairs = fine + (fine - coarse) / 3, finest + (finest - fine) / 3
-    away = [np.abs(small.values[1, 1, d] - pair).max() for pair in pairs]
-    assert away[1] < 0.3 * away[0]
-
-
-def exact_on_grids(ratio, direction, t):
-    """Normalised, on each of the grids of the entries."""
-    triple = 1.5 * t / (1 - t) * direction / scales(ratio) * LIMIT / G
-    scene = posed(np.sqrt(ratio), 1 / np.sqrt(ratio), triple)
-    solutions = (vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None) for grid in GRIDS)
-    return [np.array([*sol.force, sol.moment]) / LIMIT for sol in solutions]
 
 
 @pytest.mark.parametrize(

@@ -123,19 +123,6 @@ def test_the_height_can_be_given():
     assert again.force == pytest.approx(found.force, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("depth", "circles", "within"), [(1e-6, 1, 0.55), (1e-4, 1, 0.3), (1e-3, 4, 0.1), (1e-2, 13, 0.05)]
-)
-def test_overlaps_of_few_circles_are_near_hertz(depth, circles, within):
-    """At the flange, where a light load makes a patch narrower than the step of the locus."""
-    case = benchmark(manchester()[-1])
-    case = replace(case, vertical_force=None, z=case.touching + depth)
-    (overlap,) = case.locus.overlaps(case.z)
-    (found,), (exact,) = (case.estimate(normal).patches for normal in ("virtual-penetration", "hertz"))
-    assert overlap.depth.size == circles
-    assert found.ellipse.normal_force == pytest.approx(exact.ellipse.normal_force, rel=within)
-
-
 @pytest.mark.filterwarnings("ignore:with dy")
 @pytest.mark.parametrize("normal", ["virtual-penetration", "hertz"])
 def test_each_overlap_has_its_ellipse(normal):

@@ -19,7 +19,7 @@ from tests.wheel_rail.conditions import (
     wheel,
 )
 from varcontact.errors import NoContact, SceneError
-from varcontact.kinematics import klingel_wavelength, rotation
+from varcontact.kinematics import rotation
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
 from varcontact.wheel_rail.patches import contact_locus, tangent_of, undeformed_distance
 
@@ -178,25 +178,6 @@ def test_roll_and_rolling_radius_of_the_benchmark(row):
     roll, radii = rigid(row["y_ws"], row["yaw"])
     assert roll == pytest.approx(row["roll"], rel=0.02, abs=5e-6)
     assert np.mean(radii) == pytest.approx(-2000.0 / row["pitch_rate"], abs=0.25)
-
-
-def test_equivalent_conicity_of_s1002_on_60e1_with_roll():
-    """By harmonic linearisation and by the wavelength of the wheel set's motion: the two agree, at 0.18 for 3 mm."""
-    track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
-    y = np.linspace(0.0, 3.0, 13)
-    radii = [rigid(each, track=track, wheelset=wheelset)[1] for each in y]
-    difference = [right - left for left, right in radii]
-    phase = (np.arange(500) + 0.5) / 500 * np.pi / 2
-    harmonic = float(np.mean(np.interp(3 * np.sin(phase), y, difference) * np.sin(phase)) / 3)
-    assert harmonic == pytest.approx(0.18, abs=0.01)
-    # y'' = -difference / (2 b r) by the distance rolled, from 3 mm to the middle: a quarter of a wave
-    b, at, slope, rolled, step = 750.0, 3.0, 0.0, 0.0, 2.0
-    while at > 0:
-        slope -= step * np.interp(at, y, difference) / (2 * b * 460.0)
-        at += step * slope
-        rolled += step
-    conicity = (klingel_wavelength(1.0, 460.0, b) / (4 * rolled)) ** 2
-    assert conicity == pytest.approx(harmonic, rel=0.03)
 
 
 def test_the_gauge_is_measured_at_its_height():

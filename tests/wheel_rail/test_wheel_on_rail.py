@@ -28,7 +28,6 @@ from varcontact.wheel_rail import (
     ConformalContact,
     Position,
     Profile,
-    RoughProfile,
     Track,
     Velocity,
     WheelSet,
@@ -216,22 +215,6 @@ def test_creepages_are_the_velocities_of_particles_followed_in_time():
     assert found.spin == pytest.approx(turn / speed, abs=1e-9)
 
 
-def test_smoothing_mends_what_noise_does_to_the_pressure():
-    """2 micrometres of noise on the rail double the peak pressure; smoothing over 5 mm brings it within a tenth."""
-    noise = 0.002 * np.random.default_rng(3).normal(size=RAIL.z.size)
-    rough = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
-    common = {"vertical_force": 10e3, "dx": 0.5, "dy": 0.2}
-    exact = wheel(2.0, **common).solve().patches[0].peak_pressure
-    with pytest.warns(RoughProfile, match=r"the patch at y = 7\d\d.* mm: a profile is rough") as caught:
-        noisy = wheel(2.0, track=Track(rail=rough), **common, join=1e3, separate=1e3).solve()
-    assert len(caught) == 1  # of the height that was found, not of all that were tried
-    assert noisy.patches[0].peak_pressure > 2 * exact
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        mended = wheel(2.0, track=Track(rail=rough.smoothed(5.0)), **common).solve()
-    assert mended.patches[0].peak_pressure == pytest.approx(exact, rel=0.1)
-
-
 def test_conformal_contact_is_said_with_its_numbers():
     worn = round_rail(20.0, half=15.0)
     hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
@@ -283,21 +266,6 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
 def test_a_wrong_name_is_told_the_right_one(make, said):
     with pytest.raises(SceneError, match=said):
         make()
-
-
-def test_in_short():
-    """Representations for notebooks and error messages name what matters, without the arrays."""
-    standard = {"track": Track(rail=Profile.rail_60e1(), cant=1 / 40), "wheelset": WheelSet(wheel=Profile.s1002())}
-    case = wheel(**standard, side="left", vertical_force=20e3, dx=1.0, dy=1.0)
-    rail = "Profile(rail, '60E1', 517 points, y -37.08 to 37.08 mm)"
-    assert repr(case.track.rail) == rail
-    assert repr(Profile.s1002().smoothed(5.0)).endswith("60 mm, smoothing=5)")
-    assert repr(case).startswith(f"WheelOnRail(track=Track(rail={rail}, gauge=1435.0, ")
-    found = case.solve()
-    forces = ", ".join(f"{each:.6g}" for each in found.force)
-    assert repr(found) == f"WheelRailSolution(left wheel, 1 patch, force=({forces}), z={found.z:.6g})"
-    assert repr(found.patches[0]).startswith("PatchSolution(location=(0, -751.")
-    assert repr(case.estimate()).startswith("FastWheel(left wheel, 1 patch, force=(")
 
 
 def test_methods_reach_the_patches():

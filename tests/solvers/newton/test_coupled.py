@@ -47,11 +47,6 @@ def test_products_are_those_of_all_blocks(scaled):
     np.testing.assert_allclose(scaled.conditions.kernel(fields.astype(np.float32)), exact, atol=3e-6 * abs(exact).max())
 
 
-def test_known_is_the_shift_without_any_traction(scaled):
-    nothing = np.zeros((3, 6, 7))
-    np.testing.assert_allclose(scaled.conditions.known, scaled.shift(nothing, np.zeros((3, 1, 1))), rtol=1e-12)
-
-
 def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     """By differences, and with their right-hand sides Newton's step: the bound follows the pressure."""
     conditions, rng = scaled.conditions, np.random.default_rng(2)
@@ -80,14 +75,3 @@ def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     right = system.right + error
     right[1:] -= (conditions.friction * error[0] * slip) * system.tangential.along
     np.testing.assert_allclose(right, 0, atol=1e-10)
-
-
-def test_the_work_has_its_slope_and_curvature(scaled):
-    conditions, rng = scaled.conditions, np.random.default_rng(3)
-    trial = rng.normal(size=(3, 6, 7))
-    count = len(conditions.forces.components)
-    _, slope, curvature = conditions.work(trial, np.zeros(count))
-    for i, unit in enumerate(1e-6 * np.eye(count)):
-        ahead, behind = conditions.work(trial, unit), conditions.work(trial, -unit)
-        assert (ahead[0] - behind[0]) / 2e-6 == pytest.approx(slope[i], rel=1e-6, abs=1e-6)
-        np.testing.assert_allclose((ahead[1] - behind[1]) / 2e-6, curvature[i], rtol=1e-6, atol=1e-6)

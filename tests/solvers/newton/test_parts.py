@@ -7,8 +7,7 @@ from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import point
-from varcontact.solvers.newton.gcr import FEWEST, MOST, Forces, gcr, room_for
-from varcontact.solvers.newton.globalisation import balanced, forward_backward_forward, next_damping
+from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import kernel, parzen, unit
 from varcontact.solvers.newton.tangential import ScaledTangential
@@ -96,38 +95,6 @@ def test_few_iterations_where_all_sticks(tangential_problem):
         assert step.iterations <= 8
 
 
-def test_tsengs_steps_converge(tangential_problem):
-    """Wherever M is monotone: the natural map's residual falls and falls."""
-    scaled = ScaledTangential.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Settings())
-    conditions = scaled.conditions
-    at = point(conditions, 0 * conditions.known, np.zeros((2, 1, 1)))
-    sizes = []
-    for _ in range(4):
-        at = forward_backward_forward(at, scaled.shift, conditions.projected, conditions.forces, 20)
-        error = at.traction - conditions.projected(at.traction - at.shift)
-        sizes.append(np.linalg.norm(error) + np.linalg.norm(conditions.forces.lacking(at.traction)))
-    assert np.all(np.diff(sizes) < 0)
-    assert sizes[-1] < 1e-3 * sizes[0]
-
-
-@pytest.mark.parametrize("part", [0.3, 0.999])
-def test_balance(tangential_problem, part):
-    """After it the tractions of the natural map have the forces, however far the rigid shifts have to go."""
-    for seed in (0, 4, 6):  # an ellipse, wavy pressures, strips
-        conditions = ScaledTangential.of(tangential_problem(seed, carried=part, friction=1e-3), Settings()).conditions
-        at = balanced(conditions, point(conditions, 0 * conditions.known, np.zeros((len(conditions.known), 1, 1))))
-        sums = conditions.forces.of(conditions.projected(at.traction - at.shift))
-        np.testing.assert_allclose(
-            sums, conditions.forces.sums, rtol=1e-6, atol=1e-6 * np.abs(conditions.forces.sums).max()
-        )
-
-
-def test_damping_grows_where_steps_fail_and_goes_where_they_do_not():
-    assert next_damping(0.0, 1.0, 0.1) == 0.0
-    assert 0 < next_damping(0.0, 0.3, 0.8) < next_damping(0.5, 1.0, 0.95) <= next_damping(100.0, 0.01, 1.0)
-    assert next_damping(0.5, 1.0, 0.1) == 0.1 and next_damping(0.02, 1.0, 0.1) == 0.0
-
-
 def test_from_coarse_to_fine():
     """Sums and means over two by two; what is linear stays so, next to elements out of contact, too."""
     field = np.arange(15.0).reshape(3, 5)
@@ -161,26 +128,6 @@ def test_elements_of_twice_the_size(box):
         assert errors.max() < share * np.abs(exact).max()
 
 
-def test_from_coarse_to_fine_along_a_line():
-    field = np.arange(5.0)[None]
-    np.testing.assert_array_equal(halved(field), [[1.0, 5.0, 4.0]])
-    np.testing.assert_allclose(doubled(halved(field) / 2, np.ones((1, 3), bool), (1, 6))[0, 1:3], [1.0, 2.0])
-
-
-def test_box_of_elements(tangential_problem):
-    """Fields on the box and back; zero where there is no element."""
-    operator = tangential_problem(3, shape="holes").operator
-    box = Box.around(operator)
-    values = np.random.default_rng(0).normal(size=(2, operator.elements.size))
-    field = box.field(values)
-    np.testing.assert_array_equal(box.values(field), values)
-    assert np.count_nonzero(field) == values.size
-    whole = np.zeros((2, *operator.grid_operator.shape))
-    whole.reshape(2, -1)[:, operator.elements] = values
-    rows, columns = np.flatnonzero(whole[0].any(axis=1)), np.flatnonzero(whole[0].any(axis=0))
-    np.testing.assert_array_equal(field, whole[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
-
-
 def test_the_window_keeps_the_symbol_positive(tangential_problem):
     """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the middle."""
     problem = tangential_problem(1, shape="needle", rolling=False)
@@ -190,10 +137,3 @@ def test_the_window_keeps_the_symbol_positive(tangential_problem):
     assert not kernel(problem.operator.grid_operator, problem.operator.grid_operator.shape).circulant.rolling
     rolling = tangential_problem(1, shape="needle", rolling=True, step=1.0).operator.grid_operator
     assert kernel(rolling, rolling.shape).circulant.rolling == 1
-
-
-def test_the_number_of_directions_is_bounded():
-    """Few for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
-    none = Forces((), np.zeros(0), 1.0)
-    assert len(room_for(10**6, none)[2]) == FEWEST and len(room_for(1000, none)[2]) == MOST
-    assert 36 < len(room_for(36, none)[2]) < 100

@@ -270,12 +270,3 @@ def test_gap_and_force_bound(seed, size, along):
     errors[2] = (x * error[0]).sum() * direction
     assert np.all(np.abs(errors) * problem.area <= bound * (1 + 1e-9) + 1e-15)
     assert bound[1 - direction] == 0
-
-
-@pytest.mark.parametrize("along", ["vx", "vy"])
-def test_force_bound_dense_and_by_fft_agree(monkeypatch, along):
-    problem = posed(vc.Steady(**{along: 0.02}))
-    traction = 0.9 * tang_safeguarded(problem).traction
-    dense = force_bound(problem, traction, np.zeros(1))
-    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", 0)
-    np.testing.assert_allclose(force_bound(problem, traction, np.zeros(1)), dense, rtol=1.1e-3)
