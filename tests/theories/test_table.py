@@ -275,6 +275,14 @@ def test_making_a_book_goes_on_where_it_stopped(small, tmp_path):
     assert book.values.shape == (2, 2, len(direction_nodes(3)), 3)
 
 
+def exact_on_grids(ratio, direction, t):
+    """Normalised, on each of the grids of the entries."""
+    triple = 1.5 * t / (1 - t) * direction / scales(ratio) * LIMIT / G
+    scene = posed(np.sqrt(ratio), 1 / np.sqrt(ratio), triple)
+    solutions = (vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None) for grid in GRIDS)
+    return [np.array([*sol.force, sol.moment]) / LIMIT for sol in solutions]
+
+
 def test_an_entry_is_the_exact_solution(small):
     coarse, fine, finest = exact_on_grids(float(small.ratios[1]), small.directions[5], magnitudes(2)[0])
     extrapolated = [second + (second - first) / 3 for first, second in ((coarse, fine), (fine, finest))]
