@@ -9,6 +9,7 @@ import varcontact as vc
 from varcontact.data.make_table_book import (
     DOUBT,
     FULL,
+    GRIDS,
     HOW,
     direction_nodes,
     local_law,
