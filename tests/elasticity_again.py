@@ -149,12 +149,7 @@ def hertz_by_axes(
 
 
 def hertz_line(
-    R: float,
-    constants: Constants,
-    *,
-    depth: float | None,
-    force: float | None = None,
-    approach: float | None = None,
+    R: float, constants: Constants, *, depth: float | None, force: float | None = None, approach: float | None = None
 ) -> Ellipse:
     """The contact of cylinders, per unit length; the approach is open where no reference depth is given."""
     compliance = 2 * (1 - constants.nu) / (np.pi * constants.G)

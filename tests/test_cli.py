@@ -145,12 +145,7 @@ def test_report_file_and_picture(folder, pictures):
         ("solve", SCENE, ("--tol", "-1"), ["tol", "-1"]),
         ("solve", SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         ("solve", SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
-        (
-            "solve",
-            SCENE,
-            ("--out", "a.vtk"),
-            ["--out = 'a.vtk'", "must end in .nc, .csv, .vtu"],
-        ),
+        ("solve", SCENE, ("--out", "a.vtk"), ["--out = 'a.vtk'", "must end in .nc, .csv, .vtu"]),
         ("solve", SCENE, ("--out", "a"), ["--out = 'a'", "must end in .nc, .csv"]),
         ("solve", SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in .nc, .csv"]),
         ("solve", SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),

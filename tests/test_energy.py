@@ -26,10 +26,7 @@ LOADS = {
         "motion": vc.Shift(ux=1e-3),
     },
 }
-MOTIONS = {
-    "shift": vc.Shift(ux=0.1, uy=0.05, rotation=0.1),
-    "shift by a force": vc.Shift(Fx=-0.2, uy=0.02),
-}
+MOTIONS = {"shift": vc.Shift(ux=0.1, uy=0.05, rotation=0.1), "shift by a force": vc.Shift(Fx=-0.2, uy=0.02)}
 
 
 @pytest.fixture(scope="module", params=LOADS)

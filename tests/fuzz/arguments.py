@@ -71,14 +71,7 @@ def _parts() -> dict:
     falling = {"static": 0.3, "kinetic": 0.2, "half_velocity": 1e-3, "velocity": 2.0}
     lattice = {"nx": 3, "ny": 3, "dx": 1.0, "dy": 1.0, "x0": -1.5, "y0": -1.5, "margin": 1, "edge": "centres"}
     rolling = {"spin": 0.1, "Fx": 1e-3, "vy": 0.1, "dq": 0.1, "spin_offset": 0.1}
-    steps = {
-        "steps": 3,
-        "dq": [0.0, 0.1, 0.1],
-        "direction": 1,
-        "vx": 1e-3,
-        "vy": [0.0] * 3,
-        "spin": 0.0,
-    }
+    steps = {"steps": 3, "dq": [0.0, 0.1, 0.1], "direction": 1, "vx": 1e-3, "vy": [0.0] * 3, "spin": 0.0}
     steps |= {"ux": 0.0, "uy": 0.0, "rotation": 0.0, "Fy": None, "normal_force": 1.0, "approach": None}
     steps |= {"friction": 0.3, "surface": None, "start": None, "interpolate": False, "spin_offset": 0.1}
     scene = {

@@ -210,8 +210,7 @@ def law(rng: Random, base: Base):
     half = velocity * base.natural * 10 ** rng.uniform(-1, 2)
     falling = _one_of(rng, {vc.LinearFalling: 1, vc.RationalFalling: 1, vc.ExponentialFalling: 1})
     return _one_of(
-        rng,
-        {vc.StaticKinetic(base.friction, kinetic): 1, falling(base.friction, kinetic, half, velocity): 2},
+        rng, {vc.StaticKinetic(base.friction, kinetic): 1, falling(base.friction, kinetic, half, velocity): 2}
     )
 
 

@@ -168,16 +168,6 @@ def test_numbers_beyond_computing_are_refused(sol, tmp_path):
         vc.load(tmp_path / "saved.nc")
 
 
-def test_a_record_nested_deep_is_refused(sol, tmp_path):
-    """Files, seed 2, case 253: a RecursionError of the JSON reader."""
-    sol.save(tmp_path / "saved.nc")
-    data = xr.load_dataset(tmp_path / "saved.nc", engine="h5netcdf")
-    data["record"] = ((), '{"plan": ' + "[" * 20_000 + "]" * 20_000 + "}")
-    data.to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
-    with pytest.raises(vc.OutputError, match="is damaged"):
-        vc.load(tmp_path / "saved.nc")
-
-
 BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)
 SCENE = vc.Scene(bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3))
 REFUSED = {

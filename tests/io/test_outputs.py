@@ -141,12 +141,6 @@ def test_pictures_are_known_by_what_they_say(folder, ending):
     assert (folder / f"a.{ending}").read_bytes() == before
 
 
-def test_the_picture_is_not_written_over_the_solution(folder):
-    (folder / "a.png").symlink_to("a.nc")
-    refused(run("solve", "scene.toml", "--out", "a.nc", "--plot", "a.png", folder=folder), "is the same file as 'a.nc'")
-    assert sorted(os.listdir(folder)) == ["a.png", "history.toml", "pressed.toml", "scene.toml"]
-
-
 def test_a_history_is_not_written_over_by_a_solution(folder):
     """Nor the other way round: each may be days of work."""
     run("solve", "history.toml", "--out", "a.nc", folder=folder)

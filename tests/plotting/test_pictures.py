@@ -15,7 +15,6 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
-from matplotlib.quiver import Quiver
 from PIL import Image
 
 import varcontact as vc
@@ -183,17 +182,6 @@ def test_the_section_shows_the_size_beside_the_bound(wheel):
     assert np.all(shown <= 1e6 * lines["$\\pm$ traction bound"] * (1 + 1e-9))
     assert {"$p_x$", "$p_y$"} <= set(lines)
     assert ax.get_title() == f"Section at y = {1e3 * wheel.grid.y[row - 1]:.3g} mm"
-
-
-def test_in_axes_that_are_there(wheel):
-    """One panel, in the user's figure, which keeps its size; without a word for it the tractions."""
-    figure = Figure(figsize=(7, 3))
-    left, right = figure.subplots(1, 2)
-    assert wheel.plot(ax=left) is figure and wheel.plot("slip", ax=right) is figure
-    assert left.get_title() == "Tangential traction on body 1" and right.images
-    assert any(isinstance(artist, Quiver) for artist in left.get_children())
-    assert tuple(figure.get_size_inches()) == (7, 3)
-    assert tuple(wheel.plot(figsize=(9, 4)).get_size_inches()) == (9, 4)
 
 
 @pytest.mark.parametrize(

@@ -66,12 +66,7 @@ def test_sphere():
     assert contact.peak_pressure == pytest.approx(1.5 * force / (np.pi * a**2), rel=1e-14)
 
 
-@given(
-    ratio=st.floats(-4, 4),
-    size=st.floats(-3, 3),
-    load=st.floats(-3, 6),
-    nu=st.floats(-0.9, 0.5),
-)
+@given(ratio=st.floats(-4, 4), size=st.floats(-3, 3), load=st.floats(-3, 6), nu=st.floats(-0.9, 0.5))
 def test_pressure_solves_the_contact_equation(ratio, size, load, nu):
     """For curvature ratios 1e-4..1e4: displacement at the centre and its curvatures, by Hertz's potential.
 

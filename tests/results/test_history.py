@@ -247,10 +247,7 @@ def test_a_force_beyond_saturation_says_where_and_keeps_what_was_before(tmp_path
         ({"direction": [1, 0, 1]}, r"motion.direction\[1\] = 0 .* 1 or -1"),
         ({"normal_force": [1, -1, 1]}, r"motion.normal_force\[1\] = -1"),
         ({"friction": [0.3, -0.1, 0.3]}, r"motion.friction\[1\] = -0.1"),
-        (
-            {"Fx": [0.1, None, 0.1], "vx": [0, 1e-3, 1e-3]},
-            r"motion\.Fx\[2\], motion\.vx\[2\] = \(0\.1, 0\.001\)",
-        ),
+        ({"Fx": [0.1, None, 0.1], "vx": [0, 1e-3, 1e-3]}, r"motion\.Fx\[2\], motion\.vx\[2\] = \(0\.1, 0\.001\)"),
         ({"Fy": 0.1, "uy": [0, 0, 1e-3]}, r"motion\.Fy\[2\], motion\.uy\[2\] = \(0\.1, 0\.001\)"),
         ({"surface": [BALL]}, r"one surface for each of the 3 steps"),
         ({"surface": [BALL, BALL, vc.Cylinders(1.0)]}, r"motion.surface\[2\]"),
@@ -281,8 +278,7 @@ def test_scenes_that_cannot_be_are_refused():
         cylinder(vc.Transient(steps=2, spin=[0, 0.1]))
     for motion in (vc.Transient(steps=2, vx=1e-3), vc.Transient(steps=2, Fx=[-0.1, None])):
         with pytest.raises(
-            vc.SceneError,
-            match=r"without motion.Fx, needs surface.reference_depth: .* motion.Fx in every step$",
+            vc.SceneError, match=r"without motion.Fx, needs surface.reference_depth: .* motion.Fx in every step$"
         ):
             cylinder(motion)
     with pytest.raises(vc.SceneError, match=r"approach of step 1 needs surface.reference_depth: .* a normal force$"):

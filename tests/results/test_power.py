@@ -45,13 +45,6 @@ def test_the_density_sums_to_force_times_creepage(motion, part, second_order):
     assert sol.friction_work == pytest.approx(sol.power, rel=1e-12)
 
 
-@pytest.mark.parametrize("method", ["linear", "fastsim", "fastrip"])
-def test_that_of_theories_does_too(method):
-    sol = vc.solve(ball(MOTIONS["mixed"], 12), tangential=method)
-    assert sol.power > 0
-    assert sol.friction_work == pytest.approx(sol.power, rel=1e-12)
-
-
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 def test_what_the_slip_of_the_law_lacks(motion):
     """p'S p by the step, and Fy times the way from x to where spin is sampled: an identity, to rounding."""

@@ -93,13 +93,6 @@ def test_a_motion_without_friction_is_normal_contact():
     assert list(values(vc.solve(replace(SCENE, friction=0.0)))) == ["approach", "peak_pressure"]
 
 
-def test_a_line_contact_without_depth_has_no_approach():
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=2.0), normal_force=1e-3, grid=vc.Grid(nx=20)
-    )
-    assert list(values(vc.solve(scene))) == ["peak_pressure"]
-
-
 def test_the_semi_axes_of_samples_are_those_of_hertz():
     x, y = np.linspace(-0.2, 0.2, 61), np.linspace(-0.4, 0.4, 61)
     sampled = vc.SampledDistance(x**2 + (y**2 / 6)[:, None], x=x, y=y)
@@ -108,15 +101,6 @@ def test_the_semi_axes_of_samples_are_those_of_hertz():
     sol = vc.solve(replace(SCENE, surface=sampled, grid=vc.Grid(nx=24, ny=24)))
     assert semi_axes(sol) == pytest.approx((exact.a, exact.b), rel=0.02)
     assert units(sol)["Mz"] == pytest.approx(4e-4 * math.sqrt(exact.a * exact.b), rel=0.02)
-
-
-def test_a_history_counts_by_its_largest_friction_limit():
-    motion = vc.Transient(steps=3, dq=[0.0, 0.02, 0.02], ux=[1e-4, 0.0, 0.0], normal_force=[2e-3, 1e-3, 1e-3])
-    history = vc.solve(replace(SCENE, motion=motion))
-    found, per = values(history, [0, 2]), units(history, [0, 2])
-    assert list(found) == ["Fx[0]", "Fy[0]", "Mz[0]", "Fx[2]", "Fy[2]", "Mz[2]"]
-    assert found["Fx[2]"] == history[2].force[0]
-    assert per["Fx[2]"] == per["Fx[0]"] == pytest.approx(8e-4, rel=1e-9)
 
 
 def test_infinite_friction_has_no_unit():

@@ -91,17 +91,6 @@ def test_what_has_no_dimension_is_the_same_at_any_size(scene, scale):
     assert two == pytest.approx(one, rel=1e-7, abs=1e-10)
 
 
-def test_small_creepages_have_kalkers_coefficients():
-    """Fx = -C11 vx, Fy = -C22 vy and Fy = -C23 spin without dimension, to the error of the grid."""
-    hertz, grid = RAIL.hertz, vc.Grid(nx=24, ny=24)
-    C = vc.reference.creepage_coefficients(hertz.a, hertz.b, 0.28)
-    part = vc.solve(rail(motion=vc.Steady(vx=1e-7, vy=1e-7), grid=grid)).normalised
-    assert -part.Fx / part.vx == pytest.approx(C.C11, rel=0.03)
-    assert -part.Fy / part.vy == pytest.approx(C.C22, rel=0.03)
-    spun = vc.solve(rail(motion=vc.Steady(spin=1e-4), grid=grid)).normalised
-    assert -spun.Fy / spun.spin == pytest.approx(C.C23, rel=0.05)
-
-
 def test_largest_by_mean_pressure():
     """3/2 of Hertz's ellipse, 4/pi of his line; without contact there is none."""
     ellipse = vc.solve(rail(motion=None, grid=vc.Grid(nx=41, ny=41)))

@@ -63,15 +63,6 @@ def test_unlike_bodies_and_infinite_friction_survive_the_file(rolling, tmp_path)
         assert json.loads(json.dumps(again.summary(), allow_nan=False)) == again.summary()
 
 
-def test_unwritable(sol, tmp_path):
-    (tmp_path / "folder.nc").mkdir()
-    for path in (tmp_path / "none" / "a.nc", tmp_path / "folder.nc"):
-        with pytest.raises(vc.OutputError) as failure:
-            sol.save(path)
-        assert str(path) in str(failure.value)
-    assert [p.name for p in tmp_path.iterdir()] == ["folder.nc"]
-
-
 @pytest.mark.parametrize("name", ["x.xlsx", "x.vtk", "x.npz", "x.nc.txt", "x", ".nc"])
 def test_endings_of_no_format_are_refused(sol, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

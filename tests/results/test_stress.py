@@ -75,16 +75,6 @@ def test_tractions_at_the_surface(unlike, body):
     np.testing.assert_allclose(found, -tractions, atol=1e-14)
 
 
-@pytest.mark.parametrize("body", ["upper", "lower"])
-def test_layers_are_the_points_below_elements(unlike, body):
-    layers = vc.stress_below(unlike, [0.0, 0.7], body)
-    points = vc.stress(unlike, layers.points, body)
-    assert layers.body == points.body == (1 if body == "upper" else 2)
-    assert np.all(layers.points[2, 1] == (0.7 if body == "upper" else -0.7))
-    for name in ("displacement", "gradient", "stress"):
-        np.testing.assert_allclose(getattr(layers, name), getattr(points, name), rtol=0, atol=1e-13)
-
-
 @pytest.mark.parametrize("body", [1, 2])
 def test_gradients_in_the_scenes_axes(unlike, body):
     """du_i/dx_j by differences, in both bodies, and Hooke's law with each body's own constants."""

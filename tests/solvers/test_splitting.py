@@ -7,13 +7,12 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.backends import solve_joint, solve_tangential
 from varcontact.solvers.conic.programs import joint_program
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_tangential
+from varcontact.solvers.splitting import Splitting, refine_both, refine_tangential
 
 MOTIONS = [
     vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -76,12 +75,3 @@ def test_rounds_leave_a_solution_where_it_is(rolling):
     after, multipliers = splitting.moved(at, 5)
     np.testing.assert_allclose(after, at, atol=1e-12 * np.abs(at).max())
     np.testing.assert_allclose(multipliers, exact.rigid, atol=1e-12)
-
-
-def test_no_more_than_rounding_is_asked_for(rolling):
-    disc, sol = posed(rolling(grid=CELLS))
-    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
-    nothing = RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 0, "")
-    fine = refine_tangential(problem, Settings(1e-300), nothing)
-    assert (fine.solved, fine.status) == (True, "Solved")
-    assert tangential_residual(problem, fine.traction, fine.rigid) <= ROUNDING

@@ -11,18 +11,9 @@ import varcontact as vc
 from tests.command import run
 from tests.refined_references import VALUES, cases, loads, read_references, scene
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
-from varcontact.solving.defect_correction.driver import overlaps
-from varcontact.solving.defect_correction.fine_grid import (
-    FineGrid,
-    Shape,
-    held_behind,
-    interpolated,
-    reconstructed,
-    root_means,
-)
+from varcontact.solving.defect_correction.fine_grid import FineGrid, Shape, reconstructed, root_means
 
 DATA = Path(__file__).parents[1] / "data"
 X = np.linspace(-1.5, 1.5, 31)
@@ -264,16 +255,6 @@ def test_command_line_and_scene_file(tmp_path):
     assert "refine = 'fine' is not allowed: must be one of continuum" in wrong.stderr
 
 
-def test_interpolation_is_exact_for_linear_fields():
-    """Inside; and means of the parts give the elements back."""
-    x, y = np.meshgrid(np.arange(5) + 0.5, np.arange(4) + 0.5)
-    fine_x, fine_y = np.meshgrid((np.arange(15) + 0.5) / 3, (np.arange(8) + 0.5) / 2)
-    found = interpolated(2 * x - 3 * y, np.ones((4, 5), dtype=bool), (2, 3))
-    inner = (slice(1, -1), slice(2, -2))
-    np.testing.assert_allclose(found[inner], (2 * fine_x - 3 * fine_y)[inner], atol=1e-13)
-    np.testing.assert_allclose(means(2 * fine_x - 3 * fine_y, (2, 3)), 2 * x - 3 * y, atol=1e-13)
-
-
 def over(count):
     """A bound that is never reached, and the weight, on an ellipse of so many elements each way."""
     grid = vc.Grid(nx=count, ny=count, margin=0).spread((-1.3, 1.3, -0.6, 0.6))
@@ -287,16 +268,6 @@ def test_reconstruction_is_exact_without_slip():
     rolled = np.array([-2 * coarse.weight, 3 * coarse.weight])
     found = reconstructed(rolled, coarse, fine, (2, 2))
     np.testing.assert_allclose(found, [-2 * fine.weight, 3 * fine.weight], rtol=1e-12, atol=1e-12)
-
-
-def test_tractions_that_reverse_pass_through_zero():
-    """Between slip and stick: a vector that turns keeps its size, one that reverses does not."""
-    ones, parts = np.ones((1, 2)), np.ones((1, 4))
-    shapes = Shape(ones, ones), Shape(parts, parts)
-    turned = reconstructed(np.array([[[1.0, 0.0]], [[0.0, 0.8]]]), *shapes, (1, 2))
-    reversed_ = reconstructed(np.array([[[1.0, -0.8]], [[0.0, 0.0]]]), *shapes, (1, 2))
-    assert np.hypot(*turned)[0, 1:3].min() > 0.7
-    np.testing.assert_allclose(reversed_[0, 0, 1:3], [0.55, -0.35], atol=1e-12)
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.3, 0.6), (0.5, 1.0)])
@@ -361,16 +332,6 @@ def test_what_parts_miss_of_sloped_pressure(a, b):
     assert plain.max() > 0.02 * np.abs(exact[:, inside]).max()
 
 
-def test_the_rearmost_element_is_held():
-    """Where it sticks it takes the correction of the element ahead, where it slips its own."""
-    bound = np.array([[0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]])
-    traction = np.array([[[0.0, 0.5, 0.5, 0.0, 1.0, 0.5, 0.5]], np.zeros((1, 7))])
-    correction = np.array([np.arange(7.0)[None], -np.arange(7.0)[None]])
-    found = held_behind(correction, traction, bound)
-    np.testing.assert_array_equal(found[0, 0], [0, 2, 2, 3, 4, 5, 6])
-    np.testing.assert_array_equal(found[1], -found[0])
-
-
 def by_element(a, b, cells, motion):
     """A Hertzian contact whose sides rub differently: 0.35 left of the rolling direction, 0.2 right of it."""
     grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
@@ -430,11 +391,7 @@ def three(one):
 
 
 @pytest.mark.parametrize(
-    "law",
-    [
-        vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.08),
-        vc.StaticKinetic(0.3, 0.25),
-    ],
+    "law", [vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.08), vc.StaticKinetic(0.3, 0.25)]
 )
 def test_laws_of_friction(law, rolling, tmp_path):
     """A tenth of the plain error, within the estimate; the truth is extrapolated from plain grids."""
@@ -452,12 +409,6 @@ def test_laws_of_friction(law, rolling, tmp_path):
     again = vc.load(tmp_path / "law.nc")
     assert again.note == ""
     np.testing.assert_array_equal(again.force, found.force)
-
-
-def test_shares_keep_means():
-    """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
-    shares = overlaps(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
-    np.testing.assert_allclose(shares, [[1, 0, 0, 0], [0, 2 / 3, 1 / 3, 0], [0, 0, 0.25, 0.75]], atol=1e-15)
 
 
 @pytest.mark.parametrize(("name", "parts", "passes"), [("refined_shift", [1, 2], 3), ("refined_history", [1, 2], 2)])

@@ -29,12 +29,6 @@ def test_a_plain_way_is_solve_on_its_grid():
     assert found.solutions[0].grid == sol.grid
 
 
-def test_a_way_may_have_more_elements_along_x():
-    assert Way(cells=10, along=1.5).of(SCENE, 10).grid == vc.Grid(nx=15, ny=10)
-    assert Way(cells=10, edge="touched").of(SCENE, 5).grid == vc.Grid(nx=5, ny=5, edge="touched")
-    assert Way(cells=10).of(CYLINDERS, 10).grid == vc.Grid(nx=40)
-
-
 def test_entries_of_the_motion_and_options_of_solve():
     way = Way(cells=8, motion=(("spin_offset", 0.0),), options=(("tangential", "fastsim"),))
     sol = answer(SCENE, way, certify=None).solutions[0]

@@ -132,12 +132,6 @@ def test_refused_where_tractions_change_the_pressure(rolling):
     assert (refused.value.field, refused.value.value) == ("grid.edge", "touched")
 
 
-@pytest.mark.parametrize("theory", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "vermeulen-johnson"])
-def test_theories_know_centres_only(rolling, theory):
-    with pytest.raises(vc.SceneError, match=r'grid\.edge is "touched"'):
-        vc.solve(rolling(grid=TOUCHED, motion=vc.Steady(vx=0.01)), tangential=theory)
-
-
 def test_pressures_to_be_judged_are_those_on_parts(rolling):
     sol = vc.solve(rolling(grid=TOUCHED))
     explicit = rolling(grid=sol.grid)

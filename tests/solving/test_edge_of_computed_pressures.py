@@ -113,20 +113,6 @@ def test_errors_are_smaller_than_by_centres():
 # ----------------------------------------------------------------------------- one discrete problem
 
 
-def test_solvers_agree():
-    """Active sets, a QP and Newton's method on the parts; each certified."""
-    sols = [vc.solve(second_order(posed(cells=8)), normal=name) for name in ("norm", "clarabel", "newton")]
-    for sol in sols:
-        assert sol.certificate.residual < 1e-8
-        assert sol.certificate.normal_relative_gap < 1e-8
-        assert np.isfinite(sol.certificate.force_bound).all() and np.isfinite(sol.certificate.pressure_part).all()
-        largest = sols[0].pressure.max()
-        np.testing.assert_allclose(sol.pressure_on_parts, sols[0].pressure_on_parts, rtol=0, atol=1e-8 * largest)
-        np.testing.assert_allclose(sol.traction, sols[0].traction, rtol=0, atol=1e-8 * largest)
-    by_programs = vc.solve(second_order(posed(cells=8)), method="convex")
-    np.testing.assert_allclose(by_programs.traction, sols[0].traction, rtol=0, atol=1e-7 * largest)
-
-
 def test_the_certificate_judges_the_pressure_on_the_parts():
     """A rough pressure: residual and gap tell, and the bound on forces holds what it does to them."""
     exact = vc.solve(second_order(posed()))
@@ -154,14 +140,6 @@ def test_units_and_mirror():
     mirrored = vc.solve(second_order(posed(motion=vc.Steady(vx=0.03, vy=0.02, spin=-0.04))))
     np.testing.assert_allclose(mirrored.force, sol.force * [1, -1], rtol=1e-7)
     assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-7)
-
-
-def test_prescribed_approach():
-    """The approach that carries a force is the one with which that force is carried."""
-    by_force = vc.solve(second_order(posed()))
-    by_approach = vc.solve(second_order(posed(normal_force=None, approach=by_force.approach, grid=by_force.grid)))
-    assert by_approach.normal_force == pytest.approx(1.0, rel=1e-9)
-    np.testing.assert_allclose(by_approach.force, by_force.force, rtol=1e-7)
 
 
 def test_a_grid_that_does_not_hold_the_contact_is_refused():

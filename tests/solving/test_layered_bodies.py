@@ -176,16 +176,6 @@ def test_unlike_stacks_by_two_solvers(bodies, shape):
         assert sol.certificate.relative_gap < 1e-8
 
 
-@pytest.mark.parametrize("bodies", [COAT, PAD, STRIP])
-def test_like_stacks_by_programs_and_active_sets(bodies):
-    scene = vc.Scene(bodies=bodies, **ROLLING, **SPHERES)
-    sets = vc.solve(scene, normal="norm", tangential="tang")
-    programs = vc.solve(scene, normal="clarabel", tangential="clarabel", polish=False)
-    np.testing.assert_allclose(programs.pressure, sets.pressure, atol=1e-6 * sets.pressure.max())
-    np.testing.assert_allclose(programs.force, sets.force, rtol=1e-6)
-    assert sets.plan.coupling == "none" and sets.certificate.relative_gap < 1e-12
-
-
 def test_soft_pad_on_a_nearly_rigid_half_space():
     """It bulges beside the load, and only differences of displacements are known."""
     pad = vc.Layered([vc.Layer(h=0.3, G=1.0, nu=0.5)], base=(1e4, 0.3))

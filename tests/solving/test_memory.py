@@ -34,14 +34,7 @@ print((most - before) / said)
 """
 
 
-@pytest.mark.parametrize(
-    ("tangential", "cells"),
-    [
-        ("tang-safeguarded", 25),
-        ("clarabel", 20),
-        ("newton", 240),
-    ],
-)
+@pytest.mark.parametrize(("tangential", "cells"), [("tang-safeguarded", 25), ("clarabel", 20), ("newton", 240)])
 def test_peak_memory_is_as_estimated(tangential, cells):
     """In a process of its own, to a third."""
     code = MEASURE.format(tangential=tangential, cells=cells)

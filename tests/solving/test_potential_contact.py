@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.contact_grid import interpolated
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
@@ -114,17 +113,6 @@ def test_explicit_grid_that_does_not_hold_the_contact(lattice, normal):
     assert failure.value.field == "grid"
 
 
-def test_contact_may_fill_the_potential_contact():
-    """As in the paper's 6.4.2: side 7, contact radius 3.5. The edge elements carry pressure, nothing is outside."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Paraboloids(168.75, 168.75), normal_force=0.4705,
-        grid=vc.Grid(nx=7, ny=7, dx=1.0, dy=1.0, x0=-3.5, y0=-3.5),
-    )  # fmt: skip
-    for normal in ("hertz", "clarabel"):
-        sol = vc.solve(scene, normal=normal)
-        assert sol.pressure[3, 0] > 0
-
-
 def test_samples_on_the_grid_that_end_in_the_contact():
     grid = vc.Grid(nx=10, ny=10, dx=0.04, dy=0.04, x0=-0.2, y0=-0.2)
     scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(grid.x, grid.y)), normal_force=0.3, grid=grid)
@@ -179,11 +167,7 @@ def test_grid_outside_the_samples():
 
 @pytest.mark.parametrize(
     ("centre", "force", "samples", "cells"),
-    [
-        ((0.01, 0.0), 1e-6, 201, (16, 16)),
-        ((0.3, 0.0), 1e-6, 81, (15, 17)),
-        ((0.37, 0.11), 1e-9, 41, (16, 16)),
-    ],
+    [((0.01, 0.0), 1e-6, 201, (16, 16)), ((0.3, 0.0), 1e-6, 81, (15, 17)), ((0.37, 0.11), 1e-9, 41, (16, 16))],
 )
 def test_small_contact_is_found_and_spread_over_the_cells(centre, force, samples, cells):
     """A contact of 1/120 to 1/1250 of the samples' width, off the middle: so many elements across as were asked."""
@@ -284,11 +268,3 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]
-
-
-def test_fields_on_many_strips_go_to_others_without_a_matrix():
-    """One between all of these would take 2^34 numbers."""
-    grid = vc.Grid(nx=2**17, dx=2.0**-16, x0=-1.0)
-    other = vc.Grid(nx=2**17, dx=2.0**-17, x0=-0.5)
-    found = interpolated(grid, grid.x[None, None], other)[0, 0]
-    assert found == pytest.approx(other.x, abs=1e-12)

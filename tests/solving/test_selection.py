@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.solving.selection import MANY, own_image
+from varcontact.solving.selection import MANY
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
 UNLIKE, BALL = vc.Bodies(G=(1.0, 3.0), nu=0.3), vc.Paraboloids(1.0, 1.0)
@@ -59,31 +59,6 @@ def test_auto_with_many_elements_jointly(rolling):
     assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "joint")
     few = vc.plan(rolling(bodies=UNLIKE), coupling="joint")
     assert (few.normal, few.tangential) == ("clarabel", "clarabel")
-
-
-@pytest.mark.parametrize(
-    ("motion", "halved"),
-    [
-        (vc.Steady(vx=0.01), True),
-        (vc.Steady(vy=0.01, spin=0.02), True),
-        (vc.Steady(Fx=-0.1), True),
-        (vc.Steady(Fy=-0.1, spin=0.02), True),
-        (vc.Shift(ux=0.01), True),
-        (vc.Shift(uy=0.01, rotation=0.02), True),
-        (vc.Steady(vx=0.01, spin=0.02), False),
-        (vc.Steady(vx=0.01, vy=0.01), False),
-        (vc.Steady(Fx=-0.1, vy=0.01), False),
-        (vc.Shift(Fx=0.1, Fy=0.1), False),
-    ],
-)
-@pytest.mark.parametrize("cells", [16, 17, 20, 22])
-def test_what_is_its_own_mirror_image_counts_half(rolling, motion, halved, cells):
-    """Active sets solve for half of it, and are the fastest for twice as many elements, if rows come in pairs."""
-    scene = rolling(surface=vc.Ellipse(1.2, 1.0), motion=motion, grid=vc.Grid(nx=cells, ny=cells))
-    pairs = halved and cells % 2 == 0
-    assert own_image(scene) == pairs == vc.plan(scene, method="active-set").sizes.mirrored
-    few = np.pi / 4 * cells**2 <= MANY * (2 if pairs else 1)
-    assert vc.plan(scene).tangential == ("tang-safeguarded" if few else "newton")
 
 
 @pytest.mark.parametrize(

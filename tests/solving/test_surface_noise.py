@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.data.benchmark_scenes import reference_scenes
 
 X, Y = 1e-3 * np.arange(-10, 10.1, 0.25), 1e-3 * np.arange(-8, 8.1, 0.25)
 WHEEL_ON_RAIL = X**2 / (2 * 0.46) + (Y**2 / (2 * 0.3))[:, None]
@@ -50,13 +49,6 @@ def test_a_smooth_wheel_on_a_rail_is_not_warned_of(amplitude):
     sol = vc.solve(noisy(amplitude))
     assert sol.warnings == ()
     assert "WARNING" not in str(sol)
-
-
-@pytest.mark.parametrize("cells", [12, 24, 40])
-@pytest.mark.parametrize("name", ["two arcs", "two patches", "flat", "egg", "sampled paraboloid"])
-def test_smooth_surfaces_are_not_warned_of(name, cells):
-    scene = reference_scenes()[f"normal, {name}"].scene
-    assert vc.solve(replace(scene, grid=vc.Grid(nx=cells, ny=cells))).warnings == ()
 
 
 def test_a_rough_surface_is_not_warned_of_where_it_is_resolved():

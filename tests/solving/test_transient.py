@@ -70,20 +70,6 @@ STEADY = {
 }
 
 
-@pytest.mark.parametrize("scene", STEADY.values(), ids=STEADY.keys())
-def test_a_steady_state_stays(scene):
-    """A step that begins with the steady solution ends with it: u' = C p of the two are the same thing."""
-    steady = vc.solve(scene)
-    given = {
-        name: value for name, value in vars(scene.motion).items() if value is not None and name != "slip_difference"
-    }
-    motion = vc.Transient(steps=2, start=steady, **given)
-    history = vc.solve(dataclasses.replace(scene, motion=motion))
-    assert furthest(history[-1], steady) < 1e-8
-    assert history[-1].creepage == pytest.approx(steady.creepage, rel=1e-7)
-    assert history[-1].slip == pytest.approx(steady.slip, abs=1e-8 * np.abs(steady.slip).max())
-
-
 @pytest.mark.parametrize("name", ["creepages and spin", "unlike", "line"])
 def test_a_long_history_tends_to_the_steady_state(name):
     """From nothing: after three lengths of the contact a thousandth is left, after ten next to nothing."""

@@ -63,19 +63,6 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
 
 
-@pytest.mark.parametrize("friction", [1e-2, 1e-4])
-@pytest.mark.parametrize("kind", [LINE, BALL])
-@pytest.mark.parametrize("motion", [vc.Shift, vc.Steady])
-def test_low_friction_under_a_force_by_active_sets_alone(friction, kind, motion):
-    """Pressures of unlike bodies shift particles far beyond what tractions do: but an element or two, all slip."""
-    force = 0.5 * friction * kind["normal_force"]
-    methods = {"normal": "norm", "tangential": "tang-safeguarded"}
-    for forces in ({"Fx": force}, {"Fx": force, "Fy": 0.6 * force}):
-        sol = vc.solve(scene(**kind, friction=friction, motion=motion(**forces)), **methods)
-        assert sol.certificate.residual < 1e-8
-        assert sol.force == pytest.approx([force, forces.get("Fy", 0.0)], rel=1e-9, abs=1e-12 * force)
-
-
 @pytest.mark.parametrize(
     ("kind", "motion"),
     [(BALL, vc.Shift(ux=0.05)), ({**LINE, "surface": vc.Cylinders(R=1.0, reference_depth=1.0)}, vc.Shift(uy=2e-4))],
@@ -88,19 +75,6 @@ def test_the_joint_program_has_the_directions_in_which_pressure_alone_moves(kind
     reference = vc.solve(shift)
     assert reference.traction.any(axis=(1, 2)).all()
     np.testing.assert_allclose(alone.traction, reference.traction, rtol=0, atol=1e-4 * reference.traction_bound.max())
-
-
-@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
-@pytest.mark.parametrize("kind", [LINE, BALL])
-def test_likeness_recovers_the_uncoupled_answer(kind, coupling):
-    """K = 1e-13 leaves nothing of the coupling but rounding."""
-    motion = vc.Steady(vx=0.002)
-    alike = vc.solve(scene(**kind, motion=motion, bodies=vc.Bodies(G=1.0, nu=0.3)), normal="norm", tangential="tang")
-    bodies = vc.Bodies(G=1.0, nu=(0.3, 0.3 + 4e-13))
-    assert 0 < bodies.K < 1e-12
-    unlike = vc.solve(scene(**kind, motion=motion, bodies=bodies), normal="norm", tangential="tang", coupling=coupling)
-    np.testing.assert_allclose(unlike.pressure, alike.pressure, rtol=0, atol=1e-11 * alike.pressure.max())
-    np.testing.assert_allclose(unlike.traction, alike.traction, rtol=0, atol=1e-10 * alike.pressure.max())
 
 
 @pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])

@@ -7,7 +7,6 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.operators import edge_compliance, influence_operator
-from varcontact.reference.hertz import hertz, semi_axes
 from varcontact.scene.grid import Grid
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem
@@ -245,14 +244,3 @@ def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     assert spoilt.converged.tolist() == [True, False, True, True]
     others = [0, 2, 3]
     np.testing.assert_allclose(spoilt.traction[..., others], found.traction[..., others], rtol=0, atol=1e-7)
-
-
-def test_semi_axes_are_those_of_hertz():
-    rng = np.random.default_rng(10)
-    Rx, Ry = np.exp(rng.uniform(-8, 8, (2, 40)))
-    Rx[0] = Ry[0]
-    G, nu, force = np.exp(rng.uniform(-3, 3, 40)), rng.uniform(0, 0.5, 40), np.exp(rng.uniform(-9, 0, 40))
-    a, b = semi_axes(Rx, Ry, G, nu, force)
-    for i in range(40):
-        one = hertz(Rx[i], Ry[i], vc.Bodies(G[i], nu[i]), force=force[i])
-        assert (a[i], b[i]) == (pytest.approx(one.a, rel=1e-12), pytest.approx(one.b, rel=1e-12))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.benchmarks.references import main, make, peak_between, series_of, solves
+from tests.benchmarks.references import main, make, series_of, solves
 from varcontact.data.benchmark_scenes import CLASSES, FRICTION, reference_scenes
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
@@ -75,29 +75,11 @@ def test_hertz_lies_within_the_error_bars_of_computed_pressures(value, exact):
     assert abs(reference.values[value] - exact(hertz)) <= reference.bars[value]
 
 
-def test_two_discretisations_agree_within_their_bars():
-    """Hertz's pressure averaged over all touched elements, and computed pressures of elements by their centres."""
-    closed, computed = BANK["paraboloids, creepage"], BANK["sampled paraboloid, creepage"]
-    assert closed.how != computed.how
-    for name in closed.units:
-        apart = abs(closed.values[name] - computed.values[name])
-        assert apart <= closed.bars[name] + computed.bars[name], name
-
-
 def test_cattaneos_shift_with_poissons_ratio_is_nearly_exact():
     """The lateral traction that it neglects changes the shift by less than half a per cent."""
     reference = BANK["from Cattaneo to Carter"]
     shift = cattaneo_mindlin(reference.scene.hertz, reference.scene.bodies, FRICTION, -0.6 * FRICTION).shift
     assert reference.values["ux[0]"] == pytest.approx(shift, rel=5e-3)
-
-
-def test_what_is_zero_by_symmetry_is_zero():
-    for name, value in (("circle, half, along", "Fy"), ("circle, half, along", "Mz"), ("circle, spin", "Fx"),
-                        ("Fx = 0.3", "Mz"), ("shift along", "Fy"), ("two arcs, spin", None)):  # fmt: skip
-        if value is not None:
-            assert abs(BANK[name].values[value]) < 1e-9
-        else:  # one that is not symmetric
-            assert abs(BANK[name].values["Fx"]) > 0.01
 
 
 def test_there_are_at_least_sixty_scenes_of_all_classes_without_a_grid():
@@ -180,13 +162,6 @@ def test_a_copy_of_the_file_is_read(tmp_path):
         vc.references(tmp_path / "nowhere.json")
     with pytest.raises(vc.SceneError, match="is no file of references"):
         read("[]", "a list")
-
-
-def test_the_peak_between_the_elements():
-    x = np.linspace(-1, 1, 12)
-    pressure = np.maximum(2 - (x - 0.1) ** 2 - (x[:, None] + 0.2) ** 2, 0)
-    assert peak_between(pressure) == pytest.approx(2.0, abs=1e-12)
-    assert peak_between(np.array([[1.0, 2.0]])) == 2.0
 
 
 def test_long_series_are_extrapolated_within_their_bars():

@@ -113,13 +113,6 @@ def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, opt
         vc.scan(rolling(grid=GRID), CREEPAGES, accuracy=0.1, workers=2)
 
 
-def test_order_does_not_matter(rolling):
-    one, other = (vc.scan(rolling(grid=GRID), order) for order in (CREEPAGES, CREEPAGES[::-1]))
-    for a, b in zip(one, other[::-1], strict=True):
-        np.testing.assert_allclose(a.traction, b.traction, atol=1e-12)
-        assert a.iterations.keys() == b.iterations.keys()
-
-
 @pytest.mark.parametrize(
     ("motion", "creepages", "words"),
     [
@@ -203,14 +196,6 @@ def test_each_row_is_its_methods(rolling):
     solved = vc.scan(scene, [(vx, -0.02, 0.05) for vx in VX], tangential="newton")
     np.testing.assert_allclose(curve.Fy.sel(theory="newton"), [sol.force[1] for sol in solved], atol=1e-9)
     assert np.isnan(curve.Mz.sel(theory="polach")).all()
-
-
-def test_no_negative_zeros(rolling):
-    """Nothing is printed as -0 where there is no creepage."""
-    curve = vc.creep_curve(rolling(motion=vc.Steady()), ["linear", "table", "newton"], vx=[0.0, 0.1])
-    at_rest = np.array([curve.Fx[:, 0], curve.Fy[:, 0], curve.Mz[:, 0]])
-    assert not at_rest.any()
-    assert not np.signbit(at_rest).any()
 
 
 def test_unlike_bodies_by_exact_methods_only(rolling):

@@ -41,14 +41,6 @@ def test_slopes_of_mixed_creepages(name, ratio):
     np.testing.assert_allclose([found.Fx, found.Fy], [exact.Fx, exact.Fy], rtol=0, atol=1e-5 * scale)
 
 
-@pytest.mark.parametrize("name", [*MIXED, "polach", "fastsim-weighted", "fastsim-weighted-elliptic"])
-def test_slopes_of_single_creepages(name):
-    for given_ in ({"vx": 1e-12}, {"vy": 1e-12}, {"spin": 1e-12}):
-        exact = vc.creep_forces("linear", **CONTACT, **given_)
-        found = vc.creep_forces(name, **CONTACT, **given_)
-        np.testing.assert_allclose([found.Fx, found.Fy], [exact.Fx, exact.Fy], rtol=1e-4, atol=1e-20)
-
-
 def test_slopes_of_strip_theory_are_its_own():
     slopes = {"vx": np.pi**2 / 4 / 0.72 * 0.96, "vy": np.pi**2 / 4 * 0.96, "spin": np.pi / 3 * 1.5**0.5 * 0.96**1.5}
     for name, slope in slopes.items():
@@ -154,12 +146,6 @@ def test_outside_the_table_book_the_ellipse_of_the_same_area_with_the_nearest_ra
     np.testing.assert_allclose(parts(found), parts(nearest), rtol=1e-9)
     single = vc.creep_forces("table", a=12.0, b=1.0, outside="clamp", **rest)
     np.testing.assert_allclose(parts(single), parts(found)[:, 0], rtol=1e-9)
-
-
-def test_bodies_in_place_of_constants():
-    given_ = {key: value for key, value in CONTACT.items() if key not in ("G", "nu")}
-    by_bodies = vc.creep_forces("fastsim", **given_, bodies=vc.Bodies(G=1.0, nu=0.28), vx=0.1)
-    assert by_bodies.Fx == vc.creep_forces("fastsim", **CONTACT, vx=0.1).Fx
 
 
 @pytest.mark.parametrize(

@@ -71,18 +71,6 @@ def test_the_papers_words(bound, kind, xi, eta, psi, m, n):
     np.testing.assert_allclose(found, plainly(creepage, m, n, bound, kind), atol=1e-12 * LIMIT)
 
 
-@bounds
-@kinds
-@given(part, part, part, st.integers(2, 12), st.integers(1, 9))
-@settings(max_examples=25)
-def test_field_sums_to_the_result(bound, kind, xi, eta, psi, m, n):
-    creepage = UNITS * (xi, eta, psi)
-    total = fastsim(*CONTACT, creepage, TABLE, m=m, n=n, bound=bound, flexibility=kind)
-    field = fastsim_field(*CONTACT, creepage, TABLE, m=m, n=n, bound=bound, flexibility=kind)
-    np.testing.assert_allclose(field.force, total.force, atol=1e-12 * LIMIT)
-    assert field.moment == pytest.approx(float(total.moment), abs=1e-12 * LIMIT * A)
-
-
 @kinds
 def test_coulomb_in_every_point(kind):
     """(146)-(147), and the slip is that of the tractions: s / L = c / L + (p - p') / q."""

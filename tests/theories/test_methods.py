@@ -7,13 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference.creepage_coefficients import creepage_coefficients
-from varcontact.theories import (
-    fastsim,
-    fastsim_on_grid,
-    flexibilities,
-    flexibility,
-    vermeulen_johnson,
-)
+from varcontact.theories import fastsim, fastsim_on_grid, flexibilities, flexibility, vermeulen_johnson
 from varcontact.theories.on_grid import THEORIES as EVERY
 from varcontact.theories.on_grid import why_not
 
@@ -150,17 +144,6 @@ def test_more_that_they_cannot_treat(rolling):
     for name in (*FASTSIM, "vermeulen-johnson"):
         with pytest.raises(vc.SceneError, match="one finite coefficient of friction"):
             vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=0.1)), tangential=name)
-
-
-@pytest.mark.parametrize("name", FASTSIM)
-@pytest.mark.parametrize("part", [0.999, 0.9999999])
-def test_fastsim_carries_on_the_elements_all_that_friction_can(rolling, name, part):
-    """Its own strips carry less than f Fz, the elements of a scene exactly that."""
-    scene = rolling(grid=vc.Grid(nx=8, ny=8))
-    limit = scene.friction * scene.hertz.force
-    for motion in (vc.Steady(Fx=-part * limit), vc.Steady(Fx=0.6 * part * limit, Fy=0.8 * part * limit, spin=0.2)):
-        sol = vc.solve(dataclasses.replace(scene, motion=motion), tangential=name)
-        np.testing.assert_allclose(np.hypot(*sol.force), part * limit, rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", FASTSIM)

@@ -29,15 +29,6 @@ def test_lateral_creepage_is_antiplane():
     assert x == pytest.approx(y, rel=1e-12)
 
 
-def test_forces_are_continuous():
-    """Where strips begin to slip as a whole, and where spin turns them, nothing jumps."""
-    table = creepage_coefficients(1.0, 1.0, 0.28)
-    path = np.linspace(0.0, 1.0, 4001)[:, None] * np.array([0.3, 0.2, 0.9])
-    for found in (strip(1, 1, 1, 0.28, 0.3, path), fastrip(1, 1, 1, 0.3, path, table)):
-        jumps = np.abs(np.diff(found.force, axis=0)).max()
-        assert jumps < 2e-3 * 0.3
-
-
 @pytest.mark.parametrize(("spin", "away"), [(0.0, 0.02), (0.1, 0.06)])
 def test_of_a_wide_contact_both_are_right(rolling, spin, away):
     """a/b = 0.1: within 2 % of f Fz of the exact theory by creepages alone, 6 % with spin."""

@@ -110,21 +110,6 @@ def test_full_slip_of_a_sphere_in_closed_form():
     np.testing.assert_allclose(found, [[-0.6, -0.8, 0.0], [0.0, 0.0, -3 * np.pi / 16]], rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("ratio", [0.25, 1.0, 4.0])
-def test_infinite_creepage_is_full_slip(ratio):
-    """Anywhere between the nodes: its integral by other points, and a force of all friction without spin."""
-    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
-    far = 1e9 * creepages(40, seed=3, a=a, b=b)
-    reduced = far * scales(ratio) * (G / LIMIT)
-    integral = local_law(reduced, ratio, no_slip_coefficients(ratio, 0.28), *quadrature(ratio, 200))
-    np.testing.assert_allclose(forces(far, a, b), integral, rtol=0, atol=5e-3)
-    without = far * (1, 1, 0)
-    unit = without[:, :2] / np.hypot(without[:, 0], without[:, 1])[:, None]
-    np.testing.assert_allclose(forces(without, a, b), np.column_stack([-unit, 0 * unit[:, 0]]), rtol=0, atol=1e-5)
-    many = forces(creepages(20_000, a=a, b=b), a, b)
-    assert np.hypot(many[:, 0], many[:, 1]).max() <= 1 + 1e-14, "never more than f Fz"
-
-
 def test_symmetries():
     triples = creepages(200)
     found = forces(triples)
@@ -174,15 +159,6 @@ def test_a_contaminated_rail_has_its_slopes():
     contact = {"a": 1.2, "b": 1.0, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0, "slope": 0.5}
     table, linear = (vc.creep_forces(name, **contact, vx=1e-6, vy=2e-6, spin=1e-6) for name in ("table", "linear"))
     assert (table.Fx, table.Fy, table.Mz) == pytest.approx((linear.Fx, linear.Fy, linear.Mz), rel=1e-4)
-
-
-def test_the_equal_of_any_units():
-    """Lengths in other units, forces in others."""
-    triples = creepages(50)
-    found = table_forces(A, B, G, LIMIT, triples)
-    other = table_forces(1e3 * A, 1e3 * B, 1e-6 * G, LIMIT, triples * [1, 1, 1e-3])
-    np.testing.assert_allclose(other.force, found.force, rtol=1e-12)
-    np.testing.assert_allclose(other.moment, 1e3 * found.moment, rtol=1e-12)
 
 
 def test_it_is_smooth_enough_for_newtons_method():

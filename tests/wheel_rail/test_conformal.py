@@ -124,10 +124,7 @@ def test_a_narrow_patch_is_the_same_on_a_plane_and_on_a_curved_surface():
 
 @pytest.mark.parametrize(
     ("field", "changes", "methods"),
-    [
-        ("conformal", {"conformal": "always"}, {}),
-        ("tangential", {"conformal": True}, {"tangential": "fastsim"}),
-    ],
+    [("conformal", {"conformal": "always"}, {}), ("tangential", {"conformal": True}, {"tangential": "fastsim"})],
 )
 def test_what_does_not_go_with_it_is_refused(field, changes, methods):
     with pytest.raises(vc.SceneError) as error:

@@ -117,12 +117,6 @@ def test_an_ellipse_that_the_table_has_not_is_refused():
         benchmark(flange).estimate(tangential="table")
 
 
-def test_the_height_can_be_given():
-    found = circles().estimate()
-    again = circles(vertical_force=None, z=found.z).estimate()
-    assert again.force == pytest.approx(found.force, rel=1e-9)
-
-
 @pytest.mark.filterwarnings("ignore:with dy")
 @pytest.mark.parametrize("normal", ["virtual-penetration", "hertz"])
 def test_each_overlap_has_its_ellipse(normal):

@@ -51,26 +51,11 @@ def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
     assert found.moment == pytest.approx(moment, rel=1e-6)
 
 
-def test_ellipses_of_hertz_when_asked():
-    table = geometry_table(TRACK, WHEELSET, y=[-2.0, 2.0], yaw=[-0.005, 0.005], vertical_force=LOAD, normal="hertz")
-    (patch,) = wheels(2.0, 0.005)[1].estimate("hertz").patches
-    (row,) = table.contacts(2.0, 0.005, "right")[1]
-    ellipse = patch.ellipse
-    assert row[3:7] == pytest.approx([patch.angle, ellipse.a, ellipse.b, ellipse.normal_force], rel=1e-9)
-
-
 def test_between_the_nodes_it_is_near_the_estimate(table):
     """Half way between nodes 1 mm apart, to a hundredth of the load."""
     found = table.forces(1.5, 0.0025, MOVING)
     direct = -sum(case.estimate().force for case in wheels(1.5, 0.0025))
     assert found.force == pytest.approx(direct, abs=0.01 * 2 * LOAD)
-
-
-def test_mirror_images(table):
-    one = table.forces(2.3, 0.004, Velocity(speed=20e3, lateral=10.0, yaw_rate=0.01))
-    other = table.forces(-2.3, -0.004, Velocity(speed=20e3, lateral=-10.0, yaw_rate=-0.01))
-    assert other.force == pytest.approx(one.force * [1, -1, 1], rel=1e-9)
-    assert other.moment == pytest.approx(one.moment * [-1, 1, -1], rel=1e-9)
 
 
 def test_forces_by_the_table_book_are_those_of_the_book_by_hand(table):

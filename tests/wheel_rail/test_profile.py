@@ -85,12 +85,6 @@ def test_rail_60e1_is_the_benchmarks_rail_inclined_by_one_in_forty():
     assert np.abs(fit.fun).max() < 0.03
 
 
-def test_order_and_mirror_of_the_points_do_not_matter():
-    y = np.linspace(-20.0, 20.0, 81)
-    backwards = Profile(y=WHEEL.y[::-1], z=WHEEL.z[::-1], kind="wheel")
-    assert backwards.z_at(y) == pytest.approx(WHEEL.z_at(y), abs=1e-12)
-
-
 def test_a_wheel_is_mirrored_by_its_flange_and_a_rail_as_told(tmp_path):
     points = np.genfromtxt(PROFILES / "wheel_S1002.csv", delimiter=",", skip_header=1)
     assert points[points[:, 1].argmax(), 0] > 0  # the file's y points to the flange

@@ -11,7 +11,6 @@ import pytest
 import varcontact as vc
 from tests.wheel_rail.conditions import wheel
 from varcontact.elasticity.operators import influence_operator
-from varcontact.errors import SceneError
 from varcontact.wheel_rail import solve
 from varcontact.wheel_rail.solve import weakened
 
@@ -96,12 +95,3 @@ def test_angles_turn_towards_each_other_as_patches_come_nearer():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         assert case.solve().rounds < 15
-
-
-@pytest.mark.parametrize(("more", "words"), [
-    ({"turn": 7.0}, "turn = 7.0 .* at least separate, 8 mm"),
-    ({"separate": 3.0}, "separate = 3.0 .* at least join, 4 mm"),
-])  # fmt: skip
-def test_distances_of_patches_ascend(more, words):
-    with pytest.raises(SceneError, match=words):
-        wheel(**more)

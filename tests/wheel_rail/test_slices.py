@@ -121,18 +121,6 @@ def test_rolling_back_and_forth_are_mirror_images() -> None:
     assert rolled.z == pytest.approx(right.z, abs=1e-9)
 
 
-def test_sides_are_mirror_images() -> None:
-    rail, wheel = Profile.rail_60e1(), Profile.s1002()
-    other = replace(rail, z=rail.z + 0.4 * (rail.y / 36) ** 2)
-    slices = ProfileSlices(profiles=[rail, other, rail], positions=[-60.0, 0.0, 60.0])
-    right, left = (
-        standard(slices, wheel, side=side, position=Position(y=sign * 3.0, yaw=sign * 0.003, s=10.0)).solve()
-        for side, sign in (("right", 1), ("left", -1))
-    )
-    assert left.force == pytest.approx(right.force * [1, -1, 1], abs=0.5)
-    assert left.z == pytest.approx(right.z, abs=1e-6)
-
-
 @pytest.mark.parametrize("s", [0.0, 25.0, 80.0, 100.0])
 def test_between_two_profiles_sections_are_their_means(s: float) -> None:
     """Heads of two radii with equal parts of the arc; linear between two slices."""

@@ -44,16 +44,6 @@ def test_errors_hold_against_fine_elements(y, patches):
     assert found.z == pytest.approx(fine.z, abs=0.01 * found.patches[0].patch.approach)
 
 
-def test_errors_add_up_over_the_patches():
-    z = wheel(5.0).touching + 0.02
-    found = wheel(5.0, vertical_force=None, z=z, separate=4.0, turn=4.0).solve(accuracy=0.02)
-    first, second = found.patches
-    turned = [np.abs(each.patch.frame.axes) @ each.error for each in (first, second)]
-    assert found.error == pytest.approx(turned[0] + turned[1])
-    assert found.rounds == 0
-    assert found.error[2] > 0
-
-
 def test_hertz_contact_to_an_accuracy():
     """Of a prescribed height, normal forces are within their errors; those of one patch under a load follow from it."""
     held = circles(with_friction=False).solve(accuracy=0.02)

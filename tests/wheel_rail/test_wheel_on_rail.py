@@ -23,15 +23,7 @@ from varcontact import reference
 from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.scene.bodies import Bodies
-from varcontact.wheel_rail import (
-    CoarseElements,
-    ConformalContact,
-    Position,
-    Profile,
-    Track,
-    Velocity,
-    WheelSet,
-)
+from varcontact.wheel_rail import CoarseElements, ConformalContact, Position, Profile, Track, Velocity, WheelSet
 
 pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
 
@@ -268,13 +260,6 @@ def test_a_wrong_name_is_told_the_right_one(make, said):
         make()
 
 
-def test_methods_reach_the_patches():
-    found = wheel(2.0, dx=0.5, dy=0.5).solve(tangential="tang", certify="gap")
-    solution = found.patches[0].solution
-    assert solution.plan.tangential == "tang"
-    assert solution.certificate.relative_gap < 1e-8
-
-
 def test_a_load_that_cannot_be_met_exactly_says_so():
     with pytest.raises(NotConverged, match="no height of the axle was found that bears 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
@@ -300,12 +285,6 @@ def test_normal_forces_far_larger_than_the_load_are_said():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wheel(3.0).solve()
-
-
-def test_a_locked_wheel_slides():
-    case = wheel(vertical_force=None, z=0.0, velocity=Velocity(speed=1e3, pitch_rate=0.0))
-    (patch,) = case.patches(case.touching + 0.05)
-    assert patch.creepage.vx == pytest.approx(-2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("G", [82e9, (82e9, 80e9)])

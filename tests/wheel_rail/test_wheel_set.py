@@ -10,7 +10,6 @@ import pytest
 from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, manchester, round_rail, round_wheel
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
-from varcontact.scene.friction import StaticKinetic
 from varcontact.wheel_rail import (
     FrictionByAngle,
     Irregularity,
@@ -146,14 +145,6 @@ def test_friction_by_region_and_by_side():
     used = float(np.hypot(*each.force[:2]) / each.normal_force)
     assert used < 0.6 * np.hypot(*plain.right.patches[0].force[:2]) / plain.right.patches[0].normal_force
     assert np.all(np.diff(np.asarray(each.solution.scene.friction)[:, 0]) >= 0)  # the track side is the steeper one
-
-
-def test_a_law_of_friction_between_its_coefficients():
-    """Less than all static friction gives, and at least all kinetic."""
-    found = wheel_set(1.0, 0.002, friction=StaticKinetic(0.33, 0.3)).solve()
-    low, high = (wheel_set(1.0, 0.002, friction=f).solve() for f in (0.3, 0.33))
-    assert -high.force[1] > -found.force[1] >= -low.force[1] * (1 - 1e-6)
-    assert found.imbalance < 1e-6
 
 
 def test_gravitational_stiffness_of_circles():

@@ -92,14 +92,6 @@ def test_a_transient_step(rolling):
     assert np.abs(safe.traction - tang_safeguarded(problem).traction).max() > 1e-2
 
 
-def test_no_slip_needs_no_areas(rolling):
-    problem = posed(rolling(friction=np.inf, motion=vc.Steady(Fx=-0.2, vy=0.01)))
-    for method in (tang, tang_safeguarded, no_slip):
-        raw = method(problem)
-        assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
-        assert problem.area * raw.traction[0].sum() == pytest.approx(problem.force[0], rel=1e-12)
-
-
 def test_what_is_not_solved_says_so(rolling):
     """Ended at its limit, even where the start it came from was called solved."""
     problem = posed(rolling())

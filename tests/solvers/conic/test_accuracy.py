@@ -45,8 +45,7 @@ def test_normal(rolling, name, formulation):
 
 @pytest.mark.parametrize("name", ["clarabel", "scs", "cvxpy:CLARABEL", "cvxpy:SCS"])
 @pytest.mark.parametrize(
-    ("kind", "formulation"),
-    [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")],
+    ("kind", "formulation"), [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")]
 )
 def test_tangential(rolling, name, kind, formulation):
     motion = vc.Steady(vx=0.05, vy=-0.02, spin=0.03) if kind == "steady" else vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)

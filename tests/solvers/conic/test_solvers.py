@@ -54,8 +54,7 @@ FREE = {
 
 @pytest.mark.parametrize("which", ["Fy", "both"])
 @pytest.mark.parametrize(
-    ("kind", "formulation"),
-    [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")],
+    ("kind", "formulation"), [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")]
 )
 @pytest.mark.parametrize("name", ["clarabel", "scs"])
 def test_creepages(rolling, name, kind, formulation, which):

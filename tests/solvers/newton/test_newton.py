@@ -234,21 +234,3 @@ def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products):
     assert sol.elements["contact"] == 3228
     assert counted.count((64, 64)) <= products
     assert set(counted) == {(64, 64), (32, 32), (16, 16)}
-
-
-@pytest.mark.parametrize("strips", [300, 1024, 4096])
-def test_many_strips_need_no_active_sets(strips):
-    """A shift by a force in line contact, from coarse lattices: Cattaneo's stick area."""
-    limit = 0.3 * 0.01
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=0.01,
-        friction=0.3,
-        motion=vc.Shift(Fx=-0.5 * limit),
-        grid=vc.Grid(nx=strips),
-    )
-    sol = vc.solve(scene, tangential="newton", certify="none")
-    calls = sol.calls["tangential"]
-    assert set(calls) <= {"newton", "tseng"} and calls["newton"].iterations <= 40
-    assert sol.areas["stick"] / sol.areas["contact"] == pytest.approx(np.sqrt(0.5), abs=2.5 / strips)

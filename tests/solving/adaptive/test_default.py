@@ -70,16 +70,8 @@ def test_histories(tmp_path):
     assert without.error_estimate is None
 
 
-def test_a_second_order_scene_needs_no_grid():
-    scene = ROLLING.second_order()
-    assert scene.grid == vc.Grid(24, 24, edge="softened") and scene.motion.slip_difference == "second-order"
-    cylinders = replace(ROLLING, surface=vc.Cylinders(0.3), motion=vc.Steady(vx=1e-3)).second_order()
-    assert cylinders.grid == vc.Grid(100, edge="softened")
-
-
 @pytest.mark.parametrize(
-    "kind",
-    ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
+    "kind", ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"]
 )
 def test_the_error_bar_holds(kind):
     """Of two random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""

@@ -45,15 +45,6 @@ def test_constant_products_are_a_number(factors, start):
     assert np.all(sol.friction == 0.3) and sol.branch == start
 
 
-def test_a_function_of_slip_is_the_law_that_falls():
-    law = vc.ExponentialFalling(0.3, 0.1, half_velocity=30.0, velocity=3e4)
-    expected = vc.solve(mixed(law))
-    for factors in (exponential, law):
-        sol = vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors, velocity=3e4)))
-        assert np.all(np.abs(sol.force - expected.force) < SCALE)
-        assert 0.1 < sol.friction[sol.state == 2].min() < 0.29
-
-
 def test_friction_by_pressure_is_that_of_its_field():
     sol = vc.solve(mixed(vc.FrictionLaw(0.4, 0.1, by_pressure)))
     field = vc.solve(mixed(by_pressure(sol.pressure)))

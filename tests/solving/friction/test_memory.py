@@ -56,8 +56,7 @@ def ends(law, part, vx, starts, cells=N):
 
 
 @pytest.mark.parametrize(
-    ("law", "part", "vx"),
-    [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)],
+    ("law", "part", "vx"), [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)]
 )
 def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, vx, dx, holds):
     """From more slip, the other steady solution, and from more stick; to a tenth of what the two are apart."""
@@ -162,16 +161,6 @@ def test_a_memory_is_lost_by_the_distance_slid(dx, tmp_path):
     np.testing.assert_array_equal(again.friction, sol.friction)
 
 
-def test_a_memory_of_no_length_and_of_a_long_one(dx):
-    motion, law = vc.Steady(vx=8e-3), vc.ExponentialFalling(0.4, 0.2, half_velocity=0.02)
-    none, short, long = (
-        vc.solve(rolling(replace(law, memory_distance=distance), motion)) for distance in (0.0, 1e-12, 1e3)
-    )
-    np.testing.assert_allclose(short.traction, none.traction, atol=1e-6 * none.pressure.max())
-    static = vc.solve(rolling(0.4, motion))
-    np.testing.assert_allclose(long.traction, static.traction, atol=1e-6 * none.pressure.max())
-
-
 def test_particles_that_stick_regain_static_friction_by_the_least_velocity():
     """In place, in steps of unit duration: a slide that loses nearly all, then a wait."""
     law = vc.StaticKinetic(0.4, 0.2, memory_distance=1e-3, memory_velocity=5e-4)
@@ -266,14 +255,6 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
 
 
 DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
-
-
-def test_history_of_one_coefficient(line):
-    motion = vc.Transient(steps=4, dq=[0.0, 0.01, 0.01, 0.01], Fx=-1.2e-4)
-    plain, law = (vc.solve(dataclasses.replace(line(f), motion=motion)) for f in (0.2, vc.StaticKinetic(0.2, 0.2)))
-    for one, other in zip(plain, law, strict=True):
-        np.testing.assert_allclose(other.traction, one.traction, atol=1e-12 * one.traction_bound.max())
-    assert [sol.branch for sol in law] == ["stick", "history", "history", "history"]
 
 
 @pytest.mark.parametrize("law", [vc.ExponentialFalling(0.3, 0.2, 0.1), vc.StaticKinetic(0.2, 0.2)])

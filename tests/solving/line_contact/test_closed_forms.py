@@ -51,19 +51,6 @@ def test_hertz():
     assert abs(approach[-1]) < 3e-6
 
 
-def test_hertz_in_closed_form_needs_no_program():
-    """The method behind "auto": the same pressures as the program's to the grid's error, the approach exactly."""
-    surface = vc.Cylinders(R=R, reference_depth=50.0)
-    sol = vc.solve(scene(surface=surface))
-    assert sol.plan.normal == "hertz"
-    assert sol.elements["contact"] == 101  # an odd number has one at the largest pressure
-    assert sol.approach == pytest.approx(HERTZ.approach(50.0), rel=1e-12)
-    program = vc.solve(scene(surface=surface, grid=vc.Grid(nx=101)), normal="clarabel")
-    assert distance(sol.pressure, program.pressure) < 0.003
-    assert sol.scene.hertz.a == pytest.approx(HERTZ.a, rel=1e-14)
-    assert np.isnan(scene().hertz.approach)
-
-
 @pytest.mark.parametrize(("given", "orders"), [("creepage", (1.0, 0.95, 0.96)), ("force", (0.99, 0.82, 0.95))])
 def test_carter(given, orders):
     """Order 1 (in the traction h times a logarithm: its slope ends in a root) where the stick area ends at an edge.
@@ -163,18 +150,6 @@ def test_flat_punch():
         exact = LOAD / np.pi / np.sqrt(1 - grid.x[inner] ** 2)
         np.testing.assert_allclose(sol.pressure[0, inner], exact, rtol=1 / n)
     assert rate(errors, cells) == pytest.approx(0.97, abs=0.03)
-
-
-def test_samples_of_a_parabola_are_cylinders():
-    x = np.linspace(-0.5, 0.5, 201)
-    grid = vc.Grid(nx=60, dx=0.006, x0=-0.18)
-    for normal, motion in (("clarabel", vc.Steady(Fx=-0.002, Fy=0.001)), ("norm", vc.Shift(Fx=0.0015))):
-        cylinders = vc.solve(scene(motion=motion, grid=grid), normal=normal)
-        for surface in (vc.SampledDistance(x**2 / (2 * R), x), vc.SampledDistance(grid.x**2 / (2 * R))):
-            sampled = vc.solve(scene(surface=surface, motion=motion, grid=grid), normal=normal)
-            np.testing.assert_allclose(sampled.pressure, cylinders.pressure, atol=1e-10 * HERTZ.peak_pressure)
-            np.testing.assert_allclose(sampled.traction, cylinders.traction, atol=1e-10 * HERTZ.peak_pressure)
-            np.testing.assert_array_equal(sampled.state, cylinders.state)
 
 
 def test_a_grid_is_found_for_samples():

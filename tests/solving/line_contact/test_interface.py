@@ -101,39 +101,6 @@ def test_samples_and_friction_from_files(tmp_path, layout):
     np.testing.assert_allclose(vc.solve(described).traction, expected.traction, atol=1e-9)
 
 
-def test_report(sol):
-    text = sol.report()
-    assert "line contact, 42 elements" in text
-    assert "1e+06 N/m, largest pressure" in text
-    assert "N/m^2" in text
-    assert "undefined (no reference depth)" in text
-    assert "m wide: 23 stick, 17 slip" in text
-    assert "Fx = -200000, Fy = 0 N/m, 66.67 % of the friction limit" in text
-    assert "spin" not in text
-    assert "nan" not in text
-    deep = vc.solve(scene(surface=vc.Cylinders(1.0, 50.0), motion=vc.Shift(Fx=0.1)))
-    assert f"approach          {deep.approach:.6g}" in deep.report()
-    assert "rotation" not in deep.report()
-
-
-def test_widths_and_forces_per_length(sol):
-    dx = sol.grid.sides[0]
-    assert sol.areas["contact"] == pytest.approx(40 * dx)
-    assert sol.areas["contact"] == pytest.approx(2 * sol.scene.hertz.a)
-    assert sol.normal_force == pytest.approx(sol.pressure.sum() * dx, rel=1e-14)
-    assert sol.moment == pytest.approx(0.0, abs=1e-9)
-
-
-def test_dataset(sol):
-    data = sol.to_xarray()
-    units = {name: data[name].attrs["units"] for name in ("pressure", "normal_force", "force", "moment", "x", "slip")}
-    expected = {"pressure": "N/m^2", "normal_force": "N/m", "force": "N/m", "moment": "N", "x": "m", "slip": "1"}
-    assert units == expected
-    total = float(data["traction"].sel(component="x").sum()) * sol.grid.sides[0]
-    assert total == pytest.approx(float(data["force"].sel(component="x")))
-    assert np.isnan(data["approach"])
-
-
 @pytest.mark.parametrize(
     "changes",
     [

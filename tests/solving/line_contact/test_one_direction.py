@@ -97,14 +97,6 @@ def test_every_solver(name, motion):
         np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
 
 
-@pytest.mark.parametrize("name", ["clarabel", "osqp", "tang", "qpsolvers:quadprog"])
-def test_marching(name):
-    """Its steps are shifts: also for the solver that wants a positive definite program."""
-    described = scene(motion=vc.Steady(Fx=-0.06))
-    sol, best = vc.solve(described, tangential=name, formulation="marching", tol=1e-7), vc.solve(described)
-    np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
-
-
 @pytest.mark.parametrize(
     "motion", [vc.Steady(Fx=0.0), vc.Steady(vx=0.02), vc.Shift(Fx=0.05), vc.Shift(ux=-0.05)], ids=repr
 )
@@ -130,19 +122,6 @@ def test_unlike_bodies(methods, motion, coupling):
 
 def test_unlike_bodies_that_move_along_y_need_both():
     assert vc.solve(scene(bodies=UNLIKE, motion=vc.Steady(vy=0.01))).traction.any(axis=(1, 2)).all()
-
-
-def test_no_coupling_at_all_in_point_contact():
-    """nu = 0: the influence numbers xy vanish there, too."""
-    ball = scene(
-        bodies=vc.Bodies(G=1.0, nu=0.0), surface=vc.Ellipse(1.0, 0.7), motion=vc.Steady(vx=0.05),
-        grid=vc.Grid(nx=10, ny=10),
-    )  # fmt: skip
-    one, full = vc.solve(ball), vc.solve(dataclasses.replace(ball, motion=in_full(ball.motion, "Fy")))
-    same(one, full)
-    assert one.certificate.force_bound[1] == 0 < one.certificate.force_bound[2]
-    spin = vc.solve(dataclasses.replace(ball, motion=vc.Steady(spin=0.1)))
-    assert spin.traction[1].any()
 
 
 def test_programs_have_half_the_size():
@@ -221,15 +200,6 @@ def test_nothing_moves():
     sol = vc.solve(scene(motion=vc.Steady()))
     assert not sol.traction.any() and sol.converged
     assert not sol.certificate.force_bound.any()
-
-
-def test_scan_through_both():
-    """The directions are each creepage's own; where it starts from may have had more, or fewer."""
-    creepages = [[0.01, 0.0, 0.0], [0.01, 0.005, 0.0], [0.02, 0.0, 0.0], [0.0, 0.01, 0.0]]
-    for tangential in ("tang-safeguarded", "clarabel"):
-        together = vc.scan(scene(motion=vc.Steady()), creepages, tangential=tangential)
-        for (vx, vy, _), sol in zip(creepages, together, strict=True):
-            same(sol, vc.solve(scene(motion=vc.Steady(vx=vx, vy=vy))), tol=1e-10)
 
 
 # ----------------------------------------------------------------------------------------------- the certificate
