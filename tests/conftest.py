@@ -22,31 +22,18 @@ hypothesis.settings.register_profile("default", deadline=None, derandomize=True,
 hypothesis.settings.load_profile("default")
 
 
-SLOW = {
-    *(
-        "study",
-        "plotting",
-        "io",
-        "wheel_rail",
-        "extremes",
-        "fuzz",
-        "adaptive",
-        "friction",
-        "system",
-        "results",
-        "conic",
-    ),
-    *("line_contact", "test_viscoelastic_histories", "test_viscoelastic", "test_conformal", "test_carried"),
-    *("test_third_body", "test_registry", "test_no_slip", "test_documentation", "test_examples", "test_transient"),
-    *("test_table", "test_memory"),
-}
+SLOW = """
+study plotting io wheel_rail extremes fuzz adaptive friction system results conic line_contact
+test_viscoelastic_histories test_viscoelastic test_conformal test_carried test_third_body test_registry
+test_no_slip test_documentation test_examples test_transient test_table test_memory
+"""
 
 
 def pytest_collection_modifyitems(items):
     """Folders and files that take most of the time, and the command line, are slow: `-m "not slow"` leaves the rest."""
     for item in items:
         path = item.path
-        if SLOW & {path.parent.name, path.stem} or path.stem.startswith("test_cli"):
+        if {path.parent.name, path.stem} & {*SLOW.split()} or path.stem.startswith("test_cli"):
             item.add_marker("slow")
 
 

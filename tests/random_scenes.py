@@ -9,34 +9,15 @@ import numpy as np
 import varcontact as vc
 from varcontact.study.converge import contact_of
 
-KINDS = (
-    "steady",
-    "forces",
-    "shift",
-    "unlike",
-    "unlike shift",
-    "line",
-    "line unlike",
-    "line forces",
-    "line shift",
-    "line unlike shift",
-    "sampled",
-    "sampled shift",
-    "sampled normal",
-    "law",
-    "history",
-    "unlike history",
-    "line history",
-    "line unlike history",
-    "sampled history",
-    "line sampled",
-    "line sampled shift",
-    "slender",
-    "slender shift",
-    "any law",
-    "any law shift",
-    "patches",
-    "patches normal",
+KINDS = tuple(
+    """
+steady, forces, shift, unlike, unlike shift, line, line unlike, line forces, line shift, line unlike
+shift, sampled, sampled shift, sampled normal, law, history, unlike history, line history, line
+unlike history, sampled history, line sampled, line sampled shift, slender, slender shift, any law,
+any law shift, patches, patches normal
+""".replace("\n", " ")
+    .strip()
+    .split(", ")
 )
 
 

@@ -102,40 +102,7 @@ def missing(path: Path, resource: str) -> Iterator[str]:
         yield "is not there"
 
 
-OPEN_ALL = """<body><script>
-async function opened(address, width) {
-  const frame = document.createElement("iframe");
-  frame.width = width; frame.height = 900;
-  const loaded = new Promise(done => frame.onload = done);
-  frame.src = address;
-  document.body.appendChild(frame);
-  await loaded;
-  const page = frame.contentDocument, found = [];
-  for (const image of page.images) {
-    image.loading = "eager";
-    await image.decode().catch(() => 0);
-    if (!image.naturalWidth) found.push(image.getAttribute("src") + " is not drawn");
-  }
-  for (const formula of page.querySelectorAll("main math, article math")) {
-    const box = formula.getBoundingClientRect();
-    if (!box.width || !box.height) found.push("a formula has no extent: " + formula.textContent);
-  }
-  for (const each of frame.contentWindow.performance.getEntriesByType("resource"))
-    if (new URL(each.name).host !== location.host) found.push(each.name + " was asked for");
-  if (page.documentElement.scrollWidth > width + 1) found.push("is wider than its window of " + width + " pixels");
-  for (const code of page.querySelectorAll("article pre"))
-    if (code.scrollWidth > code.clientWidth + 1)
-      found.push("code is wider than its frame at " + width + " pixels: " + code.textContent.slice(0, 60));
-  const name = page.title; frame.remove();
-  return name ? found : ["has no title"];
-}
-(async () => {
-  const answer = {};
-  for (const address of PAGES)
-    answer[address] = [...await opened(address, 1400), ...await opened(address, 390)];
-  await fetch("/answer", {method: "POST", body: JSON.stringify(answer)});
-})();
-</script></body>"""
+OPEN_ALL = (Path(__file__).parent / "data" / "open_all.html").read_text()
 
 
 def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:

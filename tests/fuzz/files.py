@@ -39,63 +39,7 @@ Damage = tuple[str, Callable[[], None]]
 
 # ----------------------------------------------------------------------------- scenes in TOML
 
-SCENES = [
-    """
-    normal_force = 1.0
-    friction = 0.3
-    bodies = {G = 1.0, nu = 0.28}
-    surface = {kind = "ellipse", a = 1.0, b = 1.0}
-    motion = {kind = "steady", vx = 0.05, spin = 0.01, dq = 0.2, spin_offset = 0.5}
-    grid = {nx = 6, ny = 6, margin = 1, edge = "centres"}
-    units = {length = "mm", force = "N"}
-    solve = {method = "auto", normal = "auto", tangential = "auto", tol = 1e-8, polish = true}
-    """,
-    """
-    approach = 0.02
-    friction = [[0.3, 0.2, 0.1], [0.3, 0.0, 0.1], [0.3, 0.2, 0.1]]
-    bodies = {G = [1.0, inf], nu = [0.28, 0.0]}
-    surface = {kind = "sampled-distance", h = [[1.0, 1.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]]}
-    motion = {kind = "shift", ux = 1e-3, uy = 0.0, rotation = 0.01, Fy = 1e-4}
-    grid = {nx = 3, ny = 3, dx = 1.0, dy = 1.0, x0 = -1.5, y0 = -1.5}
-    solve = {coupling = "joint", formulation = "auto", certify = "gap"}
-    """,
-    """
-    normal_force = 1e-2
-    friction = {kind = "linear", static = 0.3, kinetic = 0.2, half_velocity = 1e-3, velocity = 2.0}
-    bodies = {E = 2.5, nu = 0.25}
-    surface = {kind = "cylinders", R = 1.0, reference_depth = 50.0}
-    motion = {kind = "steady", Fx = -1e-3, vy = 1e-3}
-    grid = {nx = 12}
-    solve = {start = "slip"}
-    """,
-    """
-    normal_force = 0.02
-    friction = 0.3
-    bodies = {G = 1.0, nu = 0.28}
-    surface = {kind = "paraboloids", Rx = 10.0, Ry = 8.0}
-    grid = {nx = 5, ny = 5}
-    [motion]
-    kind = "transient"
-    steps = 3
-    dq = [0, 0.05, 0.1]
-    direction = 1
-    vx = [0, 4e-3, 0.0]
-    ux = [1e-3, 0, 0]
-    Fx = ["none", "none", 1e-3]
-    normal_force = ["none", 0.03, "none"]
-    friction = ["none", 0.2, {kind = "static-kinetic", static = 0.3, kinetic = 0.2}]
-    """,
-    """
-    normal_force = 1e-2
-    bodies = {G = 8e10, nu = 0.3}
-    grid = "auto"
-    [surface]
-    kind = "sampled-distance"
-    x = [-1.0, -0.5, 0.0, 0.5, 1.0]
-    y = [-1.0, 0.0, 1.0]
-    h = [[1.0, 0.6, 0.5, 0.6, 1.0], [0.5, 0.1, 0.0, 0.1, 0.5], [1.0, 0.6, 0.5, 0.6, 1.0]]
-    """,
-]
+SCENES = (Path(__file__).parents[1] / "data" / "scenes_to_damage.txt").read_text().split("# ----\n")
 """Whole scenes of all kinds, to be damaged."""
 
 

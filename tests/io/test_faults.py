@@ -12,27 +12,11 @@ import h5py
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 from varcontact.io.solution import without_checksum
 from varcontact.system.files import SCENE_BYTES
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.0
-b = 1.0
-[motion]
-kind = "steady"
-vx = 0.05
-[grid]
-nx = 6
-ny = 6
-"""
+SCENE = scene_file(cells=6)
 
 
 @pytest.fixture(scope="module")

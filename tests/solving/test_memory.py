@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 from varcontact.elasticity.operators import GridOperator
 
 MEASURE = """
@@ -42,23 +42,7 @@ def test_peak_memory_is_as_estimated(tangential, cells):
     assert 0.66 < float(done.stdout) < 1.5
 
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.2
-b = 0.9
-[motion]
-kind = "steady"
-vx = 0.04
-[grid]
-nx = 700
-ny = 700
-"""
+SCENE = scene_file("vx = 0.04", (1.2, 0.9), 700)
 
 
 def test_a_plan_that_does_not_fit_says_so_and_fails(tmp_path):

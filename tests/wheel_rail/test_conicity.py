@@ -8,10 +8,12 @@ contact jumps, 0.03.
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
-from tests.wheel_rail.conditions import cone, flat_track, round_rail
+from tests.wheel_rail.conditions import DATA, cone, flat_track, round_rail
 from varcontact.errors import NoContact, SceneError
 from varcontact.wheel_rail import (
     Position,
@@ -90,32 +92,7 @@ RAIL = profile(
     arc(28.6709, -13.0, 26.33535, 13.598369),
     last=39.2705,
 )
-DIFFERENCES = {
-    "A": {
-        0.1: 0.028, 0.3: 0.071, 0.5: 0.116, 1.0: 0.259, 1.5: 0.442, 2.0: 0.667, 2.5: 0.934, 3.0: 1.243, 3.5: 1.534,
-        4.0: 1.913, 4.5: 2.379, 5.0: 2.936, 5.5: 3.584, 6.0: 4.327, 6.2: 4.650, 6.3: 5.061, 6.5: 6.515, 6.8: 10.940,
-    },
-    "B": {1.0: 0.050, 2.0: 0.100, 2.9: 0.145, 3.2: 2.055, 4.0: 2.515, 5.0: 3.160, 6.0: 3.886, 6.6: 7.076, 6.9: 12.319},
-    "H": {1.0: 0.050, 2.5: 0.125, 2.6: 2.402, 3.0: 2.492, 4.0: 2.717, 5.0: 2.942, 6.0: 3.167, 6.7: 3.324, 6.8: 11.199},
-    "I": {1.7: 0.0, 1.8: 2.353, 2.0: 2.475, 3.0: 3.134, 4.0: 3.875, 5.0: 4.696, 6.0: 5.025, 6.5: 5.194, 7.1: 11.150},
-}  # fmt: skip
-CONICITIES = {
-    "A": {1.0: 0.125, 2.0: 0.155, 3.0: 0.188, 4.0: 0.216, 5.0: 0.254, 6.0: 0.303, 6.6: 0.368, 7.0: 0.505},
-    "B": {
-        1.0: 0.025,
-        2.0: 0.025,
-        2.8: 0.025,
-        3.2: 0.113,
-        3.6: 0.195,
-        4.0: 0.236,
-        5.0: 0.280,
-        6.0: 0.300,
-        6.6: 0.351,
-        7.0: 0.484,
-    },
-    "H": {1.0: 0.025, 2.0: 0.025, 2.6: 0.110, 3.0: 0.260, 4.0: 0.323, 5.0: 0.307, 6.0: 0.284, 6.6: 0.272, 7.0: 0.448},
-    "I": {1.0: 0.0, 1.8: 0.131, 2.0: 0.301, 3.0: 0.493, 4.0: 0.488, 5.0: 0.476, 6.0: 0.448, 7.0: 0.490},
-}
+STANDARD = tomllib.loads((DATA / "en_15302.toml").read_text())
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +106,7 @@ def track():
 @pytest.mark.parametrize("name", WHEELS)
 def test_rolling_radius_differences_of_the_standard(track, name):
     """To 8 micrometres, up to the flange, where a micrometre of displacement makes some 20 of the radius."""
-    y, wanted = np.array(list(DIFFERENCES[name].items())).T
+    y, wanted = np.array([STANDARD[name]["y"], STANDARD[name]["difference"]])
     found = rolling_radius_difference(track, WHEELS[name], y)
     assert found == pytest.approx(wanted, abs=0.008)
     assert rolling_radius_difference(track, WHEELS[name], -y) == pytest.approx(-found, abs=1e-9)
@@ -138,7 +115,7 @@ def test_rolling_radius_differences_of_the_standard(track, name):
 @pytest.mark.parametrize("name", WHEELS)
 def test_equivalent_conicities_of_the_standard(track, name):
     """The standard allows 0.05, or half of the conicity. Those of B, H and I depend on where contact jumps."""
-    amplitudes, wanted = np.array(list(CONICITIES[name].items())).T
+    amplitudes, wanted = STANDARD[name]["amplitude"], STANDARD[name]["conicity"]
     found = equivalent_conicity(track, WHEELS[name], amplitudes)
     assert found == pytest.approx(wanted, abs=0.001 if name == "A" else 0.017)
 

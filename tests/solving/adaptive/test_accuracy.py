@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 from varcontact.errors import NotConverged
 from varcontact.reference import carter, line_contact
 from varcontact.results.quantities_of_interest import error, units, values
@@ -225,20 +225,7 @@ def test_what_does_not_fit_is_refused_with_what_does():
     assert "accuracy = 1e-13 needs about" in str(refused.value) and "fits" in str(refused.value)
 
 
-SCENE_FILE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.0
-b = 0.7
-[motion]
-kind = "steady"
-vx = 0.15
-"""
+SCENE_FILE = scene_file("vx = 0.15", (1.0, 0.7)).split("[grid]")[0]
 
 
 def test_the_command_and_the_table_of_a_file(tmp_path):
