@@ -6,8 +6,6 @@ tractions that would cause them in their own element (divided by its influence o
 `tol` then means the same everywhere, and is what a natural-map residual of `tol` implies.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -4,8 +4,6 @@ Boussinesq and Cerruti over rectangles and strips in their textbook form, in ext
 cancellation of that form; and Hertz's ellipse by Carlson's integrals.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +26,7 @@ class Constants:
     K: float
 
     @classmethod
-    def of(cls, bodies: Bodies) -> Constants:
+    def of(cls, bodies: Bodies) -> "Constants":
         """Those of two bodies."""
         (G1, G2), (nu1, nu2) = bodies.pairs
         G = 2 / (1 / G1 + 1 / G2)

@@ -7,8 +7,6 @@ Arrays are compared bit for bit, or, with ``--rtol``, to that part of the larges
 errors (class and field) and written files always exactly. Records hold for one machine and one set of libraries.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import dataclasses

@@ -1,7 +1,5 @@
 """Random scenes by kind, for studies of accuracy: what they are made of does not depend on any grid."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigid bodies against particles followed in time, and the linearised wheel set against the exact one."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Refusals that no other test meets: the field, and what is wrong or to do instead."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Each scene is solved on many grids, which takes minutes for some and most of an 
 kept after every scene, and the same command resumes from there.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

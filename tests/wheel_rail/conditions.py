@@ -1,7 +1,5 @@
 """What the tests of wheels on rails share."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

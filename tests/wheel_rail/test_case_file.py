@@ -1,7 +1,5 @@
 """Case files: what they say is the case in Python, and what they cannot say is named."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

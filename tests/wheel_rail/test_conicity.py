@@ -6,8 +6,6 @@ the standard's edition of 2008 in github.com/criogenox/B_ECC-Equivalent-Conicity
 contact jumps, 0.03.
 """
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Input files of CONTACT's module 1: as wheels on rails they give what CONTACT publishes of the same input."""
 
-from __future__ import annotations
-
 import csv
 import shutil
 

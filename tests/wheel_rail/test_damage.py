@@ -1,7 +1,5 @@
 """Damage: laws of wear, the shakedown diagram, worn profiles that keep the area, and wear that makes profiles fit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The fast way: Hertz in closed form, virtual penetration against Hertz and CONTACT, and what it refuses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contacts tabulated: what the positions themselves give, at the nodes and between; mirror images; speed of change."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Profiles: designed ones against measured points, curves in closed form, smoothing, noise, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

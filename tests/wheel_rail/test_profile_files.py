@@ -1,7 +1,5 @@
 """The formats of profiles: each file written here in its own way gives the same profile."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Parts of a patch: with weight 1 they are one half-space, with weight 0 two, and between the forces are steady."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The contact of simple bodies in closed form, and that of the benchmark's profiles by published results."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq

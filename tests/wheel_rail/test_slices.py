@@ -1,7 +1,5 @@
 """Rails whose profile changes along the track, and wheels out of round: closed forms, symmetries, one profile."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any

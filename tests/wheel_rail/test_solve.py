@@ -1,7 +1,5 @@
 """Wheels solved to an accuracy, within a time, by theories and corrected: errors, loads, and what is refused."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Sweeps of wheel sets: the numbers of single solutions, resumed, pictures, and the same as a command."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Indices of wear: full slip in closed form, energy counted twice, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

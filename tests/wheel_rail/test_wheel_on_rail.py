@@ -1,7 +1,5 @@
 """Patches solved: Hertz's closed form, the benchmark's forces, the load, velocities of particles, and warnings."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Balance of loads on a wheel set: symmetry, power, free rolling, starting guesses, curves, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
