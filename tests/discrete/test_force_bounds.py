@@ -112,9 +112,6 @@ def test_error_of_the_pressure_is_bounded(load, size):
     np.testing.assert_array_equal(sharp.possible, right > 0, "nothing else can be in contact")
 
 
-# ----------------------------------------------------------------------------- what a bound is for
-
-
 # ----------------------------------------------------------------------------- forces that are missed
 
 

@@ -156,9 +156,6 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
     np.testing.assert_allclose(sol.slip[:, contact], [0.04 - 0.05 * y, -0.02 + 0.05 * (x + offset)], atol=1e-14)
 
 
-# ----------------------------------------------------------------------------- units and scale
-
-
 # ----------------------------------------------------------------------------- methods and tolerance
 
 
@@ -252,9 +249,6 @@ def test_progress_names_the_stages(rolling):
     sol = vc.solve(rolling(), progress=stages.append)
     assert stages == ["grid", "normal", "grid", "tangential", "certificate"]
     assert set(sol.timing) == {"grid", "normal", "tangential", "certificate", "total"}
-
-
-# ----------------------------------------------------------------------------- unlike bodies
 
 
 # ----------------------------------------------------------------------------- elements too long for the step
