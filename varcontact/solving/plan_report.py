@@ -76,6 +76,12 @@ def plan(
     special = chosen.special
     if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:
         special = (*special, "no grid")
+    usual = 100 if scene.line else 24
+    why = {
+        "frictionless": "friction is 0: no tangential problem",
+        "no slip": "friction is infinite: no bound and no cones, one linear system",
+        "no grid": f"solve chooses one for an error of 1 %; the sizes below are those of {usual} elements across",
+    }
     sizes = _sizes(scene, chosen)
     costs = [_cost(scene, chosen, sizes)]
     for other in PRESETS:
@@ -84,7 +90,7 @@ def plan(
                 costs.append(_cost(scene, select(scene, method=other), sizes))
             except SceneError:  # the method is not for this scene
                 continue
-    reasons = chosen.reasons | _reasons(scene, chosen, special)
+    reasons = chosen.reasons | {name: why[name] for name in special}
     return replace(chosen, special=special, reasons=reasons, sizes=sizes, costs=tuple(costs), doubts=scene.doubts)
 
 
@@ -94,52 +100,6 @@ def check_planned(planned: Plan) -> None:
     if sizes is not None and sizes.exact:
         for problem, unknowns in sizes.unknowns.items():
             check_memory(problem, getattr(planned, problem), planned.formulation, unknowns)
-
-
-def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, str]:
-    difference = scene.difference
-    bodies = {
-        "quasi-identical": f"{difference}: tractions do not change the pressure",
-        "almost like": f"{difference} is so small that pressure and tractions are taken to be independent",
-        "conformal": f"{difference}: pressure and tractions depend on each other",
-        "unlike": f"{difference}, pressure and tractions depend on each other",
-    }[plan.bodies]
-    if plan.bodies in ("unlike", "conformal") and scene.frictionless:
-        bodies = f"{difference}, but there are no tractions to change the pressure"
-    surface = "the contact is found by solving the normal problem"
-    if plan.surface == "Hertzian":
-        averaged = ", averaged over every element that it touches" if scene.touched else ""
-        surface = f"contact and frictionless pressure in closed form{averaged}"
-    on = {"temperature": "temperature", "pressure": "pressure", "product": "solution"}.get(plan.friction, "slip")
-    friction = f"the coefficient depends on the {on}: an outer loop solves for known coefficients in each pass"
-    if plan.friction in ("none", "given"):
-        friction = (
-            "no tangential traction" if plan.friction == "none" else "the traction bound follows from the pressure"
-        )
-    elif plan.theory is not None:
-        friction = "the coefficient depends on the slip and is found particle by particle"
-    simpler = {
-        "frictionless": "friction is 0: no tangential problem",
-        "no slip": "friction is infinite: no bound and no cones, one linear system",
-        "no grid": f"solve chooses one for an error of 1 %; the sizes below are those of {100 if scene.line else 24} "
-        "elements across",
-    }
-    return {
-        "dimension": "nothing depends on y: one row of strips, forces per unit length"
-        if scene.line
-        else "the contact is bounded along x and y",
-        "bodies": bodies,
-        "surface": surface,
-        "motion": {
-            "none": "normal contact only",
-            "transient": "steps, each from the state that the previous one left; symmetric",
-            "shift": "one step from the unloaded state, symmetric",
-            "marching": "steady rolling, in steps until nothing changes",
-            "steady": "nothing depends on time: one problem, no steps",
-        }[plan.motion],
-        "friction": friction,
-        **{name: simpler[name] for name in special},
-    }
 
 
 def _sizes(scene: Scene, plan: Plan) -> Sizes:
