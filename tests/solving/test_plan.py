@@ -128,7 +128,7 @@ def test_what_a_scene_does_not_require_is_not_built(rolling):
 def test_kinds_of_scenes(rolling, changes, expected):
     plan = vc.plan(rolling(**changes))
     assert {name: getattr(plan, name) for name in expected} == expected
-    methods = {"method", "normal", "tangential", "coupling", "formulation"}
+    methods = {"bodies", "method", "normal", "tangential", "coupling", "formulation"}
     assert set(plan.reasons) == methods | set(plan.special)
     assert all(reason and "\n" not in reason for reason in plan.reasons.values())
 

@@ -113,7 +113,7 @@ class Plan:
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
     reasons : dict
-        Why, in one line each: of the methods; of `varcontact.plan` also of what is special.
+        Why, in one line each: of the methods; of `varcontact.plan` also of bodies, and what is special.
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
@@ -263,7 +263,7 @@ class Plan:
         kinds = ("dimension", "bodies", "surface", "motion", "friction")
         methods = ("method", "normal", "tangential", "coupling", "formulation")
         rows = [("WARNING", doubt) for doubt in self.doubts]
-        rows += [(name, getattr(self, name)) for name in kinds]
+        rows += [(name, self._with_reason(name, getattr(self, name))) for name in kinds]
         rows += [("special", self._with_reason(name, name)) for name in self.special]
         rows += [("", ""), *((name, self._with_reason(name, getattr(self, name))) for name in methods)]
         if self.sizes is not None:

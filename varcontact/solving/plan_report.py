@@ -90,7 +90,7 @@ def plan(
                 costs.append(_cost(scene, select(scene, method=other), sizes))
             except SceneError:  # the method is not for this scene
                 continue
-    reasons = chosen.reasons | {name: why[name] for name in special}
+    reasons = chosen.reasons | {"bodies": scene.difference, **{name: why[name] for name in special}}
     return replace(chosen, special=special, reasons=reasons, sizes=sizes, costs=tuple(costs), doubts=scene.doubts)
 
 
