@@ -154,9 +154,17 @@ def swinging(sol, name, amplitude):
     return k, 2 * np.mean(change * np.exp(-1j * k * q[last])[:, None], axis=0) / amplitude
 
 
-@pytest.mark.parametrize(("bodies", "friction", "name"), [(None, 0.3, "vx"), (None, np.inf, "vy"), (UNLIKE, 0.3, "vy")])
-def test_histories_that_swing(bodies, friction, name):
-    sol = ball(bodies=bodies, friction=friction)
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({}, "vx"),
+        ({"friction": np.inf}, "vy"),
+        ({"bodies": UNLIKE}, "vy"),
+        ({"third_body": vc.ThirdBody(h=0.1, G=0.1)}, "vx"),
+    ],
+)
+def test_histories_that_swing(changes, name):
+    sol = ball(**changes)
     k, found = swinging(sol, name, 1e-6)
     response = sol.frequency_response(k)
     expected = np.array([response.of(force, name)[0] for force in ("Fx", "Fy")])

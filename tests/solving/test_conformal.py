@@ -77,6 +77,20 @@ def test_active_sets_agree_with_newtons_method(pose, bodies):
     assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("pose", "layer"), [(in_groove, vc.ThirdBody(0.02, 820.0)), (uneven, vc.ThirdBody(0.02, 820.0, tau_c0=80.0))]
+)
+def test_a_third_body_lies_on_the_curved_surface(pose, layer):
+    one = replace(pose(motion=vc.Steady(vx=5e-4, vy=-2e-4, spin=1e-4)), third_body=layer)
+    newton, sets = vc.solve(one), vc.solve(one, method="active-set", certify="gap")
+    np.testing.assert_allclose([*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7)
+    assert max(newton.certificate.relative_gap, sets.certificate.relative_gap) < 1e-9
+    assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
+    flat = [replace(scene(turn, motion=one.motion), third_body=layer) for turn in (np.zeros(GRID.rows), None)]
+    turned, plane = (vc.solve(each) for each in flat)
+    np.testing.assert_allclose(turned.force, plane.force, rtol=1e-8)
+
+
 @pytest.mark.parametrize("pose", [in_groove, uneven])
 def test_a_prescribed_normal_force_is_along_the_normal_of_the_plane(pose, tmp_path):
     by_approach = vc.solve(pose())

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import lqmn
 
 import varcontact as vc
 
@@ -114,6 +115,64 @@ def test_carter_with_plasticity(k_tau, part):
         grid=vc.Grid(nx=30, dx=0.08, x0=-1.2),
     )
     assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
+
+
+def adhesion(compliance, a, terms=60):
+    """Force by creepage of a strip in adhesion: ``L p' - 2 (1 - nu)/(pi G) PV int p/(x - xi) = vx``, p = 0 in front.
+
+    With Legendre's polynomials, whose Cauchy integrals are twice the functions of the second kind.
+    """
+    x, _ = np.polynomial.legendre.leggauss(terms)
+    P = np.polynomial.legendre.Legendre
+    slopes = np.array([[P.basis(n).deriv()(t) for n in range(terms + 1)] for t in x]) / a
+    second = np.array([lqmn(0, terms, t)[0][0] for t in x])
+    system = compliance * slopes - 4 * (1 - BODIES.combined_nu) / (np.pi * BODIES.combined_G) * second
+    system = np.vstack([system, np.ones(terms + 1)])
+    return 2 * a * np.linalg.solve(system, np.append(np.ones(terms), 0.0))[0]
+
+
+@pytest.mark.parametrize("ratio", [0.3, 3.0])
+def test_adhesion_of_a_strip_with_a_layer_converges_to_quadrature(ratio):
+    a = 1.0
+    compliance = ratio * a / BODIES.combined_G
+    exact = adhesion(compliance, a)
+    errors = []
+    for n in (40, 80):
+        scene = vc.Scene(
+            bodies=BODIES,
+            surface=vc.Cylinders(500.0),
+            normal_force=vc.reference.line_contact(500.0, BODIES, a=a).force,
+            friction=1e3,
+            third_body=vc.ThirdBody(compliance * 100.0, 100.0),
+            motion=vc.Steady(vx=1e-6),
+            grid=vc.Grid(nx=n, dx=2 * a / n, x0=-a),
+        )
+        errors.append(vc.solve(scene).Fx / 1e-6 - exact)
+    assert abs(errors[-1]) < 0.02 * abs(exact)
+    second = vc.solve(scene.second_order()).Fx / 1e-6 - exact
+    assert abs(second) < 0.7 * abs(errors[-1])
+    assert 0.8 < np.log2(errors[0] / errors[1]) < 1.2
+
+
+@pytest.mark.parametrize(
+    ("layer", "motion"),
+    [
+        (vc.ThirdBody(0.02, 820.0), vc.Steady(vx=5e-4, vy=3e-4, spin=2e-4)),
+        (vc.ThirdBody(0.2, 820.0), vc.Steady(Fx=-1.5e4)),
+        (replace(LAYER, k_tau=0.0), vc.Steady(vx=1.5e-3)),
+        (vc.ThirdBody(0.0, 820.0, 100.0), vc.Steady(vx=1.5e-3)),
+        (LAYER, vc.Shift(ux=0.02, uy=0.004)),
+    ],
+)
+def test_an_accuracy_is_kept_with_layers(layer, motion):
+    scene, rolls = ball(motion, layer, grid="auto"), isinstance(motion, vc.Steady)
+    grid = vc.Grid(nx=72 if rolls else 48, ny=48, edge="softened" if rolls else "touched")
+    fine = vc.solve(replace(scene, grid=grid, motion=motion.second_order() if rolls else motion))
+    for accuracy in (0.03, 0.01):
+        estimate = vc.solve(scene, accuracy=accuracy).error_estimate
+        assert estimate.largest <= accuracy
+        for name, bar in estimate.bars.items():
+            assert abs(estimate.values[name] - getattr(fine, name)) < bar
 
 
 def test_limits_of_a_layer():
@@ -230,8 +289,10 @@ def test_layers_where_they_do_not_belong():
         replace(ball(vc.Shift(ux=0.1)), friction=np.inf)
     with pytest.raises(vc.SceneError, match="third body"):
         vc.solve(ball(vc.Steady(vx=1e-3)), tangential="vermeulen-johnson")
-    with pytest.raises(vc.SceneError, match="third_body"):
+    with pytest.raises(vc.SceneError, match=r"third_body.k_tau.*second order"):
         vc.solve(ball(vc.Steady(vx=1e-3), grid="auto"), accuracy=0.01)
+    with pytest.raises(vc.SceneError, match=r"third_body.k_tau.*first-order"):
+        ball(vc.Steady(vx=1e-3)).second_order()
 
 
 def test_batches_leave_layers_to_single_solutions():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.conformal import Conformal, conformal_operator
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
-from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.elasticity.operators import DIFFERENCES, GridOperator, influence_operator
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, solids_of, surface_material
 from varcontact.scene.grid import Cells, Grid
@@ -128,26 +128,28 @@ class Operators:
                 alike = [each for each in self._tables if (each[2] is None, each[4] == 0) == kind]
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
-            step: dict[str, Any] = {"lag": lag, "difference": difference, "offset": offset}
             if isinstance(self.medium, Conformal):
-                self._tables[key] = self.medium.operator(self.lattice, rows, columns, **step)
+                angles = self.medium.angles_at(self.lattice.y)
+                flat = partial(self._flat, lag=lag, difference=difference, offset=offset)
+                self._tables[key] = conformal_operator(rows, columns, angles, flat)
             else:
-                self._tables[key] = influence_operator(self.lattice, rows, columns, medium=self.medium, **step)
-            if self.layer:
-                self._tables[key] = self._with_layer(self._tables[key], rows, columns, lag, offset)
+                self._tables[key] = self._flat(*key)
         return self._tables[key]
 
-    def _with_layer(
-        self, operator: GridOperator, rows: str, columns: str, lag: float | None, offset: float
-    ) -> GridOperator:
-        """The same with the layer's own shear, ``layer p``, between elements by the mean of the two around."""
+    def _flat(self, rows: str, columns: str, lag: float | None, difference: str, offset: float) -> GridOperator:
+        """The operator of bodies on a plane, with the layer's shear ``layer p``, linear between the elements."""
+        medium = self.medium.flat if isinstance(self.medium, Conformal) else self.medium
+        step: dict[str, Any] = {"lag": lag, "difference": difference, "offset": offset}
+        operator = influence_operator(self.lattice, rows, columns, medium=medium, **step)
+        if not self.layer:
+            return operator
         table, middle = operator.table.copy(), (operator.table.shape[2] // 2, operator.table.shape[3] // 2)
-        for at, sign in ((offset, 1.0), *(((offset + lag, -1.0),) if lag else ())):
-            whole, part = divmod(round(at / self.lattice.sides[0], 9), 1.0)
+        for ago, factor in [(0, 1.0)] if lag is None else DIFFERENCES[difference]:
+            whole, part = divmod(round((offset + ago * (lag or 0.0)) / self.lattice.sides[0], 9), 1.0)
             for ahead, weight in ((int(whole), 1 - part), (int(whole) + 1, part)):
                 for i, name in enumerate(rows):
                     if name in "xy" and name in columns and weight and abs(ahead) <= middle[1]:
-                        table[i, columns.index(name), middle[0], middle[1] - ahead] += sign * weight * self.layer
+                        table[i, columns.index(name), middle[0], middle[1] - ahead] += factor * weight * self.layer
         return GridOperator(operator.shape, table)
 
 

@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import Medium
-from varcontact.elasticity.operators import GridOperator, fft_box, influence_operator, wrapped
+from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continuation
 from varcontact.system.process import one_blas_thread
@@ -83,15 +82,6 @@ class Conformal:
         zx, zy, yz, yx, yy, zz = (sums.get(name, none) for name in ("zx", "zy", "yz", "yx", "yy", "zz"))
         turned_back = point * (zx + 1j * yx)[0] + point**2 * (zy - yz + 1j * (yy + zz))[2]
         return np.asarray(np.real(turned_back + (zy + yz + 1j * (yy - zz))[1]))
-
-    def operator(self, grid: Grid, rows: str, columns: str, **step: Any) -> GridOperator:
-        """The operator on a grid, see `influence_operator`."""
-        return conformal_operator(
-            rows,
-            columns,
-            self.angles_at(grid.y),
-            lambda above, across: influence_operator(grid, above, across, medium=self.flat, **step),
-        )
 
 
 def turned(flat: dict[str, np.ndarray], angle: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:

@@ -270,10 +270,6 @@ def linearise(sol: Solution) -> Linearised:
         raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
     if scene.bodies.relaxes:
         raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
-    if scene.third_body is not None:
-        raise SceneError(
-            "third_body", scene.third_body, "left out: what particles bring along is known of bodies alone"
-        )
     if scene.shift_undetermined:
         raise SceneError("surface.reference_depth", None, "given: in line contact what swings depends on it")
     bearing, pressed = with_friction(sol), np.flatnonzero(sol.pressure.ravel() > 0)

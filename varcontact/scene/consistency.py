@@ -322,11 +322,10 @@ def check_third_body(scene: Scene) -> None:
         raise SceneError("third_body.k_tau", layer.k_tau, "zero or positive in steady rolling", message=message)
     if layer.yields and scene.no_slip:
         raise SceneError("friction", math.inf, "finite with a third_body that yields")
-    if scene.conformal:
-        raise SceneError("third_body", layer, "left out in conformal contact")
-    if scene.edge == "softened" or getattr(motion, "slip_difference", "first-order") != "first-order":
-        message = 'third_body: elements and slip of second order are for bodies alone; use "centres" and "first-order"'
-        raise SceneError("third_body", layer, "left out with second-order discretisations", message=message)
+    second_order = scene.edge == "softened" or getattr(motion, "slip_difference", "first-order") != "first-order"
+    if second_order and layer.k_tau != 0:
+        message = 'third_body.k_tau: second-order elements and slip are for k_tau = 0; use "centres" and "first-order"'
+        raise SceneError("third_body.k_tau", layer.k_tau, "0 with second-order discretisations", message=message)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:

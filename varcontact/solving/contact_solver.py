@@ -251,7 +251,7 @@ class ContactSolver:
         if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
             return self.tol
         friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
-        return max(self._seen(state) * min(1.0, friction / abs(disc.K)), EXACTEST)
+        return max(self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0), EXACTEST)
 
     def _enough_traction(self, disc: Discretisation, state: ContactState, in_passes: bool) -> float:
         """The residual to ask of tractions in a pass.

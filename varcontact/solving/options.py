@@ -293,9 +293,9 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
             "leave formulation out, or give a grid"
         )
         yield SceneError("formulation", "marching", '"auto"', message=message)
-    if scene.third_body is not None:
-        message = f"third_body: {field} takes the slip of second order, which a layer has not; give a grid"
-        yield SceneError("third_body", scene.third_body, "left out", message=message)
+    if isinstance(motion, Steady) and scene.third_body is not None and scene.third_body.k_tau != 0:
+        message = f"third_body.k_tau: with {field} slip is of second order, which hardening is not; give a grid"
+        yield SceneError("third_body.k_tau", scene.third_body.k_tau, "0", message=message)
     if plan.theory is not None:
         message = (
             f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
