@@ -170,6 +170,20 @@ def test_bad_input(scenes, options, field):
         vc.solve_many(given, **options)
 
 
+def test_guaranteed_bounds_hold():
+    """Between batches stopped early and exact solves; forces that are given leave nothing to bound."""
+    kinds, grid = ("steady", "second-order", "shift", "forces", "explicit"), vc.Grid(nx=9, ny=8)
+    scenes = [scene(kind, np.random.default_rng(3), grid) for kind in kinds for _ in range(3)]
+    found = vc.solve_many(scenes, tol=1e-3, certify="full")
+    for i, each in enumerate(scenes):
+        exact, limit = vc.solve(each), each.friction * float(found.normal_force[i])
+        bound = found[["Fx_bound", "Fy_bound", "Mz_bound"]].isel(scene=i).to_array().values
+        errors = np.abs(found[["Fx", "Fy", "Mz"]].isel(scene=i).to_array().values - [*exact.force, exact.Mz])
+        assert (errors <= bound + 1e-10 * limit).all()
+        assert bound[0] < 0.1 * limit
+    assert (found.by.values == "batched").sum() == 12
+
+
 def test_histories_are_for_solve():
     rolling = scene("steady", np.random.default_rng(6), vc.Grid(nx=8, ny=8))
     with pytest.raises(vc.SceneError, match=r"scenes\[0\]"):

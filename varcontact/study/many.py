@@ -16,12 +16,14 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
+from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
 from varcontact.study.methods import figures
 
 if TYPE_CHECKING:
     import xarray as xr
 
+BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 SHIFTS = {"ux_error": "vx_error", "uy_error": "vy_error"}
 FIELDS = {
     "traction": ("scene", "component", "y", "x"),
@@ -36,6 +38,7 @@ def solve_many(
     *,
     tol: float = TOLERANCE,
     accuracy: float | None = None,
+    certify: str = "gap",
     fields: bool = False,
     start: xr.Dataset | None = None,
     failures: str = "raise",
@@ -55,6 +58,9 @@ def solve_many(
         Required natural-map residual, relative to the largest traction, and relative gap.
     accuracy : float, optional
         Largest error by the friction limit, of scenes without a grid; 0.01 if not given.
+    certify : {"gap", "full"}
+        Whether there are guaranteed bounds on the errors of Fx, Fy and Mz, as ``Fx_bound``, see `Certificate`: against
+        the exact solution on the grid, so not for scenes without one. They take as long as a few solves.
     fields : bool
         Whether the dataset has tractions, traction bounds and element centres; of scenes with grids of their own.
     start : xarray.Dataset, optional
@@ -108,6 +114,7 @@ def solve_many(
     checks.choice("failures", failures, ("raise", "keep"))
     checks.flag("fields", fields)
     accuracy = None if accuracy is None else checks.positive("accuracy", accuracy)
+    bounded = checks.choice("certify", certify, ("gap", "full")) == "full"
     if (fields or start is not None) and any(scene.grid == "auto" for scene in given):
         name, value = ("fields", True) if fields else ("start", start)
         raise SceneError(name, value, "left out: a scene has no grid of its own")
@@ -122,24 +129,28 @@ def solve_many(
             errors[i] = _named(error, i)
             if failures == "raise":
                 raise
-    kept: Fields | None = {} if fields else None
-    found = {name: np.full(len(given), math.nan) for name in (*FIGURES, *BARS)}
+    kept: Fields | None = {} if fields or bounded else None
+    found = {name: np.full(len(given), math.nan) for name in (*FIGURES, *BARS, *(BOUNDS if bounded else ()))}
     ok, by = np.zeros(len(given), bool), np.full(len(given), "solve", dtype="<U7")
     sound = [i for i in range(len(given)) if i not in errors]
     if report is not None:
         report(f"{len(sound)} scenes in batches")
     near = None if start is None else _near(start, given)
-    answers, solved = solve_batches(given, tol, accuracy, kept, near, sound)
+    batched = [i for i in sound if not (bounded and _has_force(given[i]))]
+    answers, solved = solve_batches(given, tol, accuracy, kept, near, batched)
     for name, values in answers.items():
         found[name][solved] = values[solved]
     ok[solved], by[solved] = True, "batched"
+    for i, (traction, *_) in kept.items() if kept is not None and bounded else ():
+        for name, bound in zip(BOUNDS, certificate(given[i], traction).force_bound, strict=True):
+            found[name][i] = bound
     for i in sound:
         if solved[i]:
             continue
         if report is not None:
             report(f"scenes[{i}]: by itself")
         try:
-            options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": "gap"}
+            options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": certify}
             solution = cast(Solution, solve(given[i], tol=tol, **options))
         except VarcontactError as error:
             errors[i] = _named(error, i)
@@ -157,7 +168,7 @@ def solve_many(
     columns: dict[str, Any] = {name: ("scene", values) for name, values in found.items()}
     messages = [str(errors[i]) if i in errors else "" for i in range(len(given))]
     columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", np.array(messages))}
-    return xr.Dataset(columns | ({} if kept is None else _shown(kept, len(given))))
+    return xr.Dataset(columns | (_shown(kept, len(given)) if kept is not None and fields else {}))
 
 
 def _checked(scenes: Iterable[Scene]) -> list[Scene]:
@@ -168,6 +179,10 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
         if not isinstance(scene, Scene) or not isinstance(scene.motion, Steady | Shift | None):
             raise SceneError(f"scenes[{i}]", scene, "a Scene without steps in time: solve() takes histories")
     return given
+
+
+def _has_force(scene: Scene) -> bool:
+    return getattr(scene.motion, "Fx", None) is not None or getattr(scene.motion, "Fy", None) is not None
 
 
 def _named(error: VarcontactError, i: int) -> VarcontactError:
@@ -215,7 +230,7 @@ def figures_of(sol: Solution) -> dict[str, Any]:
         "friction_work": sol.friction_work,
     }
     if certificate.level == "full":
-        found |= zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)
+        found |= zip(BOUNDS, certificate.force_bound, strict=True)
     if sol.error_estimate is not None:
         found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
     return found

@@ -217,7 +217,7 @@ def geometry_table(
         Of the normal forces on each wheel [N]: creep forces, which depend on the velocity, come on top of it.
     friction : float
     bodies : Bodies
-    normal : {"virtual-penetration", "hertz"}
+    normal : {"virtual-penetration", "analyn", "hertz"}
         Which ellipse stands for a patch, see `WheelOnRail.estimate`.
     progress : callable, optional
         Told how far it is.

@@ -10,6 +10,12 @@ patch is ``l(s) = sqrt(2 R g)``, and the pressure is taken as semi-elliptic alon
 The deflection at the deepest point, (1 - nu)/(2 pi G) times the integral of p/distance for the combined constants, is
 to be the approach delta; this gives p0 and the normal force. The integral along x is complete elliptic:
 ``int sqrt(l^2 - x^2)/sqrt(x^2 + s^2) dx = 2 q (K(m) - E(m))``, ``q^2 = l^2 + s^2``, ``m = l^2/q^2``.
+"analyn" is closer to the pressure, after ANALYN (M. Sh. Sichani, R. Enblom, M. Berg, Vehicle Syst. Dyn. 52 (2014)
+1752): with the distance z(s) of the undeformed bodies and the curvature ``B(s) = z/s^2``, which is the other half of
+Hertz's problem ``delta = A x^2 + B s^2``, the bodies touch where ``(1 + alpha) A x^2 + (1 + beta) z < delta``. There
+``1 + alpha = delta/(A a^2)`` and ``1 + beta = delta/(B b^2)`` are those of Hertz's ellipse, and its p0/a gives the
+pressure of a strip, ``p0/a sqrt(l(s)^2 - x^2)``. Where B is constant this is Hertz's solution.
+
 The ellipse of the same area, and the same length by width, goes into the fast theory.
 """
 
@@ -23,6 +29,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
+from varcontact.reference.hertz import approaches, hertz, semi_axes
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
@@ -36,7 +43,11 @@ EPSILON = 0.55
 """Ratio of the virtual penetration to the approach, Kik and Piotrowski's."""
 STRIPS = 60
 """Across the overlap, over which the deflection is summed up."""
-NORMAL = ("virtual-penetration", "hertz")
+FINER = 16
+"""Parts of the distance of two circles, for the ends of a patch."""
+NEAR = 3
+"""Circles to either side of the deepest where the distance is too small for a curvature."""
+NORMAL = ("virtual-penetration", "analyn", "hertz")
 
 
 @dataclass(frozen=True)
@@ -176,14 +187,12 @@ def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> 
     across = (whole.surface - deepest.surface[k]) @ np.array([np.cos(angle), np.sin(angle)])
     if (np.diff(across) <= 0).any():
         raise too_rough(float(point[1]))
-    virtual = whole.depth - (1 - EPSILON) * approach
-    return _by_virtual_penetration(case, across, virtual, approach, angle, radius)
+    by = _by_virtual_penetration if normal == "virtual-penetration" else _by_hertz_of_each_strip
+    return by(case, across, whole.depth, approach, angle, radius)
 
 
 def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rolling: float, z: float) -> Ellipse:
     """Hertz's ellipse where the profiles touch first, of the approach there."""
-    from varcontact.reference import hertz
-
     on_rail = case.track.on_rail(point[1:], case.side)
     on_wheel = case.on_wheel(point, case.body(z))
     bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
@@ -198,32 +207,69 @@ def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rollin
 
 
 def _by_virtual_penetration(
-    case: WheelOnRail, across: np.ndarray, overlap: np.ndarray, approach: float, angle: float, radius: float
+    case: WheelOnRail, across: np.ndarray, depth: np.ndarray, approach: float, angle: float, radius: float
 ) -> Ellipse:
-    """See the module; `overlap` is the virtual one over the places `across` the rail from the deepest point."""
+    """See the module; `depth` is the overlap over the places `across` the rail from the deepest point."""
     from scipy.special import ellipe, ellipkm1
 
-    # the ends lie between the points: the force is to depend smoothly on the height
-    inside = np.flatnonzero(overlap > 0)
-    first, last = (
-        float(across[i] + overlap[i] / (overlap[i] - overlap[j]) * (across[j] - across[i]))
-        for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1))
-    )
-    step = (last - first) / STRIPS
-    s = first + step * (np.arange(STRIPS) + 0.5)
-    half = np.sqrt(2 * radius * np.maximum(np.interp(s, across, overlap), 0.0))
-    s, half = s[half > 0], half[half > 0]
+    step, s, half = _strips(across, 2 * radius * (depth - (1 - EPSILON) * approach), 1)
     away = np.exp((_log_integral(s + step / 2) - _log_integral(s - step / 2)) / step)
     q2 = half**2 + away**2
     felt = step * float(np.sum(2 * np.sqrt(q2) * (ellipkm1(away**2 / q2) - ellipe(half**2 / q2))))
-    volume = step * float(np.sum(np.pi / 2 * half**2))
-    longest = np.sqrt(2 * radius * EPSILON * approach)
+    longest = float(np.sqrt(2 * radius * EPSILON * approach))
     # delta = (1 - nu)/(pi G) * integral of p/distance, both bodies together
     modulus = np.pi * case.bodies.combined_G / (1 - case.bodies.combined_nu)
-    by_length = approach * np.cos(angle) * modulus / felt
-    area, width = step * float(np.sum(2 * half)), step * s.size
+    by_length = np.full(s.size, approach * np.cos(angle) * modulus / felt)
+    return _alike(step, half, longest, by_length)
+
+
+def _by_hertz_of_each_strip(
+    case: WheelOnRail, across: np.ndarray, depth: np.ndarray, approach: float, angle: float, radius: float
+) -> Ellipse:
+    """See the module."""
+    cosine, A = float(np.cos(angle)), np.cos(angle) / (2 * radius)
+    z, k = (approach - depth) * cosine, int(np.abs(across).argmin())
+    # from the lowest point of a parabola through the deepest circles
+    tilt, bend, spacing = z[k + 1] - z[k - 1], z[k + 1] + z[k - 1], (across[k + 1] - across[k - 1]) / 2
+    across, lower = across + spacing * tilt / (2 * bend), tilt**2 / (8 * bend)
+    z, delta = z + lower, approach * cosine + lower
+    far = np.abs(np.arange(z.size) - k) > NEAR
+    if not far.any():  # a patch of few circles
+        found = hertz(1 / (2 * A), spacing**2 / bend, case.bodies, approach=float(delta))
+        return Ellipse(found.a, found.b, found.force, found.peak_pressure)
+    B = np.interp(across, across[far], z[far] / across[far] ** 2)
+    G, nu, one = case.bodies.combined_G, case.bodies.combined_nu, np.ones(z.size)
+    a, b = semi_axes(one / (2 * A), 1 / (2 * B), G * one, nu * one, one)
+    unit = approaches(a, b, G * one, nu * one, one)  # of a force of one, as a and b are
+    step, s, half = _strips(across, (delta - unit / (B * b**2) * z) * a**2 / unit, 3)
+    return _alike(step, half, float(half.max()), np.interp(s, across, 1.5 / (np.pi * a**2 * b)))
+
+
+def _strips(across: np.ndarray, squares: np.ndarray, degree: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Width of the strips of a patch, their middles, and their half lengths, by a spline through the squares of these.
+
+    The ends lie between the points: the force is to depend smoothly on the height.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    fit = make_interp_spline(across, squares, k=degree)
+    inside = np.flatnonzero(squares > 0)
+    ends = []
+    for within, beyond in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
+        places = np.linspace(across[beyond], across[within], FINER + 1)
+        ends.append(float(np.interp(0.0, fit(places), places)))
+    step = (ends[1] - ends[0]) / STRIPS
+    s = ends[0] + step * (np.arange(STRIPS) + 0.5)
+    half = np.sqrt(np.maximum(fit(s), 0.0))
+    return step, s[half > 0], half[half > 0]
+
+
+def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray) -> Ellipse:
+    """The ellipse of the same area and length by width, from pressures by half lengths."""
+    area, width = step * float(np.sum(2 * half)), step * half.size
     a, b = np.sqrt(area * 2 * longest / (np.pi * width)), np.sqrt(area * width / (np.pi * 2 * longest))
-    return Ellipse(float(a), float(b), float(by_length * volume), float(by_length * longest))
+    force, peak = step * np.pi / 2 * float(by_length @ half**2), float((by_length * half).max())
+    return Ellipse(float(a), float(b), force, peak)
 
 
 def _log_integral(t: np.ndarray) -> np.ndarray:

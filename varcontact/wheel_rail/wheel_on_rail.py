@@ -399,8 +399,9 @@ class WheelOnRail:
 
         Parameters
         ----------
-        normal : {"virtual-penetration", "hertz"}
-            Kik and Piotrowski's virtual penetration, or Hertz's contact with the curvatures where the profiles touch.
+        normal : {"virtual-penetration", "analyn", "hertz"}
+            Kik and Piotrowski's virtual penetration; after ANALYN, with the pressures of Hertz's problem of each strip;
+            or Hertz's contact with the curvatures where the profiles touch.
         tangential : str
             A theory of `varcontact.creep_forces`.
         tol : float
