@@ -133,3 +133,19 @@ def test_near_saturation():
 def test_bad_input(call, words):
     with pytest.raises(vc.SceneError, match=words):
         call()
+
+
+def test_friction_ahead_of_the_ellipse_of_stick_does_negative_work():
+    """There the theory's tractions have the direction of the slip: on finer grids the part stays, and it is told so."""
+    parts = []
+    for cells in (24, 48):
+        scene = vc.Scene(
+            bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.3,
+            motion=vc.Steady(vx=0.03), grid=vc.Grid(nx=cells, ny=cells),
+        )  # fmt: skip
+        sol = vc.solve(scene, tangential="vermeulen-johnson")
+        assert vc.solve(scene).negative_work == 0.0
+        assert "do not oppose slip" in sol.report()
+        parts.append(sol.negative_work)
+    assert parts[1] == pytest.approx(parts[0], rel=0.3)
+    assert -0.03 < parts[1] < -0.005

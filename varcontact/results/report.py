@@ -93,7 +93,8 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
             rows.append(("", f"{put - lost:.5g}{unit(by)} dissipated inside the viscoelastic bodies"))
         if sol.negative_work < 0:
             part = f"{-100 * sol.negative_work:.2g} %"
-            rows.append(("", f"{part} of it is negative on single elements: grid error"))
+            why = "grid error" if sol.plan.theory is None else "tractions of the theory do not oppose slip there"
+            rows.append(("", f"{part} of it is negative on single elements: {why}"))
     if sol.temperature is not None:
         found = np.where(sol.state != EXTERIOR, sol.temperature[0], -np.inf)
         row, column = np.unravel_index(np.argmax(found), found.shape)

@@ -58,7 +58,7 @@ class Solution:
         roll, the local shift [length]. Zero outside the contact.
     power_density : ndarray, shape (ny, nx)
         Frictional work by area: by distance rolled [force/area], in a shift [force/length]. In rolling the mean over a
-        step (docs/theory.md), negative where the grid is too coarse, see `negative_work`.
+        step (docs/theory.md), negative where the grid is too coarse, or a theory too rough, see `negative_work`.
     distance : ndarray, shape (ny, nx)
         Deformed distance at the elements' centres [length].
     state : int8 ndarray, shape (ny, nx)
@@ -288,7 +288,10 @@ class Solution:
 
     @property
     def negative_work(self) -> float:
-        """Sum of the negative values of `power_density` by that of all [-], zero or negative: an error of the grid."""
+        """Sum of the negative values of `power_density` by that of all [-], zero or negative.
+
+        It is an error of the grid, or of a theory whose tractions do not oppose the slip everywhere, on any grid.
+        """
         negative = float(self.power_density[self.power_density < 0].sum())
         if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):  # where nothing slips
             return 0.0

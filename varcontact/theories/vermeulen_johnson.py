@@ -267,7 +267,8 @@ def vermeulen_johnson_traction(
     -----
     With ``r = 1 - w' = (1 - F/(f Fz))^(1/3)``, the ellipse of stick has the semi-axes r a and r b and its middle
     at ``x = a (1 - r)``: it touches the contact in its foremost point. All tractions have the direction of the
-    force.
+    force; ahead of the ellipse of stick that is the direction of the slip, and friction there does negative work, on
+    any grid.
 
     Examples
     --------
