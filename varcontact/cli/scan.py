@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,8 +11,8 @@ import typer
 
 from varcontact.cli import options as opt
 from varcontact.cli.options import given, names_of, values_of
-from varcontact.cli.terminal import check_outputs, progress_bar, show, with_progress
-from varcontact.errors import SceneError, VarcontactError
+from varcontact.cli.terminal import check_outputs, show, with_progress
+from varcontact.errors import SceneError
 from varcontact.scene.motion import Shift, Steady
 
 if TYPE_CHECKING:
@@ -59,7 +55,6 @@ def scan(
     """
     from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import scanned
-    from varcontact.study.sweep import Standing
     from varcontact.system.files import begins_with, check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
@@ -73,19 +68,18 @@ def scan(
     options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
     triples = _triples(described, given(vx=vx, vy=vy, spin=spin), creepages)
     found: list[Solution] = []
+
+    def work(progress: Any) -> None:
+        for solution in scanned(described, triples, **options):
+            found.append(solution)
+            if progress is not None:
+                progress(f"{len(found)} of {len(triples)} creepages")
+
     try:
-        with progress_bar() as progress:
-            started = time.monotonic()
-            for solution in scanned(described, triples, **options):
-                found.append(solution)
-                if progress is not None:
-                    left = (time.monotonic() - started) / len(found) * (len(triples) - len(found))
-                    progress(Standing(len(found), len(triples), 0, left))
-    except (VarcontactError, KeyboardInterrupt):
+        with_progress(work)
+    finally:  # what was computed is not lost where one fails
         if found:
             _deliver(found, out, plot, as_json)
-        raise
-    _deliver(found, out, plot, as_json)
 
 
 def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.ndarray:
@@ -107,49 +101,39 @@ def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.nda
 
 def _table_of_triples(path: Path) -> np.ndarray:
     try:
-        lines = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if "".join(row).strip()]
-    except (OSError, UnicodeError, csv.Error) as error:
-        raise SceneError("--creepages", str(path), f"a readable table ({error})") from None
-    triples: list[list[float]] = []
-    for number, row in enumerate(lines):
-        try:
-            numbers = [float(each) for each in row]
-        except ValueError:
-            if number == 0:
-                continue
-            numbers = []
-        if len(numbers) != 3:
-            words = ",".join(row)
-            message = f"--creepages: row {number + 1} of {str(path)!r} is {words!r}; give three numbers: vx, vy, spin"
-            raise SceneError("--creepages", path, message=message)
-        triples.append(numbers)
-    if not triples:
-        raise SceneError("--creepages", path, "a table with rows of vx, vy, spin")
-    return np.array(triples)
+        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip(' ,;"')]
+        heading = bool(lines) and lines[0].strip(' "')[0].isalpha()
+        triples = np.loadtxt(lines[heading:], delimiter=",", ndmin=2)
+        if triples.shape[1:] != (3,):
+            raise ValueError(f"there are {triples.shape[1]} in a line")
+    except (OSError, ValueError) as error:
+        raise SceneError(
+            "--creepages", str(path), f"a readable table of vx, vy, spin, line by line ({error})"
+        ) from None
+    return triples
 
 
 def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
+    import pandas as pd
+
     from varcontact.plotting.studies import plot_curve
     from varcontact.plotting.style import write_picture
+    from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.system.files import write_whole
 
     rows = [_row(solution) for solution in found]
+    table = pd.DataFrame(rows)
     try:
-        show(json.dumps(rows, indent=2, allow_nan=False) if as_json else _table(found, rows))
+        show(table_as_json(table) if as_json else _table(found, rows))
     finally:  # what was computed is not lost with its reader
         if out is not None:
-            text = io.StringIO()
-            table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-            table.writeheader()
-            table.writerows(rows)
-            write_whole("--out", out, text.getvalue().encode())
+            write_whole("--out", out, table.to_csv(index=False).encode())
         if plot is not None:
             write_picture(plot_curve(found), plot)
 
 
 def _row(solution: Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
-    from varcontact.results.report import known
 
     figures = {
         **dict(zip(creepage_names(solution), solution.creepage, strict=True)),
@@ -164,7 +148,7 @@ def _row(solution: Solution) -> dict[str, Any]:
     if solution.error_estimate is not None:
         bars = solution.error_estimate.bars
         figures |= {f"{name}_error": bars.get(name, math.nan) for name in ("Fx", "Fy", "Mz")}
-    return {**{name: known(value) for name, value in figures.items()}, **solution.elements}
+    return {**{name: float(value) for name, value in figures.items()}, **solution.elements}
 
 
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
@@ -182,11 +166,11 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
 
 
-def _cell(name: str, value: float | None, bar: float | None, solution: Solution) -> str:
+def _cell(name: str, value: float, bar: float | None, solution: Solution) -> str:
     """A figure for people, with its error bar: forces and moments of nothing but rounding are shown as zero."""
     from varcontact.results.error_estimate import with_bar
 
-    if value is None:
+    if math.isnan(value):
         return ""
     arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
     rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
@@ -213,6 +197,7 @@ def curve(
     from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.studies import plot_curve
     from varcontact.plotting.style import write_picture
+    from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.study.csv_table import columns_of_text
     from varcontact.study.scan import creep_curve
     from varcontact.system.files import write_whole
@@ -226,10 +211,6 @@ def curve(
     if plot is not None:
         write_picture(plot_curve(found, normalised=bool(found.limit > 0)), plot)
     columns = ["theory", "vx", "vy", "spin", "Fx", "Fy", "Mz"]
-    rows: list[dict[str, Any]] = found.to_dataframe().reset_index()[columns].to_dict("records")
-    if as_json:
-        plain = [{key: None if each != each else each for key, each in row.items()} for row in rows]
-        show(json.dumps(plain, indent=2, allow_nan=False))
-    else:
-        cells = [[str(each) if isinstance(each, str) else f"{each:.5g}" for each in row.values()] for row in rows]
-        show("\n".join(columns_of_text([columns, *cells], 1)))
+    table = found.to_dataframe().reset_index()[columns]
+    cells = [[name, *(f"{each:.5g}" for each in numbers)] for name, *numbers in table.to_numpy().tolist()]
+    show(table_as_json(table) if as_json else "\n".join(columns_of_text([columns, *cells], 1)))
