@@ -103,13 +103,12 @@ def _table_of_triples(path: Path) -> np.ndarray:
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip(' ,;"')]
         heading = bool(lines) and lines[0].strip(' "')[0].isalpha()
-        triples = np.loadtxt(lines[heading:], delimiter=",", ndmin=2)
-        if triples.shape[1:] != (3,):
+        triples = np.loadtxt(lines[heading:] or ["nothing"], delimiter=",", ndmin=2)
+        if triples.shape[1] != 3:
             raise ValueError(f"there are {triples.shape[1]} in a line")
     except (OSError, ValueError) as error:
-        raise SceneError(
-            "--creepages", str(path), f"a readable table of vx, vy, spin, line by line ({error})"
-        ) from None
+        allowed = f"a readable table of vx, vy, spin, line by line ({error})"
+        raise SceneError("--creepages", str(path), allowed) from None
     return triples
 
 
