@@ -82,9 +82,28 @@ class ContactPatch:
     seams: Seams = ()
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OnTrack:
+    """What a wheel and a wheel set have in common, see `WheelOnRail`."""
+
+    track: Track
+    wheelset: WheelSet
+    position: Position = MIDDLE
+    velocity: Velocity = ROLLING
+    bodies: Bodies = STEEL
+    dx: float | None = None
+    dy: float | None = None
+    join: float = 4.0
+    separate: float = 8.0
+    turn: float | None = None
+    conformal: Literal["auto"] | bool = "auto"
+    vertical_force: float | None = None
+    z: float | None = None
+
+
 @checks.named(load="vertical_force", normal_force="vertical_force", rail="track", wheel="wheelset")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelOnRail:
+class WheelOnRail(OnTrack):
     """A wheel of a wheel set on its rail.
 
     Parameters
@@ -137,22 +156,9 @@ class WheelOnRail:
     y = -12.6 mm on the rail, -12.6 mm on the wheel
     """
 
-    track: Track
-    wheelset: WheelSet
     side: Side = "right"
-    position: Position = MIDDLE
-    velocity: Velocity = ROLLING
-    vertical_force: float | None = None
-    z: float | None = None
     with_friction: bool = True
-    bodies: Bodies = STEEL
     friction: float | Law | FrictionByAngle = 0.3
-    dx: float | None = None
-    dy: float | None = None
-    join: float = 4.0
-    separate: float = 8.0
-    turn: float | None = None
-    conformal: Literal["auto"] | bool = "auto"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
-from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
-from varcontact.wheel_rail.wheel_on_rail import MIDDLE, ROLLING, STEEL, WheelOnRail
+from varcontact.wheel_rail.track import SIGN, Side
+from varcontact.wheel_rail.wheel_on_rail import OnTrack, WheelOnRail
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 Friction = float | Law | FrictionByAngle
-SAME = "track", "wheelset", "position", "velocity", "bodies", "dx", "dy", "join", "separate", "turn", "conformal"
-"""Entries that both wheels have from the wheel set."""
 BALANCED = {
     "y": "lateral_force",
     "lateral": "lateral_force",
@@ -36,7 +32,7 @@ BALANCED = {
 
 @checks.named(axle_load="vertical_force", load="vertical_force", rail="track", wheel="wheelset")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelSetOnTrack:
+class WheelSetOnTrack(OnTrack):
     """Both wheels of a wheel set on a track, under loads that the rails bear.
 
     Parameters
@@ -77,12 +73,6 @@ class WheelSetOnTrack:
     78266 + 81734 N, roll -168 urad
     """
 
-    track: Track
-    wheelset: WheelSet
-    position: Position = MIDDLE
-    velocity: Velocity = ROLLING
-    vertical_force: float | None = None
-    z: float | None = None
     free: tuple[str, ...] = ("roll", "pitch_rate")
     lateral_force: float = 0.0
     longitudinal_force: float = 0.0
@@ -90,13 +80,6 @@ class WheelSetOnTrack:
     yaw_moment: float = 0.0
     torque: float = 0.0
     friction: Friction | tuple[Friction, Friction] = 0.3
-    bodies: Bodies = STEEL
-    dx: float | None = None
-    dy: float | None = None
-    join: float = 4.0
-    separate: float = 8.0
-    turn: float | None = None
-    conformal: Literal["auto"] | bool = "auto"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -133,8 +116,8 @@ class WheelSetOnTrack:
             if len(friction) != 2:
                 raise SceneError("friction", friction, "one for both rails, or a pair for the left and the right one")
             friction = friction[side == "right"]
-        same: dict[str, Any] = {name: getattr(self, name) for name in SAME}
-        return WheelOnRail(side=side, z=z, friction=friction, **same)
+        same: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(OnTrack)}
+        return WheelOnRail(side=side, friction=friction, **{**same, "vertical_force": None, "z": z})
 
     def moved(self, values: dict[str, float]) -> WheelSetOnTrack:
         """The case with other `values` of positions and velocities, and of rails moved sideways and down, by name."""
