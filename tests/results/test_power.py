@@ -225,14 +225,6 @@ def test_a_file_of_an_earlier_version(motion, tmp_path):
     assert np.isnan(vc.load(path, certify=False).friction_work)
 
 
-def test_a_power_density_that_is_not_that_of_the_tractions(tmp_path):
-    data = vc.solve(SCENES["vx and spin"](12)).to_xarray()
-    data["power_density"][6, 6] *= 1.01
-    (tmp_path / "wrong.nc").write_bytes(with_checksum(bytes(data.to_netcdf(engine="h5netcdf"))))
-    with pytest.raises(vc.OutputError, match="power density"):
-        vc.load(tmp_path / "wrong.nc")
-
-
 def test_a_history_of_an_earlier_version(tmp_path, monkeypatch):
     """Its dissipation is made anew; it is read, and not continued."""
     scene, path = rolled("like", steps=4, vx=0.02), tmp_path / "old.nc"
