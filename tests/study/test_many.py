@@ -124,7 +124,7 @@ def test_what_fits_no_batch_is_solved_by_itself():
         replace(
             plain, bodies=vc.Bodies(G=(1.0, 2.0), nu=(0.0, 0.4)), surface=vc.Paraboloids(1.0, 1.0), normal_force=1e-3
         ),
-        replace(plain, friction=vc.StaticKinetic(0.4, 0.3)),
+        replace(plain, friction=vc.StaticKinetic(0.4, 0.3, memory_distance=plain.hertz.a)),
         replace(plain, bodies=vc.Bodies(1.0, 0.3), surface=sampled, normal_force=1e-3),
     ]
     found = vc.solve_many([plain, *others])
@@ -134,6 +134,29 @@ def test_what_fits_no_batch_is_solved_by_itself():
         sol = vc.solve(each)
         assert float(found.Fx[i]) == pytest.approx(sol.Fx, rel=1e-9, abs=1e-12)
         assert float(found.normal_force[i]) == pytest.approx(sol.normal_force)
+
+
+@pytest.mark.parametrize("kind", ["steady", "second-order", "force", "shift"])
+def test_laws_of_friction(kind):
+    """The ends of the passes of single solves, from stick; with edges that are soft in rolling."""
+    rng, grid = np.random.default_rng(7), vc.Grid(nx=9, ny=8, edge="centres" if kind == "shift" else "softened")
+    plain = [scene(kind, rng, grid) for _ in range(4)]
+    laws = [vc.StaticKinetic, vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
+    scenes = []
+    for each, law in zip(plain, laws, strict=True):
+        rigid = each.motion.rigid
+        fall = () if law is vc.StaticKinetic else (max(map(abs, rigid[:2])),)
+        scenes.append(replace(each, friction=law(each.friction, 0.7 * each.friction, *fall)))
+    found = vc.solve_many(scenes)
+    assert set(found.by.values) == {"batched"}
+    assert found.residual.max() <= 1e-8
+    for i, each in enumerate(scenes):
+        sol, limit = vc.solve(each), each.friction.static * float(found.normal_force[i])
+        assert abs(float(found.Fx[i]) - sol.Fx) + abs(float(found.Fy[i]) - sol.Fy) < 3e-8 * limit
+        assert float(found.friction_work[i]) == pytest.approx(
+            sol.friction_work, abs=1e-7 * limit * np.abs(each.motion.rigid[:2]).max()
+        )
+        assert [int(found[name][i]) for name in sol.elements] == list(sol.elements.values())
 
 
 def test_a_bad_scene_is_named_and_the_others_are_solved():

@@ -1,7 +1,7 @@
 """Many scenes at once: those whose tangential problems are of one kind on lattices of one shape, solved side by side.
 
-These are Hertzian contacts of like half-spaces under a coefficient of friction, in steady rolling or in a shift, with
-creepages or forces given: most of tables, sweeps and time series. On grids across the contact the pressure on the
+These are Hertzian contacts of like half-spaces under a coefficient of friction or a law by slip, in steady rolling or in
+a shift, with creepages or forces given: most of tables, sweeps and time series. On grids across the contact the pressure on the
 elements is that of the unit circle, scaled.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +20,13 @@ from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.consistency import left_out
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import solve_batch
-from varcontact.solvers.batched.problem import BatchedProblem
+from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.system.process import one_blas_thread
@@ -34,6 +36,8 @@ MOST_ELEMENTS = 4096
 MOST_IN_LINE = 512
 """The same of strips in line contact."""
 START = "the result of as many scenes on the same lattices, with fields=True"
+PASSES = 40
+"""Passes of laws of friction."""
 AT_ONCE = 250_000
 """Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
@@ -99,7 +103,7 @@ def solve_batches(
 def _without_grid(scene: Scene) -> bool:
     """Whether a scene is one for batches that leaves its grid to the accuracy."""
     motion = scene.motion
-    if scene.grid != "auto" or not fits(scene):
+    if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
         return False
     return isinstance(motion, Shift) or motion == replace(motion, slip_difference="first-order", spin_offset=None)
 
@@ -196,13 +200,17 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
 
 @dataclass(frozen=True)
 class _Kind:
-    """What the scenes of a batch have in common: a grid across the contact, or None where each has its own place."""
+    """What the scenes of a batch have in common: a grid across the contact, or None where each has its own place.
+
+    `under_law`: friction depends on the slip.
+    """
 
     shape: tuple[int, int]
     grid: Grid | None
     difference: str | None
     offset: float
     line: bool
+    under_law: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +221,7 @@ class _Member:
     grid: Grid
     hertz: HertzContact
     bodies: BodyPair | Bodies
-    friction: float
+    friction: float | Law
 
 
 def fits(scene: Scene) -> bool:
@@ -223,7 +231,10 @@ def fits(scene: Scene) -> bool:
     if type(scene.bodies) is not Bodies or scene.third_body is not None:
         return False
     motion, friction = scene.motion, scene.friction
-    if type(friction) is not float or not 0 < friction < math.inf:
+    if isinstance(friction, Law):
+        if friction.local or friction.memory_distance > 0 or friction.kinetic == 0:
+            return False
+    elif type(friction) is not float or not 0 < friction < math.inf:
         return False
     if scene.bodies.coupled and not left_out(scene):
         return False
@@ -270,8 +281,9 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         assert motion.spin_offset is not None
         difference, offset = motion.slip_difference, motion.spin_offset
     assert isinstance(motion, Steady | Shift)
-    assert isinstance(scene.friction, float)
-    kind = _Kind(shape, None if grid.explicit else grid, difference, offset, grid.line)
+    assert isinstance(scene.friction, float | Law)
+    under_law = isinstance(scene.friction, Law)
+    kind = _Kind(shape, None if grid.explicit else grid, difference, offset, grid.line, under_law)
     return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
 
 
@@ -328,20 +340,26 @@ def _solve_group(
     given = np.array([[motion.Fx, motion.Fy] for motion in motions], dtype=float).T  # NaN for None
     W = np.empty((2, *kind.shape, len(members)))
     W[0], W[1] = (vx - spin * y) * step, (vy + spin * (x + kind.offset * step)) * step
-    friction = np.array([member.friction for member in members])
+    laws = [member.friction for member in members]
+    friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
     bound = lattices.share * (friction * force / area)
     problem = BatchedProblem(
         dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, lattices.compliance
     )
     start = None if near is None else near.on(problem, [member.number for member in members], [vx, vy], step)
     with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
-        found = solve_batch(problem, tol, start)
+        if kind.under_law:
+            found, part = _under_laws(problem, laws, step if kind.difference else np.ones_like(step), tol, start)
+            bound *= part
+        else:
+            found = solve_batch(problem, tol, start)
         traction = found.traction * G
         Fx, Fy = traction.sum(axis=(1, 2)) * area
         rigid = np.where(np.isnan(given), 0.0, found.rigid)
         work = (bound * np.hypot(*(W + rigid[:, None, None]))).sum(axis=(0, 1)) * area
     contact = (bound > 0).sum(axis=(0, 1))
-    counts = {"contact": contact, "stick": contact - found.slipping, "slip": found.slipping}
+    slipping = (found.slip > 0).sum(axis=(0, 1))
+    counts = {"contact": contact, "stick": contact - slipping, "slip": slipping}
     figures: Figures = {
         "Fx": Fx,
         "Fy": Fy,
@@ -367,3 +385,33 @@ def _solve_group(
         for j in np.flatnonzero(solved):
             kept[members[j].number] = traction[..., j], bound[..., j], x[:, j], lattices.y[:, j]
     return figures, solved
+
+
+def _under_laws(
+    problem: BatchedProblem,
+    laws: list[Any],
+    step: np.ndarray,
+    tol: float,
+    start: tuple[np.ndarray, np.ndarray] | None,
+) -> tuple[BatchedSolution, np.ndarray]:
+    """Passes from the static coefficients of laws, each with those of the slip before, and the parts of these left.
+
+    See `friction_law`, which those that do not settle are left to. `step` is the shift of unit slip.
+    """
+    whole, part, left = BatchedSolution.unsolved(problem), np.ones_like(problem.bound), np.arange(len(laws))
+    for _ in range(PASSES):
+        of_left = problem.of(left)
+        pressed = of_left.bound
+        found = solve_batch(replace(of_left, bound=pressed * part[..., left]), tol, start)
+        own = [laws[k](found.slip[..., j] / step[k]) / laws[k].static for j, k in enumerate(left)]
+        change = np.where(found.slip > 0, np.stack(own, axis=-1) - part[..., left], 0.0)
+        off = np.abs(change * pressed).max(axis=(0, 1)) / np.hypot(*found.traction).max(axis=(0, 1))
+        settled = replace(found, residual=np.fmax(found.residual, off), converged=found.converged & (off <= tol))
+        whole.put(left, settled)
+        goes_on = found.converged & (off > tol)
+        left = left[goes_on]
+        if not left.size:
+            break
+        part[..., left] += change[..., goes_on]
+        start = found.traction[..., goes_on], found.rigid[:, goes_on]
+    return whole, part

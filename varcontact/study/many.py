@@ -46,9 +46,9 @@ def solve_many(
 ) -> xr.Dataset:
     """Forces, moments and creepages of many scenes, with a certificate for each.
 
-    Steady rolling and shifts of Hertzian contacts of like half-spaces with a coefficient of friction, on lattices of up
-    to 4096 elements, are solved in batches; other scenes, and the few that miss the tolerance, by `solve`. The
-    result does not depend on the order of the scenes, nor on how many there are.
+    Steady rolling and shifts of Hertzian contacts of like half-spaces, with a coefficient of friction or a law by slip,
+    on lattices of up to 4096 elements, are solved in batches; other scenes, and the few that miss the tolerance, by
+    `solve`. The result does not depend on the order of the scenes, nor on how many there are.
 
     Parameters
     ----------

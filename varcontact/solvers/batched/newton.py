@@ -6,7 +6,7 @@ in double where they are no longer exact enough. Problems that are solved leave 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -111,7 +111,7 @@ class Method:
 
     def entered(self, ids: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> Pool:
         """Problems with their symbols, in their own units."""
-        problem, n = self._part(ids), len(ids)
+        problem, n = self.problem.of(ids), len(ids)
         transforms = self.transforms
         numbers = influence(problem, transforms.columns)
         own = np.sum([w * numbers[::2, 0, abs(k)] for k, w in problem.steps_ahead], axis=0)
@@ -155,10 +155,6 @@ class Method:
         )
         pool.shift[...] = self._shift(pool, start.astype(np.float32), pool.symbol32)
         return pool
-
-    def _part(self, ids: np.ndarray) -> BatchedProblem:
-        given = ("dx", "dy", "nu", "rigid_shift", "bound", "force")
-        return replace(self.problem, **{name: getattr(self.problem, name)[..., ids] for name in given})
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Elastic shifts of tractions (2, ny, nx, n) over a step, in the precision of the field."""
@@ -228,7 +224,7 @@ class Method:
         self, pool: Pool, at: NaturalMap, ready: np.ndarray, out: BatchedSolution, tol: float, certified: bool
     ) -> np.ndarray:
         """Write down the problems that are ready, as far as double precision agrees; which of the pool these are."""
-        bound = pool.bound[..., ready]
+        bound, scale = pool.bound[..., ready], 1.0 if self.scale is None else self.scale
         pool.traction[..., ready] = projected(pool.traction[..., ready], bound)
         good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
         if certified:
@@ -251,11 +247,10 @@ class Method:
                 now[..., ready] = new
             good = (residual <= tol) & (gap <= tol)
             slips = (again.length > bound * (1 + 1e-8)) & (bound > 0)
-            out.slipping[pool.ids[ready]] = slips.sum((0, 1))
+            out.slip[..., pool.ids[ready]] = slips * length_of(shift / scale) * pool.unit[ready]
         leave = good | (pool.steps[ready] >= MOST_STEPS)
         places = ready[leave]
         ids = pool.ids[places]
-        scale = 1.0 if self.scale is None else self.scale
         out.traction[..., ids] = pool.traction[..., places] * scale * pool.load[places]
         out.rigid[:, ids] = (pool.rigid * pool.unit)[:, places]
         out.residual[ids], out.relative_gap[ids] = residual[leave], gap[leave]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -46,6 +46,11 @@ class BatchedProblem:
         """Points of the difference, in elements ahead, and their weights."""
         return ((0, 1.0),) if self.difference is None else DIFFERENCES[self.difference]
 
+    def of(self, ids: np.ndarray) -> BatchedProblem:
+        """Some of the problems."""
+        given = ("dx", "dy", "nu", "rigid_shift", "bound", "force")
+        return replace(self, **{name: getattr(self, name)[..., ids] for name in given})
+
     def coarser(self) -> BatchedProblem:
         """With elements twice as large, and a step of rolling that is so, too."""
         times = 1.0 if self.difference is None else 2.0
@@ -61,7 +66,8 @@ class BatchedSolution:
     """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
 
     The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
-    `slipping` counts the elements that slip, `dissipated` is the sum of ``-p.E`` with the shift E at the tractions p.
+    `slip` is the size of the shift where an element slips, (ny, nx, n), else 0; `dissipated` is the sum of ``-p.E``
+    with the shift E at the tractions p.
     """
 
     traction: np.ndarray
@@ -70,15 +76,20 @@ class BatchedSolution:
     relative_gap: np.ndarray
     converged: np.ndarray
     iterations: np.ndarray
-    slipping: np.ndarray
+    slip: np.ndarray
     dissipated: np.ndarray
 
     @classmethod
     def unsolved(cls, problem: BatchedProblem) -> BatchedSolution:
         """To be written to as problems are solved."""
         n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
-        far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros((2, n), int)
-        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none[0], none[1], np.zeros(n))
+        far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros(n, int)
+        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none, np.zeros_like(problem.bound), np.zeros(n))
+
+    def put(self, ids: np.ndarray, other: BatchedSolution) -> None:
+        """Write the solutions of some problems."""
+        for each in fields(self):
+            getattr(self, each.name)[..., ids] = getattr(other, each.name)
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
