@@ -347,7 +347,7 @@ def test_growth_with_receptances():
         (lambda sol: vc.Harmonic(wave_number=1.0, vy=np.nan), "motion.vy"),
         (lambda sol: vc.Harmonic(wave_number=1.0, dq=0.0), "motion.dq"),
         (lambda sol: without_slip(friction=0.3), "friction"),
-        (lambda sol: without_slip(third_body=vc.ThirdBody(h=0.1, G=1.0)), "third_body"),
+        (lambda sol: without_slip(third_body=vc.ThirdBody(h=0.1, G=1.0, tau_c0=0.1)), "third_body.tau_c0"),
         (lambda sol: without_slip(surface=vc.Cylinders(R=50.0)), "surface.reference_depth"),
         (lambda sol: vc.solve(without_slip(motion=vc.Harmonic(wave_number=1e3))), "motion.wave_number"),
         (lambda sol: vc.plan(without_slip()), "motion"),

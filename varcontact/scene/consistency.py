@@ -106,9 +106,12 @@ def check_harmonic(scene: Scene) -> None:
     if scene.friction is not None and not scene.no_slip:
         allowed = "inf: with slip, Solution.frequency_response is what swings about a steady solution"
         raise SceneError("friction", scene.friction, allowed)
-    for name, given in (("third_body", scene.third_body), ("thermal", scene.thermal)):
-        if given is not None:
-            raise SceneError(name, given, "left out where creepages swing: a Harmonic is of bodies alone")
+    if scene.third_body is not None and scene.third_body.yields:
+        raise SceneError(
+            "third_body.tau_c0", scene.third_body.tau_c0, "inf: creepages swing on layers that do not yield"
+        )
+    if scene.thermal is not None:
+        raise SceneError("thermal", scene.thermal, "left out where creepages swing")
     if scene.conformal:
         raise SceneError("surface.inclination", "given", "left out where creepages swing")
     if scene.shift_undetermined:
