@@ -47,6 +47,20 @@ def test_errors_hold_for_noise():
     assert known.errors["friction"] == pytest.approx(400.0 / np.linalg.norm((curve - exact) / 1e-3), rel=0.02)
 
 
+def test_what_forces_do_not_determine_is_said():
+    """Only h/G of an elastic layer counts: both together are known by nothing, friction beside them is."""
+    scene = wheel(third_body=vc.ThirdBody(h=8e-5, G=1e9))
+    noisy = vc.creep_curve(scene, ["fastsim"], vx=VX).Fx[0].to_numpy() + 100.0 * np.random.default_rng(2).normal(
+        size=VX.size
+    )
+    guesses = {"third_body.h": (5e-5, 1e-5, 1e-3), "third_body.G": (1e9, 1e8, 5e9), "friction": (0.4, 0.1, 0.6)}
+    fit = vc.fit_creep_curve(scene, guesses, vx=VX, Fx=noisy, method="fastsim")
+    assert fit.errors["third_body.h"] == fit.errors["third_body.G"] == np.inf and fit.errors["friction"] < 0.01
+    assert fit.report().count("(not determined by these forces)") == 2
+    assert fit.scene.third_body.compliance == pytest.approx(8e-14, rel=0.1)
+    assert fit.values["friction"] == pytest.approx(0.3, abs=3 * fit.errors["friction"])
+
+
 def test_options_of_theories_and_any_units():
     data = vc.creep_curve(wheel(), {"polach": {"k_A": 0.5, "k_S": 0.2}}, vx=VX)
     guesses = {"k_A": (0.9, 0.1, 1.0), "k_S": (0.4, 0.05, 1.0)}

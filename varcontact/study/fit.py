@@ -24,6 +24,8 @@ REFUSED = 10.0
 """Residual, by the largest force, of parameters that a scene refuses: no step ends there."""
 DIFFERENCE = 1e-3
 """Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where areas change."""
+SEEN = 1e-8
+"""Least effect of a combination of parameters on the forces, by that of the one with the greatest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +35,8 @@ class CreepCurveFit:
     Attributes
     ----------
     values, errors : dict of str to float
-        By parameter. The errors assume independent errors of the measurements, of one size unless `sigma` says it.
+        By parameter. The errors assume independent errors of the measurements, of one size unless `sigma` says it; inf
+        where they exceed the range of a parameter: these forces do not determine it.
     correlation : ndarray, shape (k, k)
         Between the parameters.
     rms : float
@@ -56,7 +59,10 @@ class CreepCurveFit:
 
     def report(self) -> str:
         """The parameters with their errors, a line each, and the residual."""
-        lines = [f"{name} = {with_bar(value, self.errors[name])}" for name, value in self.values.items()]
+        unknown = {
+            name: "" if error < np.inf else " (not determined by these forces)" for name, error in self.errors.items()
+        }
+        lines = [f"{name} = {with_bar(value, self.errors[name])}{unknown[name]}" for name, value in self.values.items()]
         return "\n".join([*lines, f"residual {self.rms:.3g} (root mean square of the forces)"])
 
     def __str__(self) -> str:
@@ -179,12 +185,13 @@ def fit_creep_curve(
     found = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
     rms = scale * float(np.sqrt(np.mean(found.fun**2)))
     spread = scale * np.sqrt(2 * found.cost / (used.sum() - len(names))) if sigma is None else sigma
-    inverse = np.linalg.pinv(found.jac.T @ found.jac) * (spread / scale) ** 2
-    errors = np.sqrt(np.diag(inverse))
+    _, seen, ways = np.linalg.svd(found.jac * size, full_matrices=False)
+    spreads = ways.T * size[:, None] / np.maximum(seen, SEEN * seen[0]) * (spread / scale)
+    errors, inverse = np.linalg.norm(spreads, axis=1), spreads @ spreads.T
     fitted, options, curve = curve_of(found.x)
     return CreepCurveFit(
         values=dict(zip(names, found.x.tolist(), strict=True)),
-        errors=dict(zip(names, errors.tolist(), strict=True)),
+        errors=dict(zip(names, np.where(errors < high - low, errors, np.inf).tolist(), strict=True)),
         correlation=inverse / np.outer(errors, errors),
         rms=rms,
         scene=fitted,
