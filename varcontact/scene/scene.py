@@ -17,7 +17,7 @@ from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
-from varcontact.scene.consistency import doubts
+from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
