@@ -11,15 +11,15 @@ import threading
 import psutil
 import pytest
 
-from varcontact.errors import TooLarge
-from varcontact.system.files import Held, locked
+from varcontact.errors import OutputError, TooLarge
+from varcontact.system.files import only_writer
 from varcontact.system.process import available, left_by_control_groups, need
 
 HOLDER = """
 import sys, time
 from pathlib import Path
-from varcontact.system.files import locked
-with locked(Path("run.nc")):
+from varcontact.system.files import only_writer
+with only_writer("store", Path("run.nc")):
     print("held", flush=True)
     time.sleep(60)
 """
@@ -36,7 +36,10 @@ def holder(tmp_path):
 
 
 def test_another_process_is_named_and_not_waited_for(holder, tmp_path):
-    with pytest.raises(Held, match=rf"^process {holder.pid} on "), locked(tmp_path / "run.nc"):
+    with (
+        pytest.raises(OutputError, match=f"is being written by process {holder.pid} on "),
+        only_writer("store", tmp_path / "run.nc"),
+    ):
         pass
 
 
@@ -45,7 +48,7 @@ def test_the_lock_of_a_killed_process_is_free(holder, tmp_path):
     holder.send_signal(signal.SIGKILL)
     holder.wait()
     assert os.listdir(tmp_path) == [".run.nc.lock"]
-    with locked(tmp_path / "run.nc"):
+    with only_writer("store", tmp_path / "run.nc"):
         pass
     assert os.listdir(tmp_path) == []
 
@@ -57,7 +60,7 @@ def test_one_thread_at_a_time(tmp_path):
 
     def count():
         for _ in range(10):
-            with locked(path, patience=60):
+            with only_writer("store", path, patience=60):
                 value = int(path.read_text())
                 threading.Event().wait(1e-4)
                 path.write_text(str(value + 1))
@@ -72,14 +75,18 @@ def test_one_thread_at_a_time(tmp_path):
 
 
 def test_a_lock_within_itself_is_refused(tmp_path):
-    with locked(tmp_path / "run.nc"), pytest.raises(Held, match=r"^this process$"), locked(tmp_path / "run.nc"):
+    with (
+        only_writer("store", tmp_path / "run.nc"),
+        pytest.raises(OutputError, match="by this process"),
+        only_writer("store", tmp_path / "run.nc"),
+    ):
         pass
 
 
 def test_an_exception_frees_the_lock(tmp_path):
-    with pytest.raises(KeyboardInterrupt), locked(tmp_path / "run.nc"):
+    with pytest.raises(KeyboardInterrupt), only_writer("store", tmp_path / "run.nc"):
         raise KeyboardInterrupt
-    with locked(tmp_path / "run.nc"):
+    with only_writer("store", tmp_path / "run.nc"):
         assert os.listdir(tmp_path) == [".run.nc.lock"]
 
 

@@ -4,23 +4,21 @@
 - A file that is there already is replaced only if it holds what varcontact wrote, of the same kind: a solution by a
   solution, a history by a history, a picture by a picture. Stores, to which a study adds, are never replaced.
 - The new content is written under another name, forced to the disk, and renamed. Killed in between, the program leaves
-  the old file as it was, and the next to write that file clears away the rest.
+  the old file as it was, and the next to write that file takes away the rest.
 """
 
 from __future__ import annotations
 
 import os
-import re
 import socket
 import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
-from uuid import uuid4
 
 from filelock import FileLock, Timeout
 
@@ -47,7 +45,7 @@ def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Itera
             raise OutputError(field, path, f"there is no folder {str(folder if path.is_symlink() else path.parent)!r}")
         there = _kind(field, path)
         for other in inputs:
-            if _same(target, other):
+            if there and other.exists() and target.samefile(other):
                 reason = f"is the same file as {str(other)!r}, which would be lost; name another file"
                 raise OutputError(field, path, reason)
         if not os.access(folder, os.W_OK) or (there and not os.access(target, os.W_OK)):
@@ -91,30 +89,44 @@ def begins_with(path: Path, *heads: bytes) -> bool:
 
 @contextmanager
 def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
-    """Be the only one to write a file while a block runs; what killed writers left of it is cleared away."""
-    target = path.resolve()
-    with ExitStack() as held:
-        try:
-            held.enter_context(locked(target, patience))
-            clear(target)
-        except Held as other:
-            reason = f"is being written by {other.holder}; wait until that is done, or name another file"
-            raise OutputError(field, path, reason) from None
-        except OSError as error:
-            raise _unwritable(field, path, error) from None
+    """Be the only one to write a file while a block runs; others are waited for so many seconds.
+
+    The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
+    """
+    lock, name = beside(path.resolve(), "lock"), f"{os.getpid()} on {socket.gethostname()}"
+    kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
+    try:
+        kernel.acquire()
+    except (Timeout, RuntimeError):  # RuntimeError: held by this thread
+        holder = ""
+        with suppress(OSError):
+            holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
+        who = "this process" if holder == name else f"process {holder}" if holder else "another process"
+        reason = f"is being written by {who}; wait until that is done, or name another file"
+        raise OutputError(field, path, reason) from None
+    except OSError as error:
+        raise _unwritable(field, path, error) from None
+    try:
+        with suppress(OSError):  # a full disk
+            lock.write_text(name, encoding="utf-8")
         yield
+    finally:
+        if sys.platform != "win32":  # removed while it is held: who opened it before finds it to be of no name
+            lock.unlink(missing_ok=True)
+        kernel.release()
 
 
 @contextmanager
 def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
     """A new file, open for writing, that takes the place of another when the block ends well.
 
-    Whatever ends it in between, the old file stays as it was. The block should be within one of `only_writer`.
+    Whatever ends it in between, the old file stays as it was. The block is within one of `only_writer`.
     """
     target = path.resolve()
-    part = beside(target, f"{uuid4().hex[:12]}.part")
+    part = beside(target, "part")
     try:
         there = _kind(field, path)
+        part.unlink(missing_ok=True)  # of a writer that was killed
         with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
             if there:
                 part.chmod(stat.S_IMODE(target.stat().st_mode))
@@ -155,36 +167,12 @@ def _kind(field: str, path: Path) -> bool:
     return True
 
 
-def _same(target: Path, other: Path) -> bool:
-    try:
-        return target.samefile(other)
-    except OSError:  # one of them is not there
-        return target == other.resolve()
-
-
-def clear(target: Path) -> None:
-    """Remove what killed writers left beside a file; only who holds the lock may."""
-    name = re.compile(re.escape(beside(target, "").name) + r"[0-9a-f]{12}\.part")
-    with os.scandir(target.parent) as entries:
-        left = [entry.path for entry in entries if name.fullmatch(entry.name)]
-    for part in left:
-        Path(part).unlink(missing_ok=True)
-
-
 def _unwritable(field: str, path: Path, error: Exception) -> OutputError:
     return OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
 
 
 LONGEST = 200
 """Bytes of a file's name up to which it is part of the names beside it; file systems take 255."""
-
-
-class Held(Exception):
-    """Somebody else holds the lock."""
-
-    def __init__(self, holder: str) -> None:
-        self.holder = holder
-        super().__init__(holder)
 
 
 def beside(path: Path, ending: str) -> Path:
@@ -194,30 +182,6 @@ def beside(path: Path, ending: str) -> Path:
     """
     name = path.name if len(os.fsencode(path.name)) <= LONGEST else sha256(os.fsencode(path.name)).hexdigest()
     return path.with_name(f".{name}.{ending}")
-
-
-@contextmanager
-def locked(path: Path, patience: float = 0.0) -> Iterator[None]:
-    """Hold the lock that goes with a file, named without symbolic links, while a block runs.
-
-    The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
-    """
-    lock, name = beside(path, "lock"), f"{os.getpid()} on {socket.gethostname()}"
-    kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
-    try:
-        kernel.acquire()
-    except (Timeout, RuntimeError):  # RuntimeError: held by this thread
-        holder = ""
-        with suppress(OSError):
-            holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
-        raise Held("this process" if holder == name else f"process {holder}" if holder else "another process") from None
-    try:
-        lock.write_text(name, encoding="utf-8")
-        yield
-    finally:
-        if sys.platform != "win32":  # removed while it is held: who opened it before finds it to be of no name
-            lock.unlink(missing_ok=True)
-        kernel.release()
 
 
 SCENE_BYTES = 2**24

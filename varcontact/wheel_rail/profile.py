@@ -13,7 +13,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import html_table
-from varcontact.system.files import check_ending, replacing
+from varcontact.system.files import check_ending, write_whole
 from varcontact.wheel_rail.curve import Curve, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 
@@ -199,8 +199,7 @@ class Profile:
         check_ending("path", file, ".csv")
         lines = [f"# {self.name or self.kind}: y to the outside, z down [mm]"]
         lines += [f"{y:.10g},{z:.10g}" for y, z in zip(self.y, self.z, strict=True)]
-        with replacing("path", file) as opened:
-            opened.write(("\n".join(lines) + "\n").encode())
+        write_whole("path", file, ("\n".join(lines) + "\n").encode())
 
     @cached_property
     def curve(self) -> Curve:
