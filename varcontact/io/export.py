@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
 import io
 import json
 from collections.abc import Callable
@@ -81,14 +80,6 @@ def _columns(sol: Solution) -> dict[str, np.ndarray]:
     for name in ("traction", "slip"):
         fields |= dict(zip((f"{name}_x", f"{name}_y"), getattr(sol, name), strict=True))
     return {name: np.asarray(fields[name]).ravel() for name in QUANTITIES}
-
-
-def _to_csv(sol: Solution) -> bytes:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(QUANTITIES)
-    table.writerows(zip(*(column.tolist() for column in _columns(sol).values()), strict=True))
-    return text.getvalue().encode()
 
 
 def _to_mat(sol: Solution) -> bytes:
@@ -185,7 +176,10 @@ class Export:
 
 VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
 EXPORTS = {
-    ".csv": Export(_to_csv, lambda path: begins_with(path, ",".join(QUANTITIES).encode())),
+    ".csv": Export(
+        lambda sol: dataframe(sol).to_csv(index=False).encode(),
+        lambda path: begins_with(path, ",".join(QUANTITIES).encode()),
+    ),
     ".vtu": Export(_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
     ".vti": Export(_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
     ".mat": Export(_to_mat, _is_mat),
