@@ -10,7 +10,6 @@ from matplotlib.quiver import Quiver
 
 import varcontact as vc
 from tests.plotting.test_pictures import RAIL, check_readable
-from varcontact.results.finest_fields import finest_fields
 
 SCENES = {
     "rolling": RAIL,
@@ -53,30 +52,6 @@ def test_maps_are_of_the_parts(corrected):
     found, part = areas(ax), 1e6 * field.grid.area
     assert found["stick"] / part == pytest.approx(round(found["stick"] / part), abs=1e-6), "whole parts"
     assert sum(found.values()) == pytest.approx(1e6 * np.pi * RAIL.hertz.a * RAIL.hertz.b, rel=0.1)
-
-
-def test_what_slips():
-    """All in full slip, nothing next to none; beside a fine grid fewer parts are wrong than by the elements' state."""
-    slips, holds = (
-        areas(vc.solve(SCENES[name], refine="continuum", certify=None).plot("traction").axes[0])
-        for name in ("full slip", "next to no slip")
-    )
-    assert slips["stick"] == 0 < slips["slip"]
-    assert holds["slip"] == 0 < holds["stick"]
-    for motion in (RAIL.motion, vc.Steady(vx=5e-4, vy=1e-3)):
-        posed = [dataclasses.replace(RAIL, motion=motion, grid=vc.Grid(nx=n, ny=n)) for n in (12, 96)]
-        found, fine = vc.solve(posed[0], refine="continuum", certify=None), vc.solve(posed[1], certify=None)
-        field = finest_fields(found)
-        places = (
-            np.clip((line[:, None] > other).sum(axis=1) - 1, 0, other.size - 2)
-            for line, other in zip((field.grid.y, field.grid.x), fine.grid.lines[::-1], strict=True)
-        )
-        truth = fine.state[np.ix_(*places)]
-        wrong = [
-            ((state == 2) != (truth == 2))[(truth > 0) & (field.state > 0)].mean()
-            for state in (field.state, np.kron(found.state, np.ones((2, 2))))
-        ]
-        assert wrong[0] < min(wrong[1] / 2, 0.05)
 
 
 def test_nothing_lies_over_anything(corrected):

@@ -278,13 +278,13 @@ def draw_line_traction(ax: Axes, sol: Solution, box: Box | None = None, largest:
     `box` is the contact with a margin, `largest` the traction that has room, all of this solution if not given.
     """
     field, lengths = finest_fields(sol), lengths_of(sol)
-    traction, bound = field.traction[:, 0], field.bound[0]
+    traction, bound = field.traction[:, 0], sol.traction_bound[0]
     finite = bool(np.all(np.isfinite(bound)))
     most = max(float(bound.max()) if finite else 0.0, float(np.abs(traction).max()))
     measured = measure_of(sol.scene, "pressure", most if largest is None else largest)
     _line_areas(ax, sol, field)
     if finite:
-        x = lengths(field.bound_grid.x)
+        x = lengths(sol.grid.x)
         ax.plot(x, measured(bound), color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
         ax.plot(x, -measured(bound), color=BOUND_COLOUR, linewidth=0.9)
     _line_components(ax, sol, field.grid, measured(traction))

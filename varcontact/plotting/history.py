@@ -174,10 +174,10 @@ def _frames(history: History) -> Iterator[np.ndarray]:
     """Each step as an image (height, width, 4) of bytes: areas and tractions over the forces, on axes that stay."""
     along, box = _abscissa(history), box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     draw, largest = (draw_line_traction if history.scene.line else draw_areas), 0.0
-    for field in map(finest_fields, history):
-        largest = max(largest, float(np.hypot(*field.traction).max()))
-        if history.scene.line and np.all(np.isfinite(field.bound)):
-            largest = max(largest, float(field.bound.max()))
+    for sol in history:
+        largest = max(largest, float(np.hypot(*finest_fields(sol).traction).max()))
+        if history.scene.line and np.all(np.isfinite(sol.traction_bound)):
+            largest = max(largest, float(sol.traction_bound.max()))
     with styled():
         figure, (above, below) = new_figure(2, 1, (COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
         canvas: Any = figure.canvas

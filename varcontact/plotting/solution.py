@@ -206,14 +206,14 @@ def draw_section(ax: Axes, sol: Solution, y: float | None = None) -> None:
 def _draw_tractions(ax: Axes, sol: Solution, field: FinestFields, row: int, ends: tuple[float, float]) -> None:
     """Between the bounds of either sign their size and components, the lateral one where there is any."""
     lengths = lengths_of(sol)
-    at, of_bound = ((ends[0] < grid.x) & (grid.x < ends[1]) for grid in (field.grid, field.bound_grid))
+    at, of_bound = ((ends[0] < grid.x) & (grid.x < ends[1]) for grid in (field.grid, sol.grid))
     x, traction = lengths(field.grid.x[at]), field.traction[:, row, at]
-    bound = field.bound[_nearest_row(field.bound_grid, float(field.grid.y[row])), of_bound]
+    bound = sol.traction_bound[_nearest_row(sol.grid, float(field.grid.y[row])), of_bound]
     finite = bool(np.all(np.isfinite(bound)))
     most = max(float(bound.max(initial=0.0)) if finite else 0.0, float(np.abs(traction).max(initial=0.0)))
     measured = measure_of(sol.scene, "pressure", most)
     if finite:
-        places, bounds = lengths(field.bound_grid.x[of_bound]), measured(bound)
+        places, bounds = lengths(sol.grid.x[of_bound]), measured(bound)
         ax.fill_between(places, -bounds, bounds, color="0.93", linewidth=0)
         ax.plot(places, bounds, color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
         ax.plot(places, -bounds, color=BOUND_COLOUR, linewidth=0.9)
