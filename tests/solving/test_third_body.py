@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 from scipy.special import lqmn
 
 import varcontact as vc
@@ -117,41 +119,56 @@ def test_carter_with_plasticity(k_tau, part):
     assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
 
 
-def adhesion(compliance, a, terms=60):
-    """Force by creepage of a strip in adhesion: ``L p' - 2 (1 - nu)/(pi G) PV int p/(x - xi) = vx``, p = 0 in front.
+def carter(compliance, a, peak, vx, terms=40):
+    """Force, and where stick ends, of a strip on an elastic layer, by quadrature; friction bears ``peak`` at most.
 
-    With Legendre's polynomials, whose Cauchy integrals are twice the functions of the second kind.
+    In stick ``L p' - 2 (1 - nu)/(pi G) PV int p/(x - xi) = vx`` and p = 0 in front: Legendre's polynomials, whose
+    Cauchy integrals are twice the functions of the second kind. Where it ends p is continuous.
     """
-    x, _ = np.polynomial.legendre.leggauss(terms)
-    P = np.polynomial.legendre.Legendre
-    slopes = np.array([[P.basis(n).deriv()(t) for n in range(terms + 1)] for t in x]) / a
-    second = np.array([lqmn(0, terms, t)[0][0] for t in x])
-    system = compliance * slopes - 4 * (1 - BODIES.combined_nu) / (np.pi * BODIES.combined_G) * second
-    system = np.vstack([system, np.ones(terms + 1)])
-    return 2 * a * np.linalg.solve(system, np.append(np.ones(terms), 0.0))[0]
+    factor = 2 * (1 - BODIES.combined_nu) / (np.pi * BODIES.combined_G)
+    t, _ = np.polynomial.legendre.leggauss(terms)
+    basis = [np.polynomial.legendre.Legendre.basis(n) for n in range(terms + 1)]
+    second = np.array([lqmn(0, terms, each)[0][0] for each in t])
+
+    def stick(c):
+        half = (a - c) / 2
+        slips = [
+            quad(lambda u, x=x: a * np.cos(u) ** 2 / (x - a * np.sin(u)), -np.pi / 2, np.arcsin(c / a), limit=200)[0]
+            for x in (a + c) / 2 + half * t
+        ]
+        slopes = np.array([each.deriv()(t) for each in basis]).T / half
+        system = np.vstack([compliance * slopes - 2 * factor * second, np.ones(terms + 1)])
+        return np.linalg.solve(system, np.append(vx - factor * peak * np.array(slips), 0.0))
+
+    def jump(c):
+        return np.polynomial.legendre.legval(-1.0, stick(c)) + peak * np.sqrt(1 - (c / a) ** 2)
+
+    c = brentq(jump, -0.99 * a, 0.9 * a)
+    return (a - c) * stick(c)[0] - peak / a * quad(lambda x: np.sqrt(a * a - x * x), -a, c)[0], c
 
 
 @pytest.mark.parametrize("ratio", [0.3, 3.0])
-def test_adhesion_of_a_strip_with_a_layer_converges_to_quadrature(ratio):
-    a = 1.0
-    compliance = ratio * a / BODIES.combined_G
-    exact = adhesion(compliance, a)
-    errors = []
+def test_carter_with_an_elastic_layer_converges_to_quadrature(ratio):
+    a, vx, compliance = 1.0, 3e-4, ratio / BODIES.combined_G
+    hertz = vc.reference.line_contact(500.0, BODIES, a=a)
+    exact, end = carter(compliance, a, 0.3 * hertz.peak_pressure, vx)
+    errors, second = [], []
     for n in (40, 80):
         scene = vc.Scene(
             bodies=BODIES,
             surface=vc.Cylinders(500.0),
-            normal_force=vc.reference.line_contact(500.0, BODIES, a=a).force,
-            friction=1e3,
+            normal_force=hertz.force,
+            friction=0.3,
             third_body=vc.ThirdBody(compliance * 100.0, 100.0),
-            motion=vc.Steady(vx=1e-6),
+            motion=vc.Steady(vx=vx),
             grid=vc.Grid(nx=n, dx=2 * a / n, x0=-a),
         )
-        errors.append(vc.solve(scene).Fx / 1e-6 - exact)
-    assert abs(errors[-1]) < 0.02 * abs(exact)
-    second = vc.solve(scene.second_order()).Fx / 1e-6 - exact
-    assert abs(second) < 0.7 * abs(errors[-1])
-    assert 0.8 < np.log2(errors[0] / errors[1]) < 1.2
+        sol = vc.solve(scene)
+        errors.append(sol.Fx / exact - 1)
+        second.append(vc.solve(scene.second_order()).Fx / exact - 1)
+        assert abs(sol.elements["slip"] * 2 / n - 1 - end) < 1.01 / n
+    assert 0 < errors[1] < 0.012 and 0.9 < np.log2(errors[0] / errors[1]) < 1.15
+    assert 0 < second[1] < 0.36 * errors[1]
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ class FrictionLaw(LocalLaw):
     ----------
     static, kinetic : float
         The largest and the least coefficient that the product has: searches begin there, from stick and from slip.
-    factors : law, array_like of shape (ny, nx), callable, or sequence of these
+    factors : law, array_like of shape (ny, nx), array (nx,) in line contact, callable, or sequence of these
         Laws that change continuously, without memory; coefficients by place; functions
         ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of those of these arguments that they name, all arrays
         (ny, nx), which return a number or such an array. Where it sticks the slip velocity is zero.
@@ -223,7 +223,9 @@ def _factor(given: Any) -> Any:
     if callable(given):
         _names(given)
         return given
-    field = checks.array("friction.factors", given, 2)
+    if not isinstance(given, np.ndarray | list | tuple):
+        raise SceneError("friction.factors", given, "laws, arrays of numbers by place, or functions")
+    field = checks.array("friction.factors", np.asarray(given)[None] if np.ndim(given) == 1 else given, 2)
     if np.any(field < 0):
         raise SceneError("friction.factors", float(field.min()), "zero or positive everywhere")
     return field

@@ -143,6 +143,8 @@ def no_number(pressure):
         (vc.StaticKinetic(0.3, 0.2), "fall continuously"),
         (vc.LinearFalling(0.3, 0.2, 1.0, memory_distance=1.0), "without memory"),
         ([], "one factor"),
+        ("linear", "laws, arrays"),
+        ([0.3], "laws, arrays"),
         (lambda x: 1 / 0, "ZeroDivisionError"),
     ],
 )
