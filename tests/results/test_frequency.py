@@ -191,6 +191,16 @@ def test_full_slip_follows_the_load():
     assert np.abs(response.of("Fx", "vx")).max() < 1e-5  # -4 where it sticks
 
 
+def test_wave_numbers_share_a_space():
+    """Many at once, in any order, as each of them alone."""
+    some = np.random.default_rng(3).uniform(0, 9, 60)
+    for sol in (line(60, Fx=-0.0015), ball(bodies=UNLIKE), ball(motion=vc.Steady(vx=0.03, dq=1e-5))):
+        together = sol.frequency_response(some).values
+        for i in (0, 17, 59):
+            alone = sol.frequency_response(some[i]).values[0]
+            np.testing.assert_allclose(together[i], alone, atol=1e-8 * np.abs(alone).max())
+
+
 def test_flat_heights_move_the_bodies_apart():
     """A height that does not vary over the contact leaves the pressure; a short wave is filtered."""
     response = ball().frequency_response([0.0, 4.0])

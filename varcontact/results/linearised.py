@@ -135,11 +135,12 @@ class Linearised:
             parts = np.linalg.solve(projected, (right.conj().T @ basis).conj().T)
             residual = right - images @ parts
             missing = np.linalg.norm(residual, axis=0) > TOLERANCE * lengths
-            if not missing.any() or basis.shape[1] == size:
+            if not missing.any():
                 return basis, parts
-            if basis.shape[1] > MOST:
-                raise NotConverged(f"the response was not found in {MOST} directions", float(np.abs(residual).max()))
-            new = precondition(residual[:, missing])[:, : size - basis.shape[1]]
+            count = basis.shape[1]
+            if count >= min(size, MOST):
+                raise NotConverged(f"the response was not found in {count} directions", float(np.abs(residual).max()))
+            new = precondition(residual[:, missing])[:, : size - count]
             new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
             image = self._images(phases, shifts, new)
             across, below = (image.conj().T @ basis).conj().T, new.conj().T @ images
