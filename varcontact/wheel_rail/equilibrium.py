@@ -220,6 +220,10 @@ def _solution(
     case, wheels = balance.case, balance.wheels(x, solver)
     for each in wheels:
         if not each.patches:
+            if "roll" not in case.free:
+                roll = case.position.roll
+                reason = f"with roll = {roll:.4g} the {each.case.side} wheel is above its rail; add roll to free"
+                raise SceneError("position.roll", roll, message=reason)
             reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
             raise SceneError("roll_moment", case.roll_moment, message=reason)
         deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
@@ -304,7 +308,13 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
 
 def _trouble(case: WheelSetOnTrack) -> str:
     """Why a wheel set may have no balance."""
-    for wheel in (case.wheel(side, 0.0) for side in SIGN):
+    wheels = [case.wheel(side, 0.0) for side in SIGN]
+    laws = [each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0) for each in wheels]
+    bearable = (case.vertical_force or np.inf) * max(laws)
+    for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
+        if abs(getattr(case, name)) > bearable * arm:
+            return f"{name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
+    for wheel in wheels:
         radius, flange = wheel.locus.radii[wheel.locus.gap.argmin()], float(case.wheelset.profile.z.max())
         if radius > case.wheelset.radius + flange / 2:
             return f"the {wheel.side} wheel stands on its rail with its flange"
