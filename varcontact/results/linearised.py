@@ -24,6 +24,8 @@ from varcontact.system.process import need
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the right-hand side."""
+ROUNDED = 1e-6
+"""Of the residual in the space of all unknowns, at most."""
 MOST = 1000
 """Directions of one solve; a few hundred are usual."""
 
@@ -134,14 +136,15 @@ class Linearised:
         while True:
             parts = np.linalg.solve(projected, (right.conj().T @ basis).conj().T)
             residual = right - images @ parts
-            missing = np.linalg.norm(residual, axis=0) > TOLERANCE * lengths
-            if not missing.any():
+            sizes, count = np.linalg.norm(residual, axis=0), basis.shape[1]
+            missing = sizes > TOLERANCE * lengths
+            if not missing.any() or (count == size and np.all(sizes < ROUNDED * lengths)):
                 return basis, parts
-            count = basis.shape[1]
             if count >= min(size, MOST):
                 raise NotConverged(f"the response was not found in {count} directions", float(np.abs(residual).max()))
             new = precondition(residual[:, missing])[:, : size - count]
-            new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
+            for _ in range(2):  # rounding leaves some in the first
+                new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
             image = self._images(phases, shifts, new)
             across, below = (image.conj().T @ basis).conj().T, new.conj().T @ images
             basis, images = np.concatenate([basis, new], axis=1), np.concatenate([images, image], axis=1)
