@@ -96,20 +96,16 @@ def posed(solution: Solution) -> Posed:
         raise SceneError("solution", solution, "a Solution")
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
+        message = "solution is a step of a history; give one of steady rolling, a shift or normal contact"
         raise SceneError(
-            "solution",
-            "a step of a history",
-            "of steady rolling, a shift or normal contact",
-            message="solution is a step of a history; give one of steady rolling, a shift or normal contact",
+            "solution", "a step of a history", "of steady rolling, a shift or normal contact", message=message
         )
     if solution.refinement is not None:
-        raise SceneError(
-            "solution",
-            "corrected towards the continuum",
-            "solved without refine",
-            message="solution is corrected towards the continuum, and solves the elements' problem with a correction; "
-            "give one that is solved without refine",
+        message = (
+            "solution is corrected towards the continuum, and solves the elements' problem with a correction; "
+            "give one that is solved without refine"
         )
+        raise SceneError("solution", "corrected towards the continuum", "solved without refine", message=message)
     disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:

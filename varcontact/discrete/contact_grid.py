@@ -102,32 +102,28 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
         middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
         place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
-        raise TooCoarse(
-            "grid",
-            grid,
-            "finer",
-            message=f"grid is too coarse: the contact at {place} falls between the centres of the elements"
-            f"{if_noise(scene, grid)}",
+        message = (
+            f"grid is too coarse: the contact at {place} falls between the centres of the elements"
+            f"{if_noise(scene, grid)}"
         )
+        raise TooCoarse("grid", grid, "finer", message=message)
     if spec.explicit:
-        raise SceneError(
-            "grid",
-            _rounded(grid.box, grid.line),
-            "a potential contact that contains the contact",
-            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+        message = (
+            f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
             f"{_rounded(grid.box, grid.line)} does not contain the contact, which extends to "
             f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
-            "with a large distance",
+            "with a large distance"
+        )
+        raise SceneError(
+            "grid", _rounded(grid.box, grid.line), "a potential contact that contains the contact", message=message
         )
     surface = scene.surface
     if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
-        raise SceneError(
-            "surface",
-            _rounded(surface.box, grid.line),
-            "sampled beyond the contact",
-            message="surface: the contact reaches the edge of the samples, "
-            f"{_rounded(surface.box, grid.line)}; sample a larger region",
+        message = (
+            "surface: the contact reaches the edge of the samples, "
+            f"{_rounded(surface.box, grid.line)}; sample a larger region"
         )
+        raise SceneError("surface", _rounded(surface.box, grid.line), "sampled beyond the contact", message=message)
     inner = contact_box(grid, pressure)
     along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
     left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]

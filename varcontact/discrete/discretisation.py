@@ -333,11 +333,9 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
         if not scene.line:
             size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
+        message = f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}"
         raise TooCoarse(
-            "grid",
-            dx if scene.line else (dx, dy),
-            "fine enough to hold one contact element",
-            message=f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}",
+            "grid", dx if scene.line else (dx, dy), "fine enough to hold one contact element", message=message
         )
     distance = undeformed_distance(scene.surface, hertz, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
@@ -358,12 +356,14 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
     if not largest < RANGE:
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
+        message = (
+            f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to 1e{RANGE}; choose other units"
+        )
         raise SceneError(
             "scene",
             sizes,
             f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
-            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
-            f"1e{RANGE}; choose other units",
+            message=message,
         )
     free = None if depth is None else depth / length
     medium = medium_of(scene.bodies, length, free, coupled, scene.speed)

@@ -241,12 +241,11 @@ def creepages(
     second = frame.axes.T @ (body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving)
     speed = -float(first[0] + second[0]) / 2
     if speed <= 0:
-        raise SceneError(
-            "frame",
-            speed,
-            message=f"the bodies do not roll along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, "
-            "and must be positive; turn the frame, or give the velocity of the contact as frame_velocity",
+        message = (
+            f"the bodies do not roll along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, "
+            "and must be positive; turn the frame, or give the velocity of the contact as frame_velocity"
         )
+        raise SceneError("frame", speed, message=message)
     slip = (first - second) / speed
     spin = frame.normal @ (body1.angular_velocity - body2.angular_velocity) / speed
     return Creepages(float(slip[0]), float(slip[1]), float(spin), speed)

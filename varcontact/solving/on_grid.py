@@ -335,14 +335,12 @@ def finish(
     plan, tol = solver.plan, solver.tol
     approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
-        raise SceneError(
-            "surface.h",
-            disc.base,
-            "counted from a level near the contact",
-            message="surface.h is measured from a level too far from the contact: distances of "
+        message = (
+            "surface.h is measured from a level too far from the contact: distances of "
             f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by only {approach:.3g}; subtract a constant",
+            f"approach by only {approach:.3g}; subtract a constant"
         )
+        raise SceneError("surface.h", disc.base, "counted from a level near the contact", message=message)
     if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.matrix_free and solver.certify == "auto"

@@ -62,11 +62,9 @@ def largest_contacts(scene: Scene) -> list[Scene]:
             continue
         largest[key] = still
     if not largest:
+        message = "motion: the bodies never touch; give a load in one step at least"
         raise NoContact(
-            "motion",
-            "no load in any step",
-            "a history in which the bodies touch once at least",
-            message="motion: the bodies never touch; give a load in one step at least",
+            "motion", "no load in any step", "a history in which the bodies touch once at least", message=message
         )
     return list(largest.values())
 
@@ -142,12 +140,15 @@ class March:
             return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
         if not motion.interpolate or start.grid.line != grid.line or alone:
             remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
+            message = (
+                f"motion.start is a solution on {_words(start.grid)}, and the history is "
+                f"on {_words(grid)}; use the same grid{remedy}"
+            )
             raise SceneError(
                 "motion.start",
                 f"Solution on {_words(start.grid)}",
                 f"on the grid of the history{remedy}",
-                message=f"motion.start is a solution on {_words(start.grid)}, and the history is "
-                f"on {_words(grid)}; use the same grid{remedy}",
+                message=message,
             )
         fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
         known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}

@@ -86,12 +86,8 @@ class Convergence:
         if len(rows) != 1:
             known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
             message = f"quantity {quantity!r}, method {method!r}: there is no such limit, or more than one"
-            raise SceneError(
-                "quantity, method",
-                (quantity, method),
-                "one of those that were measured",
-                message=f"{message}; choose one of {known}",
-            )
+            message = f"{message}; choose one of {known}"
+            raise SceneError("quantity, method", (quantity, method), "one of those that were measured", message=message)
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row
 

@@ -74,13 +74,11 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
     (dx, dy), parts = grid.sides, PARTS * PARTS * grid.size
     nx, ny = 2 * hertz.a / dx, 2 * hertz.b / dy
     if min(nx, ny) < LEAST * (1 - 1e-9):
-        raise SceneError(
-            "grid",
-            scene.grid,
-            f"at least {LEAST} elements across the contact each way",
-            message=f'refine = "{CONTINUUM}" needs a grid with at least {LEAST} elements across the contact each way; '
-            f"here it has {nx:.3g} by {ny:.3g}",
+        message = (
+            f'refine = "{CONTINUUM}" needs a grid with at least {LEAST} elements across the contact each way; '
+            f"here it has {nx:.3g} by {ny:.3g}"
         )
+        raise SceneError("grid", scene.grid, f"at least {LEAST} elements across the contact each way", message=message)
     need(
         "the parts of the elements",
         8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts,
