@@ -121,7 +121,7 @@ class Linearised:
             basis, parts = self._solved(phases, -self.may.equations(right), known, combined)
             yield i, given + self.changes(basis @ parts)
             size = known.shape[1]
-            if basis.shape[1] > size:
+            if size < min(basis.shape[1], MOST // 2):
                 new = basis[:, size:] @ np.linalg.qr(parts[size:])[0]
                 known = np.concatenate([known, new], axis=1)
                 of_terms = [self._images(one, self.shifting(one), new) for one in np.eye(len(images))]
