@@ -192,6 +192,19 @@ def test_an_accuracy_is_kept_with_layers(layer, motion):
             assert abs(estimate.values[name] - getattr(fine, name)) < bar
 
 
+def test_an_accuracy_is_kept_with_hardening():
+    layer = vc.ThirdBody(0.0, 82e3, 35.0, 4018e3)
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Cylinders(500.0), normal_force=178.9, friction=0.5, third_body=layer,
+        motion=vc.Steady(vx=-4e-4),
+    )  # fmt: skip
+    coarse, fine = (vc.solve(replace(scene, grid=vc.Grid(nx=n))).Fx for n in (120, 240))
+    sol = vc.solve(scene, accuracy=0.01)
+    assert sol.error_estimate.largest < 0.01
+    assert abs(sol.Fx - (2 * fine - coarse)) < sol.error_estimate.bars["Fx"]
+    assert vc.solve(scene).error_estimate is None  # unless it is asked for: it takes long
+
+
 def test_limits_of_a_layer():
     rolling = vc.Steady(vx=2e-3, vy=5e-4)
     bare = vc.solve(ball(rolling, None)).force
@@ -306,8 +319,9 @@ def test_layers_where_they_do_not_belong():
         replace(ball(vc.Shift(ux=0.1)), friction=np.inf)
     with pytest.raises(vc.SceneError, match="third body"):
         vc.solve(ball(vc.Steady(vx=1e-3)), tangential="vermeulen-johnson")
-    with pytest.raises(vc.SceneError, match=r"third_body.k_tau.*second order"):
-        vc.solve(ball(vc.Steady(vx=1e-3), grid="auto"), accuracy=0.01)
+    unlike = replace(ball(vc.Steady(vx=1e-3), grid="auto"), bodies=vc.Bodies((82e3, 30e3), (0.28, 0.35)))
+    with pytest.raises(vc.SceneError, match=r"third_body.k_tau.*Hertzian"):
+        vc.solve(unlike, accuracy=0.01)
     with pytest.raises(vc.SceneError, match=r"third_body.k_tau.*first-order"):
         ball(vc.Steady(vx=1e-3)).second_order()
 

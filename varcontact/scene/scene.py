@@ -296,6 +296,11 @@ class Scene(Generic[MotionT_co]):
         return any(isinstance(f, Law) and f.warm for f in self._different_frictions)
 
     @property
+    def hardens(self) -> bool:
+        """Whether a third body hardens in steady rolling, where its yield stress depends on the whole solution."""
+        return isinstance(self.motion, Steady) and self.third_body is not None and self.third_body.k_tau > 0
+
+    @property
     def surfaces(self) -> list[Surface]:
         """The surface, of each step where it is a history."""
         if isinstance(self.motion, Transient) and self.motion.surface is not None:

@@ -124,16 +124,17 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
 def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     """The scene on the grid with `n` elements across the contact, with the discretisation of its kind.
 
-    Rolling takes differences of the second order and more elements along x; under Hertz's pressure elements at the
-    contact's edge count in part.
+    Rolling takes differences of the second order, but of layers that harden, and more elements along x; under Hertz's
+    pressure elements at the contact's edge count in part.
     """
     motion, rolls = scene.motion, isinstance(scene.motion, Steady)
     edge: Edge = "centres"
     if closed_form and motion is not None and (rolls or not scene.line):
-        edge = "softened" if rolls else "touched"
+        edge = "softened" if rolls and not scene.hardens else "touched"
     nx = round(RATIO * n) if rolls and not scene.line else n
     grid = Grid(nx=nx, ny=None if scene.line else n, edge=edge)
-    return replace(scene, grid=grid, motion=motion.second_order() if isinstance(motion, Steady) else motion)
+    second_order = isinstance(motion, Steady) and not scene.hardens
+    return replace(scene, grid=grid, motion=motion.second_order() if second_order else motion)
 
 
 def richardson(values: Sequence[Any], across: Sequence[int]) -> tuple[Any, Any]:

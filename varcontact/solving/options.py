@@ -195,8 +195,8 @@ def _target(
     if accuracy is None and time_budget is None:
         rolls = isinstance(motion, Steady)
         names_difference = rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
-        if isinstance(scene.grid, Grid) or refine is not None or names_difference:
-            return None
+        if isinstance(scene.grid, Grid) or refine is not None or names_difference or scene.hardens:
+            return None  # on a finer grid hardening takes many times as long
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
     if accuracy is not None and time_budget is not None:
@@ -258,9 +258,9 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
             "leave formulation out, or give a grid"
         )
         yield SceneError("formulation", "marching", '"auto"', message=message)
-    if isinstance(motion, Steady) and scene.third_body is not None and scene.third_body.k_tau != 0:
-        message = f"third_body.k_tau: with {field} slip is of second order, which hardening is not; give a grid"
-        yield SceneError("third_body.k_tau", scene.third_body.k_tau, "0", message=message)
+    if scene.hardens and not plan.closed_form:
+        message = f"third_body.k_tau: with {field} a layer hardens in Hertzian contacts of like bodies; give a grid"
+        yield SceneError("third_body.k_tau", scene.third_body, "0, or a Hertzian contact", message=message)
     if plan.theory is not None:
         message = (
             f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '

@@ -194,8 +194,7 @@ def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
     if not steps and coupling == "newton":
         return NEWTON
     together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
-    hardens = scene.third_body is not None and scene.third_body.k_tau > 0 and isinstance(scene.motion, Steady)
-    if hardens and not (steps or scene.coupled):
+    if scene.hardens and not (steps or scene.coupled):
         return NEWTON_TRACTIONS  # passes over the yield stress are many
     many = None if steps else _preset_of_many(scene, together)
     return many or PRESETS["convex" if coupling == "joint" else "auto"]
