@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import line_contact
 from varcontact.reference.carter import carter
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
@@ -23,13 +24,13 @@ UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.35))
 
 def rail(cells: int, Ry: float = 0.30, Rx: float = 0.46, **motion: float) -> vc.Scene:
     """A wheel on a rail by its radii."""
-    return vc.Scene(
-        bodies=STEEL,
-        surface=vc.Paraboloids(Rx=Rx, Ry=Ry),
-        normal_force=106.7e3,
+    return make_scene(
+        vc.Paraboloids(Rx=Rx, Ry=Ry),
+        106.7e3,
+        vc.Steady(**motion),
+        vc.Grid(nx=cells, ny=cells),
         friction=0.33,
-        motion=vc.Steady(**motion),
-        grid=vc.Grid(nx=cells, ny=cells),
+        bodies=STEEL,
     )
 
 
@@ -40,13 +41,8 @@ def two_patches(cells: int) -> vc.Scene:
     grid = vc.Grid(nx=nx, ny=ny, dx=side, dy=side, x0=-nx * side / 2, y0=-ny * side / 2)
     x, y = np.meshgrid(grid.x, grid.y)
     left, right = x**2 / 0.9 + (y + 4.5e-3) ** 2 / 0.7, x**2 / 0.6 + (y - 4.5e-3) ** 2 / 0.6 + 2e-6
-    return vc.Scene(
-        bodies=STEEL,
-        surface=vc.SampledDistance(np.minimum(left, right)),
-        normal_force=40e3,
-        friction=0.3,
-        motion=vc.Steady(vx=1e-3, spin=0.1),
-        grid=grid,
+    return make_scene(
+        vc.SampledDistance(np.minimum(left, right)), 40e3, vc.Steady(vx=1e-3, spin=0.1), grid, bodies=STEEL
     )
 
 
@@ -68,13 +64,8 @@ def profiles(cells: int) -> vc.Scene:
 
 def unlike(cells: int) -> vc.Scene:
     """Spheres of unlike bodies, whose pressure resists rolling too."""
-    return vc.Scene(
-        bodies=UNLIKE,
-        surface=vc.Paraboloids(Rx=1.0, Ry=0.7),
-        normal_force=1e-2,
-        friction=0.3,
-        motion=vc.Steady(vx=8e-3, vy=4e-3),
-        grid=vc.Grid(nx=cells, ny=cells),
+    return make_scene(
+        vc.Paraboloids(Rx=1.0, Ry=0.7), 1e-2, vc.Steady(vx=8e-3, vy=4e-3), vc.Grid(nx=cells, ny=cells), bodies=UNLIKE
     )
 
 
@@ -84,27 +75,18 @@ CARTER = carter(CYLINDER, 0.1, force=-6e-5)
 
 def cylinder(cells: int) -> vc.Scene:
     """Carter's problem at the creepage of 0.6 of the friction limit."""
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=0.1,
-        motion=vc.Steady(vx=CARTER.creepage),
-        grid=vc.Grid(nx=cells),
-    )
+    return make_scene(vc.Cylinders(R=1.0), 1e-3, vc.Steady(vx=CARTER.creepage), vc.Grid(nx=cells), friction=0.1)
 
 
 def history(cells: int) -> vc.Scene:
     """A ball that rolls from rest by its radius of contact, its creepage growing."""
     steps = cells // 2
     middle = (np.arange(steps) + 0.5) / steps
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
-        normal_force=1e-2,
-        friction=0.3,
-        motion=vc.Transient(steps=steps, vx=0.03 * middle, vy=0.01),
-        grid=vc.Grid(nx=cells, ny=cells),
+    return make_scene(
+        vc.Paraboloids(Rx=1.0, Ry=1.0),
+        1e-2,
+        vc.Transient(steps=steps, vx=0.03 * middle, vy=0.01),
+        vc.Grid(nx=cells, ny=cells),
     )
 
 

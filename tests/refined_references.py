@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 REFERENCES = Path(__file__).parent / "data" / "refined_references.csv"
 PLAIN = (96, 128, 192, 256, 384)
@@ -33,13 +34,13 @@ def cases() -> list[dict[str, float]]:
 def scene(case: dict[str, float], cells: int, edge: str = "centres") -> vc.Scene:
     """An ellipse of area pi under a unit load; a creepage of one would give about the limit of friction."""
     unit = FRICTION / 3.7
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=case["nu"]),
-        surface=vc.Ellipse(a=case["ratio"] ** 0.5, b=case["ratio"] ** -0.5),
-        normal_force=1.0,
+    return make_scene(
+        vc.Ellipse(a=case["ratio"] ** 0.5, b=case["ratio"] ** -0.5),
+        1.0,
+        vc.Steady(vx=unit * case["vx"], vy=unit * case["vy"], spin=1.5 * unit * case["spin"]),
+        vc.Grid(nx=cells, ny=cells, edge=edge),
         friction=FRICTION,
-        motion=vc.Steady(vx=unit * case["vx"], vy=unit * case["vy"], spin=1.5 * unit * case["spin"]),
-        grid=vc.Grid(nx=cells, ny=cells, edge=edge),
+        bodies=vc.Bodies(G=1.0, nu=case["nu"]),
     )
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 REFERENCES = Path(__file__).parent / "data" / "steady_forces.csv"
 NAMES = ("a", "b", "nu", "vx", "vy", "spin")
@@ -35,13 +36,13 @@ def drawn(count: int = 40, seed: int = 11) -> list[dict[str, float]]:
 
 def scene(numbers: dict[str, float], nx: int, ny: int | None = None, edge: str = "centres") -> vc.Scene:
     """The scene of some numbers, with nx by ny cells across the contact."""
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=numbers["nu"]),
-        surface=vc.Ellipse(a=numbers["a"], b=numbers["b"]),
-        normal_force=1.0,
+    return make_scene(
+        vc.Ellipse(a=numbers["a"], b=numbers["b"]),
+        1.0,
+        vc.Steady(**{name: numbers[name] for name in ("vx", "vy", "spin")}),
+        vc.Grid(nx=nx, ny=nx if ny is None else ny, edge=edge),
         friction=FRICTION,
-        motion=vc.Steady(**{name: numbers[name] for name in ("vx", "vy", "spin")}),
-        grid=vc.Grid(nx=nx, ny=nx if ny is None else ny, edge=edge),
+        bodies=vc.Bodies(G=1.0, nu=numbers["nu"]),
     )
 
 

@@ -10,6 +10,7 @@ import sys
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.cli.serve import answer, serve_lines
 
 SCENE = {
@@ -42,13 +43,12 @@ def test_forces_are_those_of_solve():
     (found,) = answers(GOOD)
     assert (found["id"], list(found["wheels"])) == (1, list(WHEELS))
     for wheel, own in WHEELS.items():
-        scene = vc.Scene(
+        scene = make_scene(
+            vc.Paraboloids(Rx=0.46, Ry=0.30),
+            own["normal_force"],
+            vc.Steady(**own["motion"]),
+            vc.Grid(nx=8, ny=8),
             bodies=vc.Bodies(G=82e9, nu=0.28),
-            surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-            normal_force=own["normal_force"],
-            friction=0.3,
-            motion=vc.Steady(**own["motion"]),
-            grid=vc.Grid(nx=8, ny=8),
         )
         sol, limit = vc.solve(scene), 0.3 * own["normal_force"]
         row = found["wheels"][wheel]

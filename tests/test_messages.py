@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact import checks, reference
 from varcontact.energy import posed
 from varcontact.reference import bufler, cattaneo_mindlin, hertz, hertz_ellipse, line_contact, spence_ratio
@@ -152,13 +153,7 @@ def test_error_of_a_value_nested_too_deep_for_repr():
 ALIKE = vc.Bodies(G=1.0, nu=0.3)
 FIELD = np.zeros((2, 14, 14))
 HERTZIAN = vc.Scene(bodies=ALIKE, surface=vc.Paraboloids(1.0, 1.0), normal_force=1e-3)
-HISTORY = vc.Scene(
-    bodies=ALIKE,
-    surface=vc.Paraboloids(1.0, 1.0),
-    normal_force=1e-3,
-    friction=0.3,
-    motion=vc.Transient(steps=2, vx=0.01),
-)
+HISTORY = make_scene(vc.Paraboloids(1.0, 1.0), 1e-3, vc.Transient(steps=2, vx=0.01), bodies=ALIKE)
 DIGITS = 10**5000
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests import typed
+from tests.scenes import make_scene
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
@@ -66,13 +67,6 @@ def test_a_wrong_name_is_told_the_right_one(make, words):
 
 
 def test_a_flat_list_of_creepages_is_told_what_rows_are():
-    scene = vc.Scene(
-        bodies=typed.BODIES,
-        surface=typed.SURFACE,
-        normal_force=1e-3,
-        friction=0.3,
-        motion=vc.Steady(),
-        grid=vc.Grid(6, 6),
-    )
+    scene = make_scene(typed.SURFACE, 1e-3, vc.Steady(), vc.Grid(6, 6), bodies=typed.BODIES)
     with pytest.raises(vc.SceneError, match=r"a row of vx, vy, spin for each solution"):
         vc.scan(scene, [1e-3, 2e-3])

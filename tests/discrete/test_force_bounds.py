@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete import certificate
 from varcontact.discrete.certificate import _rounding, force_bound, pressure_error
 from varcontact.discrete.discretisation import discretise
@@ -24,14 +25,7 @@ def waves(n=16, **changes):
     grid = vc.Grid(nx=n, ny=n, dx=3.0 / n, dy=2.6 / n, x0=-1.5, y0=-1.3)
     x, y = grid.x[None, :], grid.y[:, None]
     surface = vc.SampledDistance(h=x**2 / 2 + y**2 / 1.6 + 0.05 * np.cos(5 * x), x=grid.x, y=grid.y)
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=surface,
-        normal_force=1.0,
-        friction=0.3,
-        motion=MOTIONS["rolling"],
-        grid=grid,
-    )
+    scene = make_scene(surface, 1.0, MOTIONS["rolling"], grid)
     return dataclasses.replace(scene, **changes)
 
 

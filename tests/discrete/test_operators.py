@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete import penetration
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import ContactState
@@ -92,13 +93,12 @@ def pressed(cells, line=False, bodies=None):
     x = np.linspace(-2.0, 2.0, 81)
     h = x**2 / 2 if line else x**2 / 2 + x[:, None] ** 2
     surface = vc.SampledDistance(h, x, reference_depth=5.0) if line else vc.SampledDistance(h, x, x)
-    scene = vc.Scene(
+    scene = make_scene(
+        surface,
+        0.5,
+        vc.Shift(ux=0.05),
+        vc.Grid(nx=cells, ny=None if line else cells),
         bodies=bodies or vc.Bodies(G=1.0, nu=0.28),
-        surface=surface,
-        normal_force=0.5,
-        friction=0.3,
-        motion=vc.Shift(ux=0.05),
-        grid=vc.Grid(nx=cells, ny=None if line else cells),
     )
     sol = vc.solve(scene, certify=None)
     disc = discretise(scene, sol.grid, coupled=scene.bodies.K != 0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 DATA = Path(__file__).parent.parent / "data" / "contact"
 NAMES = ("Tim Sws Xw Yw", "Xcp Ycp Zcp Deltcp", "Mx My Xl Yl Dx Dy Chi Dq", "T M Gg1 Gg2 Poiss1 Poiss2",
@@ -154,11 +155,14 @@ def test_tractions_of_viscoelastic_bodies_are_data(tmp_path):
 def test_spin_is_about_the_centre_of_the_file(tmp_path):
     """Of a patch that rolls with spin about (x0, y0): the same tractions with creepages about the origin."""
     x0, y0, spin = 0.5, -0.3, 3e-4
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=82000.0, nu=0.28), grid=vc.Grid(nx=12, ny=10, dx=0.4, dy=0.4, x0=-2.4, y0=-2.0),
-        surface=vc.SampledDistance(np.add.outer(np.linspace(-2, 2, 10) ** 2, np.linspace(-2, 2, 12) ** 2) / 600),
-        normal_force=2000.0, friction=0.3, units=vc.MM_N,
-        motion=vc.Steady(vx=1e-4 + spin * y0, vy=2e-4 - spin * x0, spin=spin, dq=0.04))  # fmt: skip
+    scene = make_scene(
+        vc.SampledDistance(np.add.outer(np.linspace(-2, 2, 10) ** 2, np.linspace(-2, 2, 12) ** 2) / 600),
+        2000.0,
+        vc.Steady(vx=1e-4 + spin * y0, vy=2e-4 - spin * x0, spin=spin, dq=0.04),
+        vc.Grid(nx=12, ny=10, dx=0.4, dy=0.4, x0=-2.4, y0=-2.0),
+        bodies=vc.Bodies(G=82000.0, nu=0.28),
+        units=vc.MM_N,
+    )
     sol = vc.solve(scene)
     path = tmp_path / "spin.0001a.mat"
     path.write_text(release(scene, sol, 3, spin=f"{x0} {y0}"))

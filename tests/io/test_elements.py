@@ -12,15 +12,16 @@ from scipy.io import loadmat
 
 import varcontact as vc
 from tests.command import run
+from tests.scenes import make_scene
 from varcontact.io.export import LOADS, QUANTITIES
 
-BALL = vc.Scene(
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    normal_force=106.7e3,
+BALL = make_scene(
+    vc.Paraboloids(Rx=0.46, Ry=0.30),
+    106.7e3,
+    vc.Steady(vx=1e-3, spin=0.2),
+    vc.Grid(nx=7, ny=5),
     friction=0.33,
-    motion=vc.Steady(vx=1e-3, spin=0.2),
-    grid=vc.Grid(nx=7, ny=5),
+    bodies=vc.Bodies(G=82e9, nu=0.28),
     units=vc.SI,
 )
 CASES = {

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.io.scene_toml import scene_from, scene_to
 
 FULL = """
@@ -233,12 +234,12 @@ def test_a_decimal_comma_is_named_with_its_line(tmp_path, text, words):
 # ----------------------------------------------------------------------------- Scenes as TOML and back
 
 
-BALL = vc.Scene(
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    normal_force=106.7e3,
+BALL = make_scene(
+    vc.Paraboloids(Rx=0.46, Ry=0.30),
+    106.7e3,
+    vc.Steady(vx=1e-3, Fy=-1e3, spin=0.1),
     friction=0.33,
-    motion=vc.Steady(vx=1e-3, Fy=-1e3, spin=0.1),
+    bodies=vc.Bodies(G=82e9, nu=0.28),
     units=vc.Units(length='in "US"', force="lbf \\ é"),
 )
 GRID = vc.Grid(nx=4, ny=3, dx=1e-3, dy=2e-3, x0=-2e-3, y0=-3e-3)

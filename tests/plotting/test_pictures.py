@@ -18,19 +18,20 @@ from matplotlib.patches import PathPatch
 from PIL import Image
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.plotting.style import readable_decades
 from varcontact.plotting.unit_labels import measure
 
 mpl.use("Agg")
 
 STEEL = vc.Bodies(G=82e9, nu=0.28)
-RAIL = vc.Scene(
-    bodies=STEEL,
-    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    normal_force=106.7e3,
+RAIL = make_scene(
+    vc.Paraboloids(Rx=0.46, Ry=0.30),
+    106.7e3,
+    vc.Steady(vx=1e-3, vy=5e-4, spin=0.2),
+    vc.Grid(nx=10, ny=10),
     friction=0.33,
-    motion=vc.Steady(vx=1e-3, vy=5e-4, spin=0.2),
-    grid=vc.Grid(nx=10, ny=10),
+    bodies=STEEL,
     units=vc.SI,
 )
 CYLINDER = dataclasses.replace(

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import creepage_coefficients, no_slip_coefficients, no_slip_ellipse
 from varcontact.reference.no_slip_table import HEAD, POISSON, RATIOS, lines
 
@@ -88,13 +89,8 @@ def on_elements(ratio: float, nu: float, cells: int) -> np.ndarray:
     """C11, C22, C23, C33 on the elements that an ellipse touches, as one of their total area."""
     a, b = ratio**0.5, ratio**-0.5
     grid = vc.Grid(nx=cells, ny=cells, edge="touched").spread((-a, a, -b, b))
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=nu),
-        surface=vc.Ellipse(a=a, b=b),
-        normal_force=1.0,
-        friction=float("inf"),
-        motion=vc.Steady(),
-        grid=grid,
+    scene = make_scene(
+        vc.Ellipse(a=a, b=b), 1.0, vc.Steady(), grid, friction=float("inf"), bodies=vc.Bodies(G=1.0, nu=nu)
     )
     motions = [vc.Steady(**{name: 1.0}) for name in ("vx", "vy", "spin")]
     along, across, turning = (

@@ -7,6 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.friction_work import SCENES, references, work
+from tests.scenes import make_scene
 from varcontact import energy
 from varcontact.discrete.discretisation import discretise
 from varcontact.elasticity.operators import influence_operator
@@ -24,14 +25,7 @@ MOTIONS = {
 
 
 def ball(motion, cells):
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Ellipse(a=1.0, b=1.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=motion,
-        grid=vc.Grid(nx=cells, ny=cells),
-    )
+    return make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, motion, vc.Grid(nx=cells, ny=cells))
 
 
 @pytest.mark.parametrize("second_order", [False, True])
@@ -77,13 +71,12 @@ def test_unlike_spheres(second_order):
     """The pressure's work by its own slip, and by the slope of the distance, to the grid's error."""
     apart = []
     for n in (8, 16, 32):
-        scene = vc.Scene(
+        scene = make_scene(
+            vc.Paraboloids(Rx=1.0, Ry=0.7),
+            1e-2,
+            vc.Steady(vx=0.02, vy=0.01, spin=0.03),
+            vc.Grid(nx=n, ny=n),
             bodies=UNLIKE,
-            surface=vc.Paraboloids(Rx=1.0, Ry=0.7),
-            normal_force=1e-2,
-            friction=0.3,
-            motion=vc.Steady(vx=0.02, vy=0.01, spin=0.03),
-            grid=vc.Grid(nx=n, ny=n),
         )
         sol = vc.solve(scene.second_order() if second_order else scene)
         assert sol.friction_work == pytest.approx(sol.power, rel=1e-11)
@@ -97,13 +90,13 @@ def test_rolling_back_takes_as_much():
     """A step to the left is a step to the right in the mirror: the pressure resists it as much."""
     right, left = (
         vc.solve(
-            vc.Scene(
-                bodies=UNLIKE,
-                surface=vc.Cylinders(R=1.0),
-                normal_force=1e-3,
+            make_scene(
+                vc.Cylinders(R=1.0),
+                1e-3,
+                vc.Transient(steps=20, dq=0.01, direction=direction, Fx=0.0),
+                vc.Grid(nx=40, dx=0.002, x0=-0.04),
                 friction=0.1,
-                motion=vc.Transient(steps=20, dq=0.01, direction=direction, Fx=0.0),
-                grid=vc.Grid(nx=40, dx=0.002, x0=-0.04),
+                bodies=UNLIKE,
             )
         )[-1]
         for direction in (1, -1)
@@ -138,13 +131,12 @@ def test_work_of_second_order(name):
 
 def rolled(bodies, part=1.0, steps=8, line=False, **changes):
     grid = vc.Grid(nx=12) if line else vc.Grid(nx=12, ny=12)
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.Cylinders(R=1.0, reference_depth=1.0) if line else vc.Paraboloids(Rx=1.0, Ry=0.7),
+        1e-3 if line else 1e-2,
+        vc.Transient(steps=steps),
+        grid,
         bodies=BODIES[bodies],
-        surface=vc.Cylinders(R=1.0, reference_depth=1.0) if line else vc.Paraboloids(Rx=1.0, Ry=0.7),
-        normal_force=1e-3 if line else 1e-2,
-        friction=0.3,
-        motion=vc.Transient(steps=steps),
-        grid=grid,
     )
     dx = vc.solve(replace(scene, motion=None)).grid.sides[0]
     return replace(scene, motion=vc.Transient(steps=steps, dq=part * dx, **changes))
@@ -251,14 +243,7 @@ def solved(cells=32, ledge=0.0, cubic=0.0, friction=0.3, force=1e3):
     grid = vc.Grid(nx=cells, ny=cells, dx=3.2 / cells, dy=2.4 / cells, x0=-1.6, y0=-1.2)
     x, y = np.meshgrid(grid.x, grid.y)
     h = x**2 / 100 + y**2 / 50 + cubic * x**3 + ledge * (x > 0.4)
-    scene = vc.Scene(
-        bodies=COUPLED,
-        surface=vc.SampledDistance(h),
-        normal_force=force,
-        friction=friction,
-        motion=vc.Steady(vx=1e-3),
-        grid=grid,
-    )
+    scene = make_scene(vc.SampledDistance(h), force, vc.Steady(vx=1e-3), grid, friction=friction, bodies=COUPLED)
     return vc.solve(scene, certify=None)
 
 
@@ -282,14 +267,7 @@ def test_the_pressure_climbs_the_distance_where_the_surface_is_smooth():
 
 
 def test_a_corrected_solution_has_no_problem_of_its_own():
-    scene = vc.Scene(
-        bodies=LIKE,
-        surface=vc.Paraboloids(100, 50),
-        normal_force=5e3,
-        friction=0.3,
-        motion=vc.Steady(vx=1e-3),
-        grid=vc.Grid(nx=16, ny=16),
-    )
+    scene = make_scene(vc.Paraboloids(100, 50), 5e3, vc.Steady(vx=1e-3), vc.Grid(nx=16, ny=16), bodies=LIKE)
     with pytest.raises(vc.SceneError, match="solved without refine"):
         energy.posed(vc.solve(scene, refine="continuum"))
 

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.results.quantities_of_interest import error, semi_axes, units, values
 
-SCENE = vc.Scene(
-    bodies=vc.Bodies(G=1.0, nu=0.0),
-    surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
-    normal_force=1e-3,
+SCENE = make_scene(
+    vc.Paraboloids(Rx=1.0, Ry=1.0),
+    1e-3,
+    vc.Steady(vx=1e-3, spin=1e-3),
+    vc.Grid(nx=10, ny=10),
     friction=0.4,
-    motion=vc.Steady(vx=1e-3, spin=1e-3),
-    grid=vc.Grid(nx=10, ny=10),
+    bodies=vc.Bodies(G=1.0, nu=0.0),
 )
 
 

@@ -12,15 +12,16 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.results.report import with_bar
 
-RAIL = vc.Scene(
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-    normal_force=106.7e3,
+RAIL = make_scene(
+    vc.Paraboloids(Rx=0.46, Ry=0.30),
+    106.7e3,
+    vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2),
+    vc.Grid(nx=12, ny=12),
     friction=0.33,
-    motion=vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2),
-    grid=vc.Grid(nx=12, ny=12),
+    bodies=vc.Bodies(G=82e9, nu=0.28),
     units=vc.SI,
 )
 LINE = dataclasses.replace(
@@ -160,12 +161,11 @@ def test_values_have_the_digits_of_their_bars(value, bar, text):
 
 
 def test_page_stands_alone_and_repeats_the_answer(tmp_path):
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.Paraboloids(0.46, 0.3),
+        1e5,
+        vc.Steady(vx=1e-3, spin=0.2),
         bodies=vc.Bodies(G=82e9, nu=0.28),
-        surface=vc.Paraboloids(0.46, 0.3),
-        normal_force=1e5,
-        friction=0.3,
-        motion=vc.Steady(vx=1e-3, spin=0.2),
         units=vc.Units(length="m", force="N"),
     )
     sol = vc.solve(scene, accuracy=0.05)
@@ -187,13 +187,7 @@ def test_page_stands_alone_and_repeats_the_answer(tmp_path):
 def test_notebooks_show_values(name):
     from varcontact.wheel_rail import Profile
 
-    scene = vc.Scene(
-        bodies=vc.Bodies(1.0, 0.3),
-        surface=vc.Ellipse(1.0, 1.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Transient(steps=2, dq=0.2, vx=0.01),
-    )
+    scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Transient(steps=2, dq=0.2, vx=0.01), bodies=vc.Bodies(1.0, 0.3))
     history = vc.solve(scene, accuracy=0.1)
     last = history[-1]
     shown, value = {

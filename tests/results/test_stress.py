@@ -9,6 +9,7 @@ import pytest
 from hypothesis import strategies as st
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 
@@ -29,11 +30,13 @@ def unlike(rolling):
 @pytest.fixture(scope="module")
 def cylinders():
     """Hertz's line contact under normal force: a = 1, p0 = 1."""
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.Cylinders(R=2 / 3, reference_depth=7.0),
+        np.pi / 2,
+        None,
+        vc.Grid(nx=400),
+        friction=None,
         bodies=vc.Bodies(G=1.0, nu=0.25),
-        surface=vc.Cylinders(R=2 / 3, reference_depth=7.0),
-        normal_force=np.pi / 2,
-        grid=vc.Grid(nx=400),
     )
     return vc.solve(scene)
 

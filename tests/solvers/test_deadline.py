@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
@@ -67,13 +68,7 @@ def test_solvers_of_programs_are_given_the_time_that_is_left(problems, name):
 
 def test_a_time_budget_is_kept_within_a_solver():
     """One element at a time, NORM takes half a minute on the grid that is expected to take a second."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
-        normal_force=1e-3,
-        friction=0.3,
-        motion=vc.Steady(vx=0.02, spin=0.05),
-    )
+    scene = make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-3, vc.Steady(vx=0.02, spin=0.05))
     begun = time.process_time()
     sol = vc.solve(scene, normal="norm-single", time_budget=1.0)
     assert len(sol.error_estimate.solves) > 1 and time.process_time() - begun < 5.0

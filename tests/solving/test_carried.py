@@ -10,6 +10,7 @@ from scipy.interpolate import BSpline
 from scipy.ndimage import label
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 DATA = Path(__file__).parents[1] / "data"
 R, FRICTION, NU = 100.0, 0.3, 0.3
@@ -19,13 +20,13 @@ LOAD = np.pi / (4 * R * (1 - NU))  # half length 1 under G = 1
 def roller(cells=24, room=1.6, surface=None, **motion):
     dx = 2 / cells
     nx = 2 * round(room * cells / 2)
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=NU),
-        surface=surface or vc.Cylinders(R=R, reference_depth=50.0),
-        normal_force=LOAD,
+    return make_scene(
+        surface or vc.Cylinders(R=R, reference_depth=50.0),
+        LOAD,
+        vc.Transient(**{"Fx": -0.5 * FRICTION * LOAD, "dq": dx} | motion),
+        vc.Grid(nx=nx, dx=dx, x0=-nx * dx / 2),
         friction=FRICTION,
-        motion=vc.Transient(**{"Fx": -0.5 * FRICTION * LOAD, "dq": dx} | motion),
-        grid=vc.Grid(nx=nx, dx=dx, x0=-nx * dx / 2),
+        bodies=vc.Bodies(G=1.0, nu=NU),
     )
 
 

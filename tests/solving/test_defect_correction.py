@@ -10,6 +10,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from tests.refined_references import VALUES, cases, loads, read_references, scene
+from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -340,13 +341,8 @@ def test_what_parts_miss_of_sloped_pressure(a, b):
 def by_element(a, b, cells, motion):
     """A Hertzian contact whose sides rub differently: 0.35 left of the rolling direction, 0.2 right of it."""
     grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Ellipse(a=a, b=b),
-        normal_force=1.0,
-        friction=np.where(grid.y[:, None] > 0, 0.35, 0.2) * np.ones(cells),
-        motion=motion,
-        grid=grid,
+    return make_scene(
+        vc.Ellipse(a=a, b=b), 1.0, motion, grid, friction=np.where(grid.y[:, None] > 0, 0.35, 0.2) * np.ones(cells)
     )
 
 

@@ -5,16 +5,11 @@ from dataclasses import replace
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import carter, line_contact
 from varcontact.solving.discretisation_variants import Way, answer, extrapolated
 
-SCENE = vc.Scene(
-    bodies=vc.Bodies(G=1.0, nu=0.28),
-    surface=vc.Ellipse(a=1.0, b=1.0),
-    normal_force=1.0,
-    friction=0.3,
-    motion=vc.Steady(vx=0.05, spin=0.05),
-)
+SCENE = make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, vc.Steady(vx=0.05, spin=0.05))
 CYLINDERS = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
     motion=vc.Steady(Fx=-1.5e-4),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete.state import SQUARE, STRIPS, means
 
 PLACES = np.linspace(-2.0, 2.0, 161)
@@ -19,14 +20,7 @@ def surface():
 
 
 def posed(edge="softened", cells=12, **changes):
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=surface(),
-        normal_force=1.0,
-        friction=0.3,
-        motion=ROLLS,
-        grid=vc.Grid(nx=cells, ny=cells, edge=edge),
-    )
+    scene = make_scene(surface(), 1.0, ROLLS, vc.Grid(nx=cells, ny=cells, edge=edge))
     return dataclasses.replace(scene, **changes)
 
 
@@ -68,13 +62,8 @@ def test_means_are_hertzs(rolling, edge):
 
 
 def test_line_contact_means_are_hertzs():
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=0.01,
-        friction=0.3,
-        motion=vc.Steady(vx=0.01),
-        grid=vc.Grid(nx=16, edge="softened"),
+    scene = make_scene(
+        vc.Cylinders(R=1.0), 0.01, vc.Steady(vx=0.01), vc.Grid(nx=16, edge="softened"), bodies=vc.Bodies(G=1.0, nu=0.3)
     )
     exact, found = (vc.solve(second_order(scene), normal=normal) for normal in ("hertz", "newton"))
     assert found.pressure_on_parts.shape == (1, STRIPS[1] * found.grid.nx)

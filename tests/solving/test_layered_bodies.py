@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 with (Path(__file__).parents[1] / "data" / "layered_contacts.csv").open() as file:
     ROWS = list(csv.DictReader(file))
@@ -145,14 +146,7 @@ def test_units_do_not_matter():
         return vc.Layered(layers, base=body.base if isinstance(body.base, str) else (1e6 * body.base[0], body.base[1]))
 
     motion = vc.Steady(Fx=-0.01e12, vy=5e-3, spin=0.02e-3)
-    other = vc.Scene(
-        bodies=(scaled(COAT), scaled(PAD)),
-        surface=vc.Paraboloids(1e3, 1e3),
-        normal_force=0.1e12,
-        friction=0.3,
-        motion=motion,
-        grid=SPHERES["grid"],
-    )
+    other = make_scene(vc.Paraboloids(1e3, 1e3), 0.1e12, motion, SPHERES["grid"], bodies=(scaled(COAT), scaled(PAD)))
     one, two = vc.solve(scene), vc.solve(other)
     np.testing.assert_allclose(two.force, 1e12 * np.array(one.force), rtol=1e-7)
     np.testing.assert_allclose(two.creepage[:2], one.creepage[:2], rtol=1e-7)

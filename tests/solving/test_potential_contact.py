@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
@@ -78,13 +79,13 @@ def test_a_mirrored_surface_has_the_mirrored_grid(centre):
 @pytest.mark.parametrize("creepage", [0.3, -0.9])
 def test_grid_grows_where_tractions_move_the_contact(creepage):
     """A soft cylinder dragged over a rigid one has contact beyond the grid about Hertz's."""
-    soft = vc.Scene(
-        bodies=vc.Bodies(G=(1.0, np.inf), nu=0.0),
-        surface=vc.Cylinders(R=1.0, reference_depth=10.0),
-        normal_force=1.0,
+    soft = make_scene(
+        vc.Cylinders(R=1.0, reference_depth=10.0),
+        1.0,
+        vc.Steady(vx=creepage),
+        vc.Grid(nx=30),
         friction=1.0,
-        motion=vc.Steady(vx=creepage),
-        grid=vc.Grid(nx=30),
+        bodies=vc.Bodies(G=(1.0, np.inf), nu=0.0),
     )
     sol = vc.solve(soft)
     ahead = np.sign(creepage) * np.array(sol.grid.box[:2])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from tests.steady_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
@@ -97,13 +98,13 @@ def test_errors_are_below_those_of_centres():
 
 def no_slip(ratio, cells):
     """Discrete C11, C22, C23, -C32, C33 of an ellipse with nu = 0."""
-    posed = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.0),
-        surface=vc.Ellipse(a=ratio**0.5, b=ratio**-0.5),
-        normal_force=1.0,
+    posed = make_scene(
+        vc.Ellipse(a=ratio**0.5, b=ratio**-0.5),
+        1.0,
+        vc.Steady(),
+        vc.Grid(nx=cells, ny=cells).spread((-(ratio**0.5), ratio**0.5, -(ratio**-0.5), ratio**-0.5)),
         friction=np.inf,
-        motion=vc.Steady(),
-        grid=vc.Grid(nx=cells, ny=cells).spread((-(ratio**0.5), ratio**0.5, -(ratio**-0.5), ratio**-0.5)),
+        bodies=vc.Bodies(G=1.0, nu=0.0),
     ).second_order()
     F, _ = no_slip_forces(posed)
     return -np.array([F[0, 0], F[1, 1], F[1, 2], -F[2, 1], F[2, 2]])
@@ -126,13 +127,12 @@ def test_carter():
     found = {}
     for second_order in (False, True):
         for n in (20, 40, 80):
-            posed = vc.Scene(
+            posed = make_scene(
+                vc.Cylinders(R=1.0),
+                contact.force,
+                vc.Steady(vx=exact.creepage),
+                vc.Grid(nx=n),
                 bodies=vc.Bodies(G=1.0, nu=0.3),
-                surface=vc.Cylinders(R=1.0),
-                normal_force=contact.force,
-                friction=0.3,
-                motion=vc.Steady(vx=exact.creepage),
-                grid=vc.Grid(nx=n),
             )
             sol = vc.solve(posed.second_order() if second_order else posed)
             found[second_order, n] = abs(sol.force[0] / exact.force - 1)
@@ -142,13 +142,12 @@ def test_carter():
 def test_computed_pressures():
     """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells, to 5e-4."""
     limit = np.array([-0.5604, -0.0901, -0.1865])
-    posed = vc.Scene(
+    posed = make_scene(
+        vc.Ellipse(a=1.2, b=0.9),
+        1.0,
+        vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
+        vc.Grid(nx=24, ny=24),
         bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)),
-        surface=vc.Ellipse(a=1.2, b=0.9),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
-        grid=vc.Grid(nx=24, ny=24),
     )
     off = []
     for each in (posed, posed.second_order()):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import cattaneo_mindlin
 
 # ----------------------------------------------------------------------------- normal contact
@@ -179,13 +180,8 @@ def test_unknown_methods(rolling, arguments, field, words):
 
 def test_progress_is_a_function():
     """Of a history, too, and before any work."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=0.3,
-        motion=vc.Transient(steps=2, dq=0.01),
-        grid=vc.Grid(nx=10),
+    scene = make_scene(
+        vc.Cylinders(R=1.0), 1e-3, vc.Transient(steps=2, dq=0.01), vc.Grid(nx=10), bodies=vc.Bodies(G=1.0, nu=0.3)
     )
     for motion in (scene.motion, vc.Steady()):
         with pytest.raises(vc.SceneError) as refused:
@@ -341,13 +337,12 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
 
 def test_the_program_where_active_sets_fail(check_kkt):
     """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto goes on."""
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.Ellipse(a=0.25, b=4.0),
+        1.0,
+        vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5),
+        vc.Grid(nx=12, ny=4),
         bodies=vc.Bodies(G=1.0, nu=0.5),
-        surface=vc.Ellipse(a=0.25, b=4.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5),
-        grid=vc.Grid(nx=12, ny=4),
     )
     with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'") as failure:
         vc.solve(scene, tangential="tang-safeguarded")

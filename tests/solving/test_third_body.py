@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import lqmn
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "third_body.json").read_text())["cases"]
 BODIES = vc.Bodies(G=82e3, nu=0.28)
@@ -34,14 +35,14 @@ def one_element(shifts, layer):
     distance = np.ones((3, 3))
     distance[1, 1] = 0.0
     return vc.solve(
-        vc.Scene(
-            bodies=BODIES,
-            surface=vc.SampledDistance(h=distance),
-            normal_force=900.0,
+        make_scene(
+            vc.SampledDistance(h=distance),
+            900.0,
+            vc.Transient(steps=len(shifts), dq=0.0, ux=[-shift for shift in shifts]),
+            vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
             friction=0.7,
+            bodies=BODIES,
             third_body=layer,
-            motion=vc.Transient(steps=len(shifts), dq=0.0, ux=[-shift for shift in shifts]),
-            grid=vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
         )
     )
 
@@ -107,14 +108,14 @@ def test_heat_is_work_of_friction_and_of_flow(layer):
 
 @pytest.mark.parametrize(("k_tau", "part"), [(4018e3, 0.6562), (123e3, 0.6420), (0.0, 0.5959)])
 def test_carter_with_plasticity(k_tau, part):
-    scene = vc.Scene(
-        bodies=BODIES,
-        surface=vc.Cylinders(500.0),
-        normal_force=178.9,
+    scene = make_scene(
+        vc.Cylinders(500.0),
+        178.9,
+        vc.Steady(vx=-4e-4),
+        vc.Grid(nx=30, dx=0.08, x0=-1.2),
         friction=0.5,
+        bodies=BODIES,
         third_body=vc.ThirdBody(0.0, 82e3, 35.0, k_tau),
-        motion=vc.Steady(vx=-4e-4),
-        grid=vc.Grid(nx=30, dx=0.08, x0=-1.2),
     )
     assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
 
@@ -264,14 +265,13 @@ def test_history_goes_over_into_steady_rolling():
 def test_units_do_not_matter():
     mm = vc.solve(ball(vc.Steady(vx=3e-3, spin=1e-4)))
     layer = vc.ThirdBody(h=2e-5, G=820e6, tau_c0=100e6, k_tau=2000e9)
-    metre = vc.Scene(
+    metre = make_scene(
+        vc.Paraboloids(0.625, 0.625),
+        1e5,
+        vc.Steady(vx=3e-3, spin=0.1),
+        vc.Grid(nx=14, ny=14, dx=1.1e-3, dy=1.1e-3, x0=-7.7e-3, y0=-7.7e-3),
         bodies=vc.Bodies(G=82e9, nu=0.28),
-        surface=vc.Paraboloids(0.625, 0.625),
-        normal_force=1e5,
-        friction=0.3,
         third_body=layer,
-        motion=vc.Steady(vx=3e-3, spin=0.1),
-        grid=vc.Grid(nx=14, ny=14, dx=1.1e-3, dy=1.1e-3, x0=-7.7e-3, y0=-7.7e-3),
     )
     assert np.allclose(vc.solve(metre).force, mm.force, rtol=1e-7)
 

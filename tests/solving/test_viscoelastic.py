@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import hunter
 
@@ -19,13 +20,13 @@ SOLID = vc.Viscoelastic(1.0, 0.3, [(1.0, 0.1), (0.5, 1.0)])
 
 
 def roller(bodies=SOLID, speed=1.0, cells=30, line=True, friction=0.3, **motion):
-    return vc.Scene(
-        bodies=bodies,
-        surface=vc.Cylinders(R=1.0) if line else vc.Paraboloids(1.0, 1.0),
-        normal_force=0.1,
+    return make_scene(
+        vc.Cylinders(R=1.0) if line else vc.Paraboloids(1.0, 1.0),
+        0.1,
+        vc.Steady(speed=speed, **motion),
+        vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells),
         friction=friction,
-        motion=vc.Steady(speed=speed, **motion),
-        grid=vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells),
+        bodies=bodies,
     )
 
 
@@ -65,13 +66,12 @@ def test_contact_of_cylinders(tag):
         else vc.Steady(vx=case["vx"], speed=case["veloc"])
     )
     sol = vc.solve(
-        vc.Scene(
+        make_scene(
+            vc.SampledDistance(np.array([apart, 0.01 * x**2, apart])),
+            case["Fn"],
+            motion,
+            vc.Grid(nx=99, ny=3, dx=0.16, dy=1000.0, x0=-8.0, y0=-1500.0),
             bodies=vc.Viscoelastic(1143.0, 0.4, [(1.0, tau)]),
-            surface=vc.SampledDistance(np.array([apart, 0.01 * x**2, apart])),
-            normal_force=case["Fn"],
-            friction=0.3,
-            motion=motion,
-            grid=vc.Grid(nx=99, ny=3, dx=0.16, dy=1000.0, x0=-8.0, y0=-1500.0),
         )
     )
     np.testing.assert_allclose(sol.pressure[1], case["pressure"], atol=1e-6 * case["pmax"])
@@ -88,16 +88,16 @@ def test_contact_of_a_sphere_on_another_material(options):
     case = CASES["own_7"]
     given = case["inputs"]
     sol = vc.solve(
-        vc.Scene(
+        make_scene(
+            vc.Paraboloids(50.0, 50.0),
+            case["Fn"],
+            vc.Steady(vx=case["vx"], vy=case["vy"], speed=case["veloc"]),
+            vc.Grid(nx=36, ny=36, dx=0.5, dy=0.5, x0=-9.0, y0=-9.0),
+            friction=given["mu"],
             bodies=(
                 vc.Bodies(given["G1"], given["nu1"]),
                 vc.Viscoelastic(given["G2"], given["nu2"], [(given["fg2"], given["tc2"])]),
             ),
-            surface=vc.Paraboloids(50.0, 50.0),
-            normal_force=case["Fn"],
-            friction=given["mu"],
-            motion=vc.Steady(vx=case["vx"], vy=case["vy"], speed=case["veloc"]),
-            grid=vc.Grid(nx=36, ny=36, dx=0.5, dy=0.5, x0=-9.0, y0=-9.0),
         ),
         **options,
     )

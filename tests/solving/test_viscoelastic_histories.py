@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.elasticity.operators import influence_operator
 
 PART, TAU, NU = 1.5, 0.4, 0.3
@@ -17,14 +18,14 @@ LINE, BALL = vc.Cylinders(R=1.0, reference_depth=8.0), vc.Paraboloids(1.0, 1.0)
 
 def scene(bodies=SOLID, surface=BALL, cells=10, friction=0.3, grid=None, normal_force=0.1, approach=None, **motion):
     line = isinstance(surface, vc.Cylinders)
-    return vc.Scene(
-        bodies=bodies,
-        surface=surface,
-        normal_force=None if approach else normal_force,
-        approach=approach,
+    return make_scene(
+        surface,
+        None if approach else normal_force,
+        vc.Transient(**motion),
+        grid or (vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells)),
         friction=friction,
-        motion=vc.Transient(**motion),
-        grid=grid or (vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells)),
+        bodies=bodies,
+        approach=approach,
     )
 
 

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.study.csv_table import as_json
 from varcontact.study.methods import Method
 
@@ -235,14 +236,7 @@ def test_without_a_grid_methods_are_compared_on_that_of_the_default_accuracy(rol
 
 
 def test_lists_of_scenes_are_numbered():
-    one = vc.Scene(
-        bodies=vc.Bodies(1.0, 0.3),
-        surface=vc.Ellipse(1.0, 1.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Steady(vx=0.1),
-        grid=vc.Grid(nx=6, ny=6),
-    )
+    one = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Steady(vx=0.1), vc.Grid(nx=6, ny=6), bodies=vc.Bodies(1.0, 0.3))
     other = dataclasses.replace(one, friction=0.2)
     table = vc.compare([one, other], ["tang"])
     assert table["scene"].tolist() == ["0", "1"]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.command import run
+from tests.scenes import make_scene
 from varcontact.reference import carter, cattaneo_mindlin, creepage_coefficients, line_contact
 from varcontact.study import converge as module
 from varcontact.study.extrapolate import extrapolate
@@ -29,35 +30,19 @@ surface = {kind = "paraboloids", Rx = 1.0, Ry = 0.5}
 
 def shift(part, nu=0.0):
     """Cattaneo's shift by so much of the limit of friction; nu = 0: the closed form is exact."""
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=nu),
-        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
-        normal_force=1e-3,
-        friction=0.3,
-        motion=vc.Shift(Fx=-part * 0.3e-3),
-    )
+    return make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-3, vc.Shift(Fx=-part * 0.3e-3), bodies=vc.Bodies(G=1.0, nu=nu))
 
 
 def rolling_cylinders(part):
     contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
     exact = carter(contact, 0.3, force=-part * 0.3 * contact.force)
-    return exact, vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=contact.force,
-        friction=0.3,
-        motion=vc.Steady(vx=exact.creepage),
+    return exact, make_scene(
+        vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=vc.Bodies(G=1.0, nu=0.3)
     )
 
 
 def sticking(motion):
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.25),
-        surface=vc.Ellipse(a=1.0, b=1.0),
-        normal_force=1.0,
-        friction=np.inf,
-        motion=motion,
-    )
+    return make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, motion, friction=np.inf, bodies=vc.Bodies(G=1.0, nu=0.25))
 
 
 @pytest.mark.parametrize("method", ["norm", "clarabel"])

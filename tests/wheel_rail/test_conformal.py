@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from varcontact.kinematics import RigidBody
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
@@ -41,13 +42,13 @@ def groove(dx=0.2):
     tangent = tangent_of(overlaps, rail)
     place = curved_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx))
     body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.SampledDistance(place.distance, inclination=place.inclination),
+        None,
+        vc.Steady(rigid_slip=place.rigid_slip(tangent.frame, body, 420.0)),
+        place.grid,
         bodies=vc.Bodies(G=82000.0, nu=0.28),
-        surface=vc.SampledDistance(place.distance, inclination=place.inclination),
         approach=place.approach,
-        friction=0.3,
-        motion=vc.Steady(rigid_slip=place.rigid_slip(tangent.frame, body, 420.0)),
-        grid=place.grid,
     )
     return place, scene
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.newton.coupled import CoupledProblem, ScaledCoupled
@@ -14,13 +15,12 @@ BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
 @pytest.fixture(params=[vc.Steady(vx=4e-3, spin=0.05), vc.Shift(Fx=1e-4, uy=5e-5)], ids=["steady", "shift"])
 def scaled(request):
     """A small problem in its own units, with what it was made of."""
-    scene = vc.Scene(
+    scene = make_scene(
+        vc.Paraboloids(1.0, 0.8),
+        1e-3,
+        request.param,
+        vc.Grid(nx=7, ny=6, dx=0.03, dy=0.04, x0=-0.1, y0=-0.12),
         bodies=BODIES,
-        surface=vc.Paraboloids(1.0, 0.8),
-        normal_force=1e-3,
-        friction=0.3,
-        motion=request.param,
-        grid=vc.Grid(nx=7, ny=6, dx=0.03, dy=0.04, x0=-0.1, y0=-0.12),
     )
     disc = discretise(scene, scene.grid)
     problem = CoupledProblem(

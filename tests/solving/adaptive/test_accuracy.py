@@ -10,19 +10,14 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.command import run, scene_file
+from tests.scenes import make_scene
 from varcontact.errors import NotConverged
 from varcontact.reference import carter, line_contact
 from varcontact.results.quantities_of_interest import error, units, values
 from varcontact.solving import adaptive
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
-ROLLING = vc.Scene(
-    bodies=BODIES,
-    surface=vc.Ellipse(a=1.0, b=0.7),
-    normal_force=1.0,
-    friction=0.3,
-    motion=vc.Steady(vx=0.15, vy=-0.1, spin=0.2),
-)
+ROLLING = make_scene(vc.Ellipse(a=1.0, b=0.7), 1.0, vc.Steady(vx=0.15, vy=-0.1, spin=0.2), bodies=BODIES)
 
 
 def line(vx, **changes):

@@ -5,17 +5,12 @@ from dataclasses import replace
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import cattaneo_mindlin
 from varcontact.results.quantities_of_interest import units, values
 
 REFERENCES = {name: each for name, each in vc.continuum_values().items() if each.kind == "transient"}
-ROLLING = vc.Scene(
-    bodies=vc.Bodies(G=1.0, nu=0.28),
-    surface=vc.Ellipse(a=1.0, b=0.7),
-    normal_force=1.0,
-    friction=0.3,
-    motion=vc.Transient(steps=3, dq=[0.0, 0.3, 0.3], Fx=-0.15, vy=0.05),
-)
+ROLLING = make_scene(vc.Ellipse(a=1.0, b=0.7), 1.0, vc.Transient(steps=3, dq=[0.0, 0.3, 0.3], Fx=-0.15, vy=0.05))
 
 
 @pytest.mark.parametrize("name", REFERENCES)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -28,13 +29,13 @@ N, LOAD = 12, 1e-3
 
 def rolling(law, motion, scale=1.0, force=1.0, cells=N):
     """A sphere on a plane; lengths times `scale`, forces times `force`."""
-    return vc.Scene(
-        bodies=vc.Bodies(G=force / scale**2, nu=0.25),
-        surface=vc.Paraboloids(scale, scale),
-        normal_force=LOAD * force,
+    return make_scene(
+        vc.Paraboloids(scale, scale),
+        LOAD * force,
+        motion,
+        vc.Grid(nx=cells, ny=cells),
         friction=law,
-        motion=motion,
-        grid=vc.Grid(nx=cells, ny=cells),
+        bodies=vc.Bodies(G=force / scale**2, nu=0.25),
     )
 
 

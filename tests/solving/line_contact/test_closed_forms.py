@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.reference import bufler, carter, cattaneo_line, line_contact
 
 BODIES, R, LOAD, F = vc.Bodies(G=2.0, nu=0.28), 3.0, 0.01, 0.3
@@ -114,13 +115,13 @@ def test_bufler():
     for n in CELLS:
         dx = 2 / n
         sol = vc.solve(
-            vc.Scene(
-                bodies=UNLIKE,
-                surface=vc.Cylinders(R=100.0),
-                normal_force=exact.force,
+            make_scene(
+                vc.Cylinders(R=100.0),
+                exact.force,
+                vc.Steady(Fx=0.0),
+                vc.Grid(nx=n + 10, dx=dx, x0=-1 - 5 * dx),
                 friction=np.inf,
-                motion=vc.Steady(Fx=0.0),
-                grid=vc.Grid(nx=n + 10, dx=dx, x0=-1 - 5 * dx),
+                bodies=UNLIKE,
             )
         )
         assert sol.elements == {"contact": n, "stick": n, "slip": 0}

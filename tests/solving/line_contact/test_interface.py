@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 SCENE = """
 normal_force = 1e6
@@ -55,14 +56,7 @@ def test_scene_file(sol):
     assert sol.scene.grid == vc.Grid(nx=40)
     assert sol.force[0] == pytest.approx(-2e5)
     again = vc.solve(
-        vc.Scene(
-            bodies=vc.Bodies(G=80e9, nu=0.28),
-            surface=vc.Cylinders(R=0.2),
-            normal_force=1e6,
-            friction=0.3,
-            motion=vc.Steady(Fx=-2e5),
-            grid=vc.Grid(nx=40),
-        )
+        make_scene(vc.Cylinders(R=0.2), 1e6, vc.Steady(Fx=-2e5), vc.Grid(nx=40), bodies=vc.Bodies(G=80e9, nu=0.28))
     )
     np.testing.assert_array_equal(again.traction, sol.traction)
 
