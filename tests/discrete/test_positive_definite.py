@@ -118,14 +118,6 @@ def test_half_of_a_problem():
             assert found.least <= np.linalg.eigvalsh(dense(M))[0]
 
 
-def test_parts_and_norm():
-    M = operator(2.0, 0.4, cells=7)
-    table, every = M.grid_operator, M.elements
-    np.testing.assert_allclose(table.symmetric_part().dense(every), dense(M), atol=1e-15)
-    np.testing.assert_allclose(table.symmetric_part(-1.0).dense(every), M.matrix - dense(M), atol=1e-15)
-    assert np.linalg.norm(M.matrix, 2) <= norm(table) <= 4 * np.linalg.norm(M.matrix, 2)
-
-
 def test_many_elements_need_no_matrix(monkeypatch):
     """Whether rolling on 2812 elements is monotone, told without a dense matrix."""
 

@@ -226,19 +226,6 @@ def test_edges_and_corners_on_the_surface():
     assert field([0.5, 0.0, 0.0], load=(1, 0, 0)).stress[0, 0, 0] == pytest.approx(across, rel=0.04)
 
 
-def test_points_on_edges_of_a_whole_lattice():
-    """A uniform load on many elements has no inner edges: points on them are as good as any."""
-    grid = vc.Grid(nx=7, ny=5, dx=0.1, dy=0.3, x0=-0.35, y0=-0.75)
-    whole = vc.Grid(nx=1, ny=1, dx=0.7, dy=1.5, x0=-0.35, y0=-0.75)
-    x, y = (c.ravel() for c in np.meshgrid(grid.x[:-1] + 0.05, grid.y[:-1] + 0.15))
-    for z in (0.0, 1e-3, 0.2):
-        points = np.array([x, y, np.full_like(x, z)])
-        many = field_at(points, grid, np.ones((3, 5, 7)), G=G, nu=NU)
-        one = field_at(points, whole, np.ones((3, 1, 1)), G=G, nu=NU)
-        for name in ("displacement", "gradient", "stress"):
-            np.testing.assert_allclose(getattr(many, name), getattr(one, name), rtol=0, atol=2e-13)
-
-
 @pytest.mark.parametrize("z", [0.0, 0.3, 4.0, 2000.0])
 def test_lattice_is_its_elements(z):
     """Edges that are shared, on both sides of the point and below it; near, and beyond the change of rules."""

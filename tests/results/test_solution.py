@@ -80,14 +80,6 @@ def test_names_that_no_file_can_have(sol, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
-def test_longest_name_can_be_written(sol, tmp_path):
-    """The temporary file beside it must not be what is too long."""
-    path = tmp_path / ("a" * 252 + ".nc")
-    sol.save(path)
-    assert vc.load(path).normal_force == sol.normal_force
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_foreign_files_are_refused(tmp_path, sol):
     text = tmp_path / "a.nc"
     text.write_text("no netCDF")

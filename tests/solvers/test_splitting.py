@@ -12,7 +12,7 @@ from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.backends import solve_joint, solve_tangential
 from varcontact.solvers.conic.programs import joint_program
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import Splitting, refine_both, refine_tangential
+from varcontact.solvers.splitting import refine_both, refine_tangential
 
 MOTIONS = [
     vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -64,14 +64,3 @@ def test_joint_program_from_an_interior_point_answer(rolling, motion):
     assert tangential_residual(rubbing, rubbed.traction, rubbed.rigid) <= 1e-12
     program = joint_program(normal, tangential, blocks)
     assert program.q.size == pressed.traction.size + rubbed.traction.size
-
-
-def test_rounds_leave_a_solution_where_it_is(rolling):
-    """A fixed point, and the multipliers of prescribed forces are the rigid shifts that belong to it."""
-    disc, sol = posed(rolling(motion=MOTIONS[2], grid=CELLS))
-    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
-    exact, splitting = tang_safeguarded(problem), Splitting.of_tangential(problem)
-    at = (exact.traction - problem.shift(exact.traction, exact.rigid) / splitting.weight).ravel()
-    after, multipliers = splitting.moved(at, 5)
-    np.testing.assert_allclose(after, at, atol=1e-12 * np.abs(at).max())
-    np.testing.assert_allclose(multipliers, exact.rigid, atol=1e-12)

@@ -237,16 +237,6 @@ def test_bad_heights_are_refused(field, given):
         vc.Carried.flat(length=1.0, radius=R, at=1.0, worn="no")
 
 
-def test_functions_are_not_stored(tmp_path):
-    with pytest.raises(vc.SceneError) as error:
-        vc.solve(roller(steps=2, control=gives({})), store=tmp_path / "history.nc")
-    assert error.value.field == "store"
-    assert not list(tmp_path.iterdir())
-    with pytest.raises(vc.SceneError) as error:
-        vc.solve(replace(roller(steps=2, control=gives({})), grid="auto"), accuracy=0.05)
-    assert error.value.field == "motion.control"
-
-
 def test_passages_wear_a_corrugation_away_as_linear_theory_says():
     """Each takes work times a factor off the rail; its amplitude then falls by growth times the mean depth."""
     cells, length = 60, 4.0

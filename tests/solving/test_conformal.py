@@ -121,26 +121,11 @@ def test_a_surface_that_is_not_inclined_is_the_plane():
     np.testing.assert_allclose([*flat.force, flat.normal_force], [*plane.force, plane.normal_force], rtol=1e-8)
 
 
-def test_a_surface_turned_as_a_whole_has_turned_forces():
-    level, turned = vc.solve(in_groove()), vc.solve(scene(GRID.y / RADIUS + 0.3))
-    np.testing.assert_allclose(turned.traction, level.traction, atol=1e-6)
-    c, s = np.cos(0.3), np.sin(0.3)
-    expected = [c * level.Fy - s * level.normal_force, s * level.Fy + c * level.normal_force]
-    np.testing.assert_allclose([turned.Fy, turned.normal_force], expected, rtol=1e-9)
-
-
 def test_units_do_not_matter():
     metres = vc.Grid(nx=GRID.nx, ny=GRID.ny, dx=4e-4, dy=4e-4, x0=GRID.x0 / 1e3, y0=GRID.y0 / 1e3)
     motion = vc.Steady(vx=MOTION.vx, vy=MOTION.vy, spin=MOTION.spin * 1e3, dq=4e-4)
     one, other = vc.solve(uneven()), vc.solve(uneven(grid=metres, h=DISTANCE / 1e3, G=82e9, motion=motion))
     np.testing.assert_allclose(other.force, one.force, rtol=1e-9)
-
-
-def test_samples_with_coordinates_serve_any_grid():
-    surface = vc.SampledDistance(DISTANCE, GRID.x, GRID.y, inclination=GRID.y / RADIUS)
-    found = vc.solve(replace(in_groove(), surface=surface, grid=vc.Grid(nx=30, ny=30), motion=vc.Steady(vx=-4e-3)))
-    finer = vc.solve(replace(in_groove(), motion=vc.Steady(vx=-4e-3)))
-    assert found.normal_force == pytest.approx(finer.normal_force, rel=5e-3)
 
 
 @pytest.mark.parametrize(("load", "waves"), [({"approach": 0.0}, 0.1), ({"normal_force": 95e3}, 0.0)])

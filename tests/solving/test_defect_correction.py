@@ -12,7 +12,7 @@ from tests.command import run
 from tests.refined_references import VALUES, cases, loads, read_references, scene
 from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.defect_correction.fine_grid import FineGrid, Shape, reconstructed, root_means
 
@@ -276,22 +276,6 @@ def test_reconstruction_is_exact_without_slip():
     np.testing.assert_allclose(found, [-2 * fine.weight, 3 * fine.weight], rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize(("a", "b"), [(1.3, 0.6), (0.5, 1.0)])
-def test_means_over_the_root(a, b):
-    """They add up to those over the ellipse, in closed form; within it each is that of its points."""
-    grid = vc.Grid(nx=22, ny=18, margin=1).spread((-a, a, -b, b))
-    known, whole = root_means(grid, a, b), np.pi * a * b
-    found = np.array([*known.over, *known.times, known.weight])
-    sums = [2 * whole, 0, 0, 2 / 3 * whole, 0, 0, np.pi / 2 * whole]
-    np.testing.assert_allclose(found.sum(axis=(1, 2)) * grid.area, sums, rtol=1e-6, atol=1e-12)
-    inner = (slice(None), 9, 9)
-    x, y = (np.linspace(lines[9], lines[10], 201) for lines in grid.lines)
-    x, y = np.meshgrid((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
-    root, half = np.sqrt(1 - (x / a) ** 2 - (y / b) ** 2), a * np.sqrt(1 - (y / b) ** 2)
-    wanted = [1 / root, x / root, y / root, root, x * root, y * root, np.sqrt((half - x) / (half + x))]
-    np.testing.assert_allclose(found[inner], np.mean(wanted, axis=(1, 2)), rtol=1e-5)
-
-
 def on_fine_grid(a, b, cells):
     """The parts of an ellipse's elements."""
     posed = dataclasses.replace(scene(cases()[0], 16), surface=vc.Ellipse(a=a, b=b))
@@ -303,21 +287,6 @@ def on_fine_grid(a, b, cells):
 def derivative(fine, known, traction):
     """Minus that of the displacement along x, with what parts miss."""
     return fine.derivative.apply(traction) + known.missed(traction)
-
-
-def test_what_parts_miss():
-    """Of 3 over the root all that the derivative has, and nearly so of 3 + 2 x - y."""
-    fine = on_fine_grid(1.0, 1.0, 16)
-    (root, x, y), unit = fine.over_root.means, fine.axes[0]
-    inside, step, nothing = root > 0, fine.lattice.sides[0], np.zeros_like(root)
-    constant = derivative(fine, fine.over_root, np.array([3 * root, nothing]))[:, inside]
-    np.testing.assert_allclose(constant, 0, atol=1e-12)
-    gradients = -step * rooted_gradients(unit, unit, nu=fine.disc.operators.medium.nu)[:, :, :1] / unit
-    linear = np.array([3 * root + (2 * x - y) / unit, nothing])
-    exact = 2 * gradients[1] - gradients[2]
-    off = np.abs(derivative(fine, fine.over_root, linear)[:, inside] - exact).max(axis=0)
-    deep = np.hypot(x[inside], y[inside]) < 0.8 * unit * root[inside]
-    assert off[deep].max() < 5e-3 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (2.0, 0.7)])

@@ -6,14 +6,9 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene
-from varcontact.reference import carter, line_contact
 from varcontact.solving.discretisation_variants import Way, answer, extrapolated
 
 SCENE = make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, vc.Steady(vx=0.05, spin=0.05))
-CYLINDERS = vc.Scene(
-    bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
-    motion=vc.Steady(Fx=-1.5e-4),
-)  # fmt: skip
 UNLIKE = replace(SCENE, bodies=vc.Bodies(G=(1.0, 4.0), nu=(0.2, 0.3)))
 
 
@@ -38,13 +33,6 @@ def test_extrapolation_takes_a_power_of_the_size_off():
         way = Way(cells=12, coarser=8, order=order)
         found = extrapolated(way, [{"Fx": 2 + 3 / n**order} for n in (8, 12)])
         assert found["Fx"] == pytest.approx(2.0, abs=1e-12)
-
-
-def test_extrapolation_of_touched_elements_tends_to_carters_creepage():
-    exact = carter(line_contact(1.0, CYLINDERS.bodies, force=1e-3), 0.3, force=-1.5e-4).creepage
-    plain = answer(CYLINDERS, Way(cells=16, edge="touched")).values["vx"]
-    two = answer(CYLINDERS, Way(cells=16, coarser=8, edge="touched")).values["vx"]
-    assert abs(two - exact) < 0.1 * abs(plain - exact)
 
 
 def test_a_history_by_the_steps_that_count():

@@ -116,12 +116,6 @@ def test_converge_keeps_the_edge(rolling, tmp_path):
         vc.converge(rolling(grid=TOUCHED), [8, 12], offsets=1, store=tmp_path / "centres.csv")
 
 
-def test_frictionless_unlike_bodies_have_a_closed_form(rolling):
-    unlike = vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))
-    sol = vc.solve(rolling(bodies=unlike, grid=TOUCHED, motion=None, friction=None))
-    assert sol.normal_force == pytest.approx(1.0, rel=1e-14)
-
-
 def test_refused_where_tractions_change_the_pressure(rolling):
     with pytest.raises(vc.SceneError, match=r'use "centres"$') as refused:
         vc.solve(rolling(grid=TOUCHED, bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))))

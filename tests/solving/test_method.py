@@ -101,21 +101,6 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     )
 
 
-def test_a_polished_answer_is_that_of_the_polish(rolling):
-    sol = vc.solve(rolling(grid=CELLS), normal="clarabel", tangential="clarabel")
-    assert sol.solved_by == {"normal": "norm", "tangential": "tang-safeguarded"}
-    assert set(sol.calls["normal"]) == {"clarabel", "norm"}
-    assert {name: each.count for name, each in sol.calls["tangential"].items()} == {
-        "no-slip": 1,
-        "clarabel": 1,
-        "tang-safeguarded": 1,
-    }
-    assert sol.calls["tangential"]["clarabel"].iterations == sol.iterations["tangential"]
-    raw = vc.solve(rolling(grid=CELLS), tangential="clarabel", polish=False, tol=1e-5)
-    assert raw.solved_by["tangential"] == "clarabel"
-    assert called(raw, "tangential") == {"clarabel"}
-
-
 def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
     sol = vc.solve(rolling(grid=CELLS))
     data = sol.to_xarray()

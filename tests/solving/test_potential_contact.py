@@ -44,22 +44,6 @@ def test_samples_with_coordinates_find_their_contact(grid):
     assert across == pytest.approx(grid.nx, abs=1)
 
 
-def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
-    """Begin with far too small a box: it is enlarged on all sides until it holds the contact."""
-    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(nx=12, ny=12))
-    a, b = scene.hertz.a, scene.hertz.b
-    expected = vc.solve(scene, normal="clarabel")
-    small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
-    begun = []
-    monkeypatch.setattr(on_grid, "place", lambda *_: (begun.append(small) or small, None))
-    grown = vc.solve(scene, normal="clarabel")
-    assert begun == [small], "the search began with the small box"
-    assert grown.approach == pytest.approx(expected.approach, rel=0.01)
-    assert grown.areas["contact"] == pytest.approx(expected.areas["contact"], rel=0.1)
-    left, right, bottom, top = grown.grid.box
-    assert left < -a and a < right and bottom < -b and b < top
-
-
 @pytest.mark.parametrize("centre", [(0.1, 0.33), (-0.26, 0.2), (0.41, -0.07)])
 def test_a_mirrored_surface_has_the_mirrored_grid(centre):
     """Also where samples lie on the borders of the elements by which the contact is looked for."""
@@ -220,24 +204,6 @@ def test_contact_between_the_centres_of_an_explicit_grid_is_refused():
     with pytest.raises(vc.SceneError, match=r"too coarse: the contact at \(-0.3,") as failure:
         vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=grid))
     assert failure.value.field == "grid"
-
-
-def test_height_far_from_zero_changes_nothing():
-    """The distance measured from a million lengths away: the same contact, the approach shifted."""
-    x, far = np.linspace(-1.0, 1.0, 41), 1e6
-    near, off = (
-        vc.solve(
-            vc.Scene(
-                bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + c, x, x), normal_force=0.02,
-                grid=vc.Grid(nx=12, ny=12),
-            )
-        )
-        for c in (0.0, far)
-    )  # fmt: skip
-    assert off.grid.box == pytest.approx(near.grid.box, abs=1e-9)
-    assert off.approach - far == pytest.approx(near.approach, rel=1e-7)
-    np.testing.assert_allclose(off.pressure, near.pressure, atol=1e-6 * near.pressure.max())
-    np.testing.assert_allclose(off.distance, near.distance, atol=1e-8 * near.approach + 1e-9)
 
 
 @pytest.mark.parametrize(

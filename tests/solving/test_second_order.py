@@ -212,17 +212,6 @@ def test_sensitivity(rolling):
 # ----------------------------------------------------------------------------- what stays, and what is refused
 
 
-def test_the_default_is_contacts(rolling):
-    """The slip of the default is A - C at x and x + dq, with spin at x + dq/6."""
-    assert vc.Steady() == vc.Steady(spin_offset=1 / 6, slip_difference="first-order")
-    assert vc.Steady(slip_difference="second-order").spin_offset == 0
-    assert vc.Steady(slip_difference="second-order", spin_offset=0.2).spin_offset == 0.2
-    disc = discretise(rolling(), rolling().grid.spread((-1.2, 1.2, -0.9, 0.9)))
-    here, ahead = disc.operators.tangential(), disc.operators.carrying(disc.step)
-    np.testing.assert_array_equal(disc.tangential_operator.table, here.table - ahead.table)
-    assert disc.edge_compliance is None
-
-
 def test_the_preset(rolling):
     posed = rolling(motion=vc.Steady(vx=0.01)).second_order()
     assert posed.motion == vc.Steady(vx=0.01, slip_difference="second-order")

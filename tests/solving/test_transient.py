@@ -256,17 +256,6 @@ def test_a_contact_that_moves_over_the_grid():
         assert sol.pressure == pytest.approx(np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max())
 
 
-def test_creepage_of_a_line_contact_is_open_where_the_force_changes():
-    """Displacements count from a depth; with the force constant that cancels, with the depth given all is known."""
-    motion = vc.Transient(steps=4, dq=[0, 1.0, 1.0, 1.0], Fx=[-0.1, -0.1, -0.2, -0.2])
-    free = vc.solve(cylinder(motion=motion))
-    deep = vc.solve(cylinder(motion=motion, surface=vc.Cylinders(R=100.0, reference_depth=50.0)))
-    assert np.array_equal(np.isnan(free.creepage[:, 0]), [True, False, True, False])
-    assert np.all(np.isfinite(deep.creepage))
-    assert free.creepage[1::2, 0] == pytest.approx(deep.creepage[1::2, 0], rel=1e-8)
-    assert max(furthest(one, two) for one, two in zip(free, deep, strict=True)) < 1e-8
-
-
 def test_the_slopes_of_a_step_are_those_of_differences():
     """Sensitivity of the last step, by central differences of the last creepage."""
 

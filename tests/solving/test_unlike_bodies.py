@@ -10,7 +10,6 @@ import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import residuals as residuals_of
 from varcontact.discrete.state import unloaded
-from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solving.contact_solver import ContactSolver
@@ -97,21 +96,6 @@ def test_a_loop_that_does_not_converge_keeps_its_history_and_its_best():
     assert len(residuals) < 100
 
 
-def test_passes_assemble_nothing(built, monkeypatch):
-    """Influence numbers are made once, whatever the number of passes."""
-    dense, assemble = [], GridOperator.dense
-
-    def assembled(self, elements, loaded=None):
-        dense.append((self, tuple(elements)))
-        return assemble(self, elements, loaded)
-
-    monkeypatch.setattr(GridOperator, "dense", assembled)
-    sol = vc.solve(scene(motion=vc.Steady(Fx=0.0), grid=vc.Grid(nx=40)), normal="norm", tangential="tang")
-    assert len(sol.passes) > 5
-    assert sorted(name for name, _ in built) == ["A_tt - C_tt", "A_tz - C_tz", "A_zt", "A_zz"]
-    assert len(dense) == len(set(dense))  # a matrix again only where an element enters or leaves the contact
-
-
 def test_johnson_is_one_pass_and_its_certificate_says_what_lacks():
     """The pressure is that without tractions, his problems are solved, the whole is not."""
     rolling = scene(motion=vc.Steady(Fx=-1e-4))
@@ -121,16 +105,6 @@ def test_johnson_is_one_pass_and_its_certificate_says_what_lacks():
     assert sol.passes == ()
     assert sol.certificate.tangential_residual < 1e-8
     assert sol.certificate.residual > 0.05
-
-
-def test_the_grid_follows_a_contact_that_tractions_move():
-    """f = 2, K = 0.5: the contact is wider than Hertz's and aside, and still has the elements that were asked for."""
-    sol = vc.solve(scene(motion=vc.Shift(Fx=1e-3), friction=2.0, grid=vc.Grid(nx=50)), normal="norm", tangential="tang")
-    across = np.flatnonzero(sol.state[0] > 0)
-    assert 0.93 * 50 <= across[-1] - across[0] + 1 <= 52
-    assert 0 < across[0]
-    assert across[-1] < sol.grid.nx - 1
-    assert sol.certificate.normal_residual < 1e-8
 
 
 def hardly_rubbing(friction):

@@ -23,18 +23,6 @@ def small_bank():
     return vc.compare(vc.standard_bank(cells=6), [*EXACT, "fastsim", "vermeulen-johnson"])
 
 
-def test_bank_has_what_it_should():
-    bank = vc.standard_bank()
-    assert len(bank) >= 12
-    ratios = {round(scene.hertz.a / scene.hertz.b, 6) for scene in bank.values() if scene.hertz is not None}
-    assert ratios == {0.2, 1.0, 5.0}
-    motions = [scene.motion for scene in bank.values()]
-    assert any(isinstance(motion, vc.Shift) for motion in motions)
-    assert any(motion.Fx is not None for motion in motions)
-    assert any(scene.bodies.K != 0 for scene in bank.values())
-    assert any(scene.hertz is None for scene in bank.values())
-
-
 def test_exact_methods_agree(small_bank):
     """Forces to 1e-6 of the largest friction force, tractions to 1e-5 of the bound, each with its gap."""
     solved = small_bank[small_bank["outcome"] == "solved"]

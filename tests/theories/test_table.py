@@ -8,14 +8,11 @@ import pytest
 import varcontact as vc
 from varcontact.data.make_table_book import (
     DOUBT,
-    FULL,
     GRIDS,
     HOW,
     direction_nodes,
-    local_law,
     magnitudes,
     make_table_book,
-    quadrature,
     stores,
 )
 from varcontact.reference import no_slip_coefficients
@@ -103,13 +100,6 @@ def test_the_slope_is_that_of_the_linear_theory(ratio):
     np.testing.assert_allclose(forces(small, a, b) / size, expected / size, rtol=0, atol=1e-5)
 
 
-def test_full_slip_of_a_sphere_in_closed_form():
-    """Without spin all friction opposes the creepage; pure spin has no force and the moment -3 pi/16."""
-    directions, C = np.array([[0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]), no_slip_coefficients(1.0, 0.28)
-    found = local_law(FULL * directions * np.array(reduced_scales(C, 1.0)), 1.0, C, *quadrature(1.0, 80))
-    np.testing.assert_allclose(found, [[-0.6, -0.8, 0.0], [0.0, 0.0, -3 * np.pi / 16]], rtol=0, atol=1e-5)
-
-
 def test_symmetries():
     triples = creepages(200)
     found = forces(triples)
@@ -153,12 +143,6 @@ def test_the_exact_problem_takes_more_power_with_more_creepage():
         power = ((found[:, None] - found) * (chosen[:, None] - chosen)).sum(axis=-1)
         assert power.max() <= 1e-9 * LIMIT
         assert np.count_nonzero(power < -1e-6) > 0.9 * (power.size - len(chosen))
-
-
-def test_a_contaminated_rail_has_its_slopes():
-    contact = {"a": 1.2, "b": 1.0, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0, "slope": 0.5}
-    table, linear = (vc.creep_forces(name, **contact, vx=1e-6, vy=2e-6, spin=1e-6) for name in ("table", "linear"))
-    assert (table.Fx, table.Fy, table.Mz) == pytest.approx((linear.Fx, linear.Fy, linear.Mz), rel=1e-4)
 
 
 def test_it_is_smooth_enough_for_newtons_method():

@@ -116,35 +116,6 @@ def test_safeguarded_from_any_start(rolling, vx, spin, seed):
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-11
 
 
-@pytest.mark.parametrize(
-    "motion",
-    [vc.Steady(Fx=-0.2999), vc.Steady(Fx=-0.29999999), vc.Steady(Fx=-0.2997, spin=0.3), vc.Steady(Fy=0.2999, vx=0.01)],
-)
-def test_safeguarded_with_nearly_all_that_friction_carries(rolling, motion):
-    """The splitting alone did not come near: residuals of 5e-4 after its last round."""
-    scene = rolling(motion=motion, normal_force=1.0, friction=0.3, grid=vc.Grid(nx=8, ny=8))
-    safe, polished = vc.solve(scene, tangential="tang-safeguarded"), vc.solve(scene, tangential="clarabel")
-    np.testing.assert_allclose(safe.force, polished.force, atol=1e-9)
-    np.testing.assert_allclose(safe.creepage, polished.creepage, rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("cells", [1e-1, 1e-2, 1e-3])
-@pytest.mark.parametrize("motion", [{"vx": 0.1, "vy": -0.05, "spin": 0.2}, {"Fx": -0.09, "vy": 0.05, "spin": 0.2}])
-def test_safeguarded_in_short_steps(rolling, cells, motion):
-    """Elements that hardly move themselves: from its own start, and the same as the gap program's answer."""
-    scene = rolling(
-        surface=vc.Ellipse(a=1.0, b=1.0),
-        normal_force=1.0,
-        friction=0.3,
-        motion=vc.Steady(**motion, dq=cells * 0.2),
-        grid=vc.Grid(nx=10, ny=10),
-    )
-    safe, program = (vc.solve(scene, tangential=name) for name in ("tang-safeguarded", "clarabel"))
-    assert safe.certificate.residual < 1e-10
-    assert safe.iterations["tangential"] < 400, "no more than a few Newton's methods"
-    np.testing.assert_allclose(safe.traction, program.traction, rtol=0, atol=1e-8 * safe.traction_bound.max())
-
-
 # ----------------------------------------------------------------------------- NORM
 
 

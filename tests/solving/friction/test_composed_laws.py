@@ -75,14 +75,6 @@ def test_all_factors_hold_at_the_end(start):
     assert np.all(size <= sol.traction_bound * (1 + 1e-7))
 
 
-def test_rising_friction_has_one_solution():
-    law = vc.FrictionLaw(0.4, 0.1, lambda slip_velocity: 0.4 - 0.3 * 2.0 ** (-slip_velocity / 100.0), velocity=3e4)
-    stick, slip = (vc.solve(mixed(law), start=start) for start in ("stick", "slip"))
-    assert abs(stick.Fx - slip.Fx) < SCALE and np.allclose(stick.friction, slip.friction, atol=1e-7)
-    assert vc.solve(mixed(0.1)).Fx < stick.Fx < vc.solve(mixed(0.4)).Fx
-    assert max(len(stick.passes), len(slip.passes)) < 100
-
-
 def test_units_do_not_matter():
     law = vc.FrictionLaw(0.4, 0.0, [exponential, by_pressure, lambda: 2.5], velocity=3e4)
     metre = vc.FrictionLaw(

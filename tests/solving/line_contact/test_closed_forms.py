@@ -94,18 +94,6 @@ def test_cattaneo(part, order):
     assert slip[-1] < 0.003
 
 
-def test_lateral_creepage_is_carters_with_another_stiffness():
-    """Anti-plane: without K, E_y of a creepage vy is E_x of (1 - nu) vy by 1 - nu, with the same tractions."""
-    vy = 0.6 * F * HERTZ.a / R / (1 - 0.28)
-    lateral = vc.solve(scene(motion=vc.Steady(vy=vy)))
-    along = vc.solve(scene(motion=vc.Steady(vx=(1 - 0.28) * vy)))
-    np.testing.assert_allclose(lateral.traction[1], along.traction[0], atol=1e-12 * along.pressure.max())
-    np.testing.assert_allclose(lateral.slip[1] * (1 - 0.28), along.slip[0], atol=1e-12 * vy)
-    exact = carter(HERTZ, F, creepage=(1 - 0.28) * vy)
-    assert lateral.force[1] == pytest.approx(exact.force, rel=0.006)
-    assert np.abs(lateral.traction[0]).max() < 1e-13 * lateral.pressure.max()
-
-
 def test_bufler():
     """No slip between unlike cylinders: the creepage, pressure and traction, on grids that fit the contact.
 
@@ -151,17 +139,6 @@ def test_flat_punch():
         exact = LOAD / np.pi / np.sqrt(1 - grid.x[inner] ** 2)
         np.testing.assert_allclose(sol.pressure[0, inner], exact, rtol=1 / n)
     assert rate(errors, cells) == pytest.approx(0.97, abs=0.03)
-
-
-def test_a_grid_is_found_for_samples():
-    """With the number of elements across the contact that was asked for, far narrower than the samples."""
-    x = np.linspace(-40.0, 60.0, 1001)
-    surface = vc.SampledDistance(x**2 / (2 * R), x)
-    for elements, grid in ((100, vc.Grid(nx=100)), (30, vc.Grid(nx=30))):
-        sol = vc.solve(scene(surface=surface, normal_force=1.0, grid=grid))
-        assert 0.9 * elements <= sol.elements["contact"] <= elements + 2
-        exact = line_contact(R, BODIES, force=1.0)
-        assert distance(sol.pressure[0], exact.pressure(sol.grid.x)) < 0.3 / elements
 
 
 def test_a_long_thin_row_in_three_dimensions_is_line_contact():

@@ -195,13 +195,6 @@ def in_both(motion):
     return scene(motion=in_full(motion, "Fy" if motion.vy == 0 else "Fx"), friction=np.inf)
 
 
-def test_nothing_moves():
-    """No direction at all: tractions of zero in the one that is left to say so."""
-    sol = vc.solve(scene(motion=vc.Steady()))
-    assert not sol.traction.any() and sol.converged
-    assert not sol.certificate.force_bound.any()
-
-
 # ----------------------------------------------------------------------------------------------- the certificate
 
 
