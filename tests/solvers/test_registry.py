@@ -198,14 +198,11 @@ def test_the_conditions_notice(rolling, check_kkt, motion, field):
 @pytest.mark.parametrize(
     ("arguments", "field", "nearest"),
     [
-        ({"normal": "nrom"}, "normal", "norm"),
         ({"normal": "norm-singel"}, "normal", "norm-single"),
-        ({"normal": "ospq"}, "normal", "osqp"),
         ({"normal": "qpsolvers:piq"}, "normal", "qpsolvers:piqp"),
         ({"tangential": "cvxpy:clarabel"}, "tangential", "cvxpy:CLARABEL"),
         ({"tangential": "tang-safegarded"}, "tangential", "tang-safeguarded"),
         ({"tangential": "fastsim-eliptic"}, "tangential", "fastsim-elliptic"),
-        ({"tangential": "fastsim-weigted"}, "tangential", "fastsim-weighted"),
         ({"formulation": "marchin"}, "formulation", "marching"),
     ],
 )
@@ -215,23 +212,14 @@ def test_unknown_names(rolling, arguments, field, nearest):
     assert failure.value.field == field
 
 
-@pytest.mark.parametrize("name", ["osqp", "cvxpy:OSQP", "qpsolvers:clarabel"])
-def test_solvers_without_cones_are_no_tangential_methods(rolling, name):
-    with pytest.raises(vc.SceneError) as failure:
-        vc.solve(rolling(), tangential=name)
-    assert failure.value.field == "tangential"
-
-
 @pytest.mark.parametrize(
     ("arguments", "install"),
     [
         ({"normal": "scs"}, "scs"),
-        ({"tangential": "scs"}, "scs"),
         ({"tangential": "cvxpy:SCS"}, "scs"),
         ({"tangential": "cvxpy:CLARABEL"}, "cvxpy"),
         ({"normal": "qpsolvers:proxqp"}, "proxsuite"),
         ({"normal": "qpsolvers:ecos"}, "ecos"),
-        ({"normal": "qpsolvers:cvxopt"}, "cvxopt"),
         ({"tangential": "cvxpy:ECOS"}, "ecos"),
         ({"tangential": "cvxpy:CVXOPT"}, "cvxopt"),
     ],
