@@ -31,10 +31,7 @@ ny = {cells}
 
 
 def run(*arguments, folder):
-    """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process.
-
-    An exception that the command does not turn into a message is raised here.
-    """
+    """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process."""
     words, output, messages = ["varcontact", *map(str, arguments)], io.StringIO(), io.StringIO()
     with (
         contextlib.chdir(folder),

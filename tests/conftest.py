@@ -106,11 +106,7 @@ def touched_coefficients():
 
 
 def no_slip_on_touched(ratio: float, nu: float, cells: int, offset: float) -> np.ndarray:
-    """C11, C22, C23, C33 on all elements that the ellipse touches, with ab = 1 and G = 1.
-
-    Elements taken by their centres make the error jump with the grid (staircase); taking every element touched
-    makes it larger but regular, so that its order can be fitted and the limit extrapolated.
-    """
+    """C11, C22, C23, C33 on all elements that the ellipse touches, with ab = 1 and G = 1."""
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
     grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
     dx, dy = grid.sides

@@ -65,10 +65,7 @@ def test_fig21_fastsim(tmp_path, capsys, pictures):
 
 
 def test_fig22_to_24_creep_forces(tmp_path, capsys, pictures):
-    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one).
-
-    Where two creepages are there the weighted flexibility is further off, but in case (3), as the paper's worst one.
-    """
+    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
     numbers = script("fig22_to_24_creep_forces").main(str(tmp_path / "picture.png"), cells=10, points=5, elements=50)
     assert (tmp_path / "picture.png").stat().st_size > 20_000
     assert "Fig. 24 (3*)" in capsys.readouterr().out

@@ -1,7 +1,4 @@
-"""Printing errors of the paper that docs/printing_errors.md derives, held against numbers.
-
-The others are found in the tests of what they concern.
-"""
+"""Printing errors of the paper that docs/printing_errors.md derives, held against numbers."""
 
 import numpy as np
 import pytest
@@ -36,10 +33,7 @@ def test_spin_pole():
 
 
 def test_decay_of_stress_with_depth():
-    """6.3.2: 8.0 and 1.7 % of the largest at a depth of 3 sides, 3.0 and 0.63 % at 5, not 10, 2.5, 1 and 0.25 %.
-
-    Far away both fall like 1/z^2, as Boussinesq's point force has them, by 9/25 from 3 to 5; printed is 1/10.
-    """
+    """6.3.2: 8.0 and 1.7 % of the largest at a depth of 3 sides, 3.0 and 0.63 % at 5, not 10, 2.5, 1 and 0.25 %."""
     nu, depths = 0.28, np.array([*np.linspace(0.0, 1.0, 401), 3.0, 5.0])
     points = np.array([0 * depths, 0 * depths, depths])
     square = vc.Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5)

@@ -62,10 +62,7 @@ def rows_of(case: Case) -> list[dict]:
 
 
 def attempt(case: Case, name: str) -> tuple[dict, vc.Solution | None]:
-    """One family on one scene: its row, empty where it does not apply, and the answer.
-
-    A scene that cannot even be made is refused once, in the first family.
-    """
+    """One family on one scene: its row, empty where it does not apply, and the answer."""
     scene = None
     try:
         with warnings.catch_warnings():

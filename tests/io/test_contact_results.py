@@ -100,10 +100,7 @@ def test_tractions_of_a_shift_are_certified(tmp_path, shifted, inside):
 
 @pytest.mark.parametrize("inside", [True, False])
 def test_files_of_the_release_of_2025_are_certified_by_what_they_have(tmp_path, shifted, inside):
-    """Thirteen lines above the table, of which the sixth is not the grid's, and names of columns in capitals.
-
-    Distance, approach, bodies and friction are in the file: with the shift that CONTACT prints it is the whole problem.
-    """
+    """Thirteen lines above the table, of which the sixth is not the grid's, and names of columns in capitals."""
     scene, sol = shifted
     path = tmp_path / "cattaneo.0002.mat"
     path.write_text(release(scene, sol, 1, inside=inside))

@@ -145,10 +145,7 @@ def rolled(bodies, part=1.0, steps=8, line=False, **changes):
 @pytest.mark.parametrize(("part", "direction"), [(1.0, 1), (0.6, -1), (1.7, 1)])
 @pytest.mark.parametrize("bodies", BODIES)
 def test_the_balance_of_a_step(bodies, part, direction):
-    """Friction loses what the motion puts in, and what pressures do, less the change of the elastic energy.
-
-    All by hand: the tractions of both ends of the step, each with half of the way of its particles, three components.
-    """
+    """Friction loses what the motion puts in, and what pressures do, less the change of the elastic energy."""
     spins, creepages = 0.3 * np.cos(np.arange(8)), 0.02 * np.cos(np.arange(8) / 2)
     history = vc.solve(rolled(bodies, part, direction=direction, vx=creepages, vy=0.01, spin=spins))
     grid, own = history.grid, BODIES[bodies]

@@ -45,10 +45,7 @@ def test_the_plan_knows_them(rolling, cells):
 
 
 def test_error_is_regular(rolling):
-    """Forces follow a straight line in the element size, twice as closely as by centres.
-
-    So 8 and 16 cells across tell the limit to half a per cent, while that of 16 is off by 2 % and more.
-    """
+    """Forces follow a straight line in the element size, twice as closely as by centres."""
     scene, cells = rolling(), np.arange(8, 17, 2)
     left = {}
     for edge in ("centres", "touched"):

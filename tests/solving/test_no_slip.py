@@ -8,11 +8,7 @@ import varcontact as vc
 
 @pytest.mark.parametrize("nu", [0.0, 0.5])
 def test_table_3(paper_table, touched_coefficients, nu):
-    """Every row: the error falls with the grid at a fitted order near 1, and its extrapolation meets the table.
-
-    The spin is sampled at the path's middle, which extrapolates best for long contacts (a/b = 10: C33 of 32 cells
-    is 43 % high with it, 590 % with the sampling at one sixth, which is better for short ones).
-    """
+    """Every row: the error falls with the grid at a fitted order near 1, and its extrapolation meets the table."""
     cells = np.array([8, 16, 32])
     for row in paper_table("table3_creepage_coefficients.csv"):
         printed = np.array([row[f"{name}_nu{'0' if nu == 0 else '05'}"] for name in ("C11", "C22", "C23", "C33")])

@@ -122,10 +122,7 @@ MATRIX = np.diag(np.linspace(-0.9, 0.9, SIZE))
 
 
 def passes(solved, useless=True):
-    """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved it.
-
-    What they did not solve is as useful as nothing, or as an answer nearly to the tolerance.
-    """
+    """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved it."""
     answers = iter(solved)
 
     def normal(state):

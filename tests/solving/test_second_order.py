@@ -41,10 +41,7 @@ def test_differences_are_consistent():
 
 
 def test_leading_element_of_a_half_plane():
-    """The weights 5/12 and 7/12: on tractions like the root of the distance from the edge, the first row is exact.
-
-    In the plane, tractions ``sqrt(-x (L + x))`` have ``du/dx = -pi (x + L/2)`` by the kernel ``-log|x|``.
-    """
+    """The weights 5/12 and 7/12: on tractions like the root of the distance from the edge, the first row is exact."""
 
     def strip(x):
         ends = np.array([x + 0.5, x - 0.5])

@@ -163,12 +163,7 @@ def mirrored(sol):
 
 
 def test_compression_tends_to_spence_with_order_one():
-    """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those of the contact.
-
-    Johnson's process neglects in the pressure what Spence does. The ratio is the same for all loads; its mean over the
-    upper half of them smooths the staircase of the elements. Areas are whole elements, so an end of the stick area is
-    known to half an element at best: that bounds the error, and gives it order one.
-    """
+    """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those of the contact."""
     bodies, counts = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), np.array([40, 80, 160])
     errors, half_an_element = np.zeros((2, counts.size)), np.zeros(counts.size)
     for (i, friction), (j, n) in itertools.product(enumerate((0.25, 0.3)), enumerate(counts)):

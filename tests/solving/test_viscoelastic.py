@@ -52,10 +52,7 @@ def test_hunter(length, force, moment):
 
 @pytest.mark.parametrize("tag", ["own_1", "own_3", "example_case_1", "example_case_3"])
 def test_contact_of_cylinders(tag):
-    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others.
-
-    The first case of the example has relaxed at once.
-    """
+    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others."""
     case = CASES[tag]
     tau = case["inputs"]["tc1"] if "inputs" in case else {"example_case_1": 1e-12, "example_case_3": 0.045}[tag]
     x = -7.92 + 0.16 * np.arange(99)

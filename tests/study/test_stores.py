@@ -1,7 +1,4 @@
-"""Stores under two writers, and killed at random moments: what was in a store stays, and the whole is as if alone.
-
-The first of two writers is a process of its own, held up by the pipe through which it tells of its work.
-"""
+"""Stores under two writers, and killed at random moments: what was in a store stays, and the whole is as if alone."""
 
 import os
 import random

@@ -74,10 +74,7 @@ def test_directions_of_full_slip(name):
 @settings(max_examples=60, deadline=None)
 @given(vx=size, vy=size, spin=size)
 def test_symmetries_power_and_the_limit_of_friction(name, vx, vy, spin):
-    """All creepages turned: all forces turned. Mirrored about x: Fx even, Fy and Mz odd in vy and spin.
-
-    Friction gives no power, which without a moment is known without spin only, and carries f Fz at most.
-    """
+    """All creepages turned: all forces turned. Mirrored about x: Fx even, Fy and Mz odd in vy and spin."""
     creepage = np.array([vx, vy, spin_of(name, spin)]) * UNIT
 
     def forces(signs, creepage=creepage):

@@ -196,11 +196,7 @@ def quantities(found):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_signs_over_the_bank_are_those_of_the_exact_theory(name):
-    """Of all that the theory has; what it does not have is NaN by `solve` and by `creep_forces` alike.
-
-    Where creepages mix, theories may be off by a sixth of the friction limit (strip theory without Kalker's C23), so
-    that signs count from a fifth. The linear theory is that of infinite friction.
-    """
+    """Of all that the theory has; what it does not have is NaN by `solve` and by `creep_forces` alike."""
     seen = 0
     for label, scene in vc.standard_bank().items():
         if why_not(name, scene):

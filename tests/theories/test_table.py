@@ -131,10 +131,7 @@ def test_single_creepages_and_many_are_the_same():
 
 
 def test_the_exact_problem_takes_more_power_with_more_creepage():
-    """What is asked of the table: between any two creepages the forces change against the change of creepage.
-
-    With tractions p in a convex set that oppose the slip W + A p, and A monotone, (F1 - F2) (v1 - v2) <= 0 follows.
-    """
+    """What is asked of the table: between any two creepages the forces change against the change of creepage."""
     triples = creepages(12, a=1.2, b=0.9)
     rays = np.concatenate([np.outer(np.geomspace(0.1, 10, 12), triple) for triple in triples[:3]])
     scene = dataclasses.replace(posed(1.2, 0.9, triples[0]), grid=vc.Grid(nx=8, ny=8))

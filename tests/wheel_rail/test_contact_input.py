@@ -140,10 +140,7 @@ def test_profiles_are_mirrored_scaled_and_smoothed(folder):
 
 
 def test_the_older_smoothing_passes_the_same_waves(folder):
-    """ISMOOTH = 0 minimises the sum of squared distances plus SMOOTH times the integral of the squared curvature.
-
-    A wave of length L on points h apart is then passed with the factor 1/(1 + SMOOTH h (2 pi/L)^4): here one half.
-    """
+    """ISMOOTH = 0 minimises the sum of squared distances plus SMOOTH times the integral of the squared curvature."""
     y = np.arange(-40.0, 40.0 + 1e-9, 0.25)
     length, size = 6.0, 0.01
     wave = size * np.sin(2 * np.pi * y / length)

@@ -25,10 +25,7 @@ def normal_problem():
 def random_tangential(
     seed, shape=None, friction=None, step=None, rolling=None, nu=None, carried=None, no_slip=False, creepage=None
 ):
-    """Odd and non-square grids, missing elements, wavy pressures, short and long steps, needles, forces given.
-
-    `step` is dq by dx; `carried` the part of what friction can carry that is prescribed as a force, 0 for none.
-    """
+    """Odd and non-square grids, missing elements, wavy pressures, short and long steps, needles, forces given."""
     rng = np.random.default_rng(seed)
     shape = shape or SHAPES[seed % len(SHAPES)]
     grid = random_grid(rng, shape)

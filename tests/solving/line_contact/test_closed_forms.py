@@ -54,10 +54,7 @@ def test_hertz():
 
 @pytest.mark.parametrize(("given", "orders"), [("creepage", (1.0, 0.95, 0.96)), ("force", (0.99, 0.82, 0.95))])
 def test_carter(given, orders):
-    """Order 1 (in the traction h times a logarithm: its slope ends in a root) where the stick area ends at an edge.
-
-    `orders` are of the force or creepage, of the traction and of the slip in L2.
-    """
+    """Order 1 (in the traction h times a logarithm: its slope ends in a root) where the stick area ends at an edge."""
     for sign in (-1, 1):
         exact = carter(HERTZ, F, force=0.75 * sign * F * LOAD)  # stick half-width a/2
         motion = vc.Steady(vx=exact.creepage) if given == "creepage" else vc.Steady(Fx=exact.force)
@@ -95,10 +92,7 @@ def test_cattaneo(part, order):
 
 
 def test_bufler():
-    """No slip between unlike cylinders: the creepage, pressure and traction, on grids that fit the contact.
-
-    The order is below 1 (0.75 over 20 to 160 elements, rising), as the tractions oscillate at the edges.
-    """
+    """No slip between unlike cylinders: the creepage, pressure and traction, on grids that fit the contact."""
     exact, creepage, pressure, traction = bufler(100.0, UNLIKE, a=1.0), [], [], []
     for n in CELLS:
         dx = 2 / n
@@ -142,10 +136,7 @@ def test_flat_punch():
 
 
 def test_a_long_thin_row_in_three_dimensions_is_line_contact():
-    """Elements L half-widths long: normal and tangential tractions and creepages tend to line contact.
-
-    With order 2 in 1/L for like bodies, 1 for unlike ones (the K terms fall off more slowly along y).
-    """
+    """Elements L half-widths long: normal and tangential tractions and creepages tend to line contact."""
     for bodies, order in ((vc.Bodies(G=1.0, nu=0.28), 2), (UNLIKE, 1)):
         a, n = line_contact(1.0, bodies, force=1.0).a, 32
         dx = 2.4 * a / n

@@ -1,7 +1,4 @@
-"""Where nothing moves along x, or nothing along y, tractions have one component: the same answer, for less.
-
-A force of zero prescribed along the other direction keeps both components: that is the full problem.
-"""
+"""Where nothing moves along x, or nothing along y, tractions have one component: the same answer, for less."""
 
 import dataclasses
 
