@@ -20,6 +20,19 @@ def script(name):
     return module
 
 
+@pytest.fixture
+def ran(tmp_path, capsys):
+    """A function: what an example's `main` returns; it draws a picture and prints some words."""
+
+    def run(name, words="", **options):
+        found = script(name).main(str(tmp_path / "picture.png"), **options)
+        assert (tmp_path / "picture.png").stat().st_size > 20_000
+        assert words in capsys.readouterr().out
+        return found
+
+    return run
+
+
 def solved(name):
     scene, options = vc.read_scene(EXAMPLES / f"{name}.toml")
     return vc.solve(scene, **options)
@@ -49,11 +62,9 @@ def test_fig21_spin():
     assert sol.certificate.relative_gap < 1e-12
 
 
-def test_fig21_fastsim(tmp_path, capsys, pictures):
+def test_fig21_fastsim(ran, pictures):
     """The paper's Fy = -18.12 kN by 10 x 10 elements, but for the third digit of its C23."""
-    field, sol = script("fig21_fastsim").main(str(tmp_path / "picture.png"), cells=15)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "-18.10 kN (the paper" in capsys.readouterr().out
+    field, sol = ran("fig21_fastsim", "-18.10 kN (the paper", cells=15)
     simplified, exact = titles(pictures[0])
     assert "-18.10" in simplified and f"{sol.elements['contact']} elements" in exact
     (arrows,) = (artist for artist in pictures[0].axes[0].get_children() if isinstance(artist, Quiver))
@@ -64,11 +75,9 @@ def test_fig21_fastsim(tmp_path, capsys, pictures):
     assert sol.certificate.relative_gap < 1e-12
 
 
-def test_fig22_to_24_creep_forces(tmp_path, capsys, pictures):
+def test_fig22_to_24_creep_forces(ran, pictures):
     """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
-    numbers = script("fig22_to_24_creep_forces").main(str(tmp_path / "picture.png"), cells=10, points=5, elements=50)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "Fig. 24 (3*)" in capsys.readouterr().out
+    numbers = ran("fig22_to_24_creep_forces", "Fig. 24 (3*)", cells=10, points=5, elements=50)
     away = curves_of(pictures[0].axes[2])
     assert away["Fig. 22, $v_x$"].max() == pytest.approx(100 * numbers["Fig. 22, vx"]["FASTSIM 50 x 50"])
     labels = [name.replace("vx", "$v_x$").replace("vy", "$v_y$") for name in numbers]
@@ -87,17 +96,15 @@ def test_fig22_to_24_creep_forces(tmp_path, capsys, pictures):
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
-def test_coated_sphere(tmp_path, capsys, pictures):
+def test_coated_sphere(ran, pictures):
     """Without a coating the sphere has Hertz's pressure; a hard one raises it, and less of it sticks."""
-    found = script("coated_sphere").main(str(tmp_path / "picture.png"), cells=16)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    found = ran("coated_sphere", "hard, 4 G", cells=16)
     soft, none, hard = found.values()
     hertz = vc.reference.hertz(10.0, 10.0, vc.Bodies(82e3, 0.28), force=100.0)
     assert none.pressure.max() == pytest.approx(hertz.peak_pressure, rel=0.02)
     assert soft.pressure.max() < none.pressure.max() < hard.pressure.max()
     assert soft.areas["contact"] > none.areas["contact"] > hard.areas["contact"]
     assert soft.areas["stick"] > none.areas["stick"] > hard.areas["stick"]
-    assert "hard, 4 G" in capsys.readouterr().out
     assert set(curves_of(pictures[0].axes[0])) == {f"coating: {name}" for name in found}
 
 
@@ -218,13 +225,9 @@ def test_fig27_to_29_unlike_cylinders(tmp_path, capsys, pictures):
         assert sol.certificate.residual < 1e-8
 
 
-def test_coupling_loops(tmp_path, capsys, pictures):
+def test_coupling_loops(ran, pictures):
     """Both loops converge for f up to 2 and K up to 0.5; Johnson's single pass is the farther off the larger both."""
-    tables = script("coupling_loops").main(
-        str(tmp_path / "picture.png"), cells=12, frictions=(0.01, 0.1, 2.0), unlikeness=(0.0, 0.2, 0.5)
-    )
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "0 of 9 failed" in capsys.readouterr().out
+    tables = ran("coupling_loops", "0 of 9 failed", cells=12, frictions=(0.01, 0.1, 2.0), unlikeness=(0.0, 0.2, 0.5))
     for ax, ((motion, loop), table) in zip(pictures[0].axes, tables.items(), strict=True):
         assert ax.get_title().startswith(motion) and loop in ax.get_title()
         written = [f"{cell.residual:.0e}" if loop == "johnson" else f"{cell.passes}" for cell in table.values()]
@@ -248,11 +251,9 @@ def test_aluminium_on_steel():
     assert (vx, vy) == pytest.approx((-6.154e-4, -6.965e-4), rel=1e-3)
 
 
-def test_fig35_below_a_square(tmp_path, capsys, pictures):
+def test_fig35_below_a_square(ran, pictures):
     """The paper's 0.55 at 0.4, 2.6, 1.42; its 1.40 is where the curves come within half a percent of the height."""
-    numbers = list(script("fig35_below_a_square").main(str(tmp_path / "picture.png")).values())
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "at the depth (0.4)" in capsys.readouterr().out
+    numbers = list(ran("fig35_below_a_square", "at the depth (0.4)").values())
     largest, depth, surface, apart, crossing, sheared, below, nothing = numbers
     ideal, invariant, along = (line.get_ydata() for line in pictures[0].axes[0].get_lines())
     assert (ideal.max(), invariant[0], along[0]) == (largest, surface, sheared)
@@ -266,11 +267,9 @@ def test_fig35_below_a_square(tmp_path, capsys, pictures):
     assert nothing < 1e-15
 
 
-def test_convergence(tmp_path, capsys, pictures):
+def test_convergence(ran, pictures):
     """Extrapolated from coarse grids, the closed forms are met within the error bars, and these are small."""
-    found = script("convergence").main(str(tmp_path / "picture.png"))
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "Carter: force" in capsys.readouterr().out
+    found = ran("convergence", "Carter: force")
     panel = pictures[0].axes[titles(pictures[0]).index("Fx")]
     means = next(line for line in panel.get_lines() if "order" in line.get_label())
     assert list(means.get_xdata()) == [8, 12, 16, 24]
@@ -299,10 +298,9 @@ def test_fig30_to_33_rolling_cylinders(tmp_path, capsys, pictures):
     assert steady < 0.06
 
 
-def test_fig34_spheres(tmp_path, pictures):
+def test_fig34_spheres(ran, pictures):
     """Pure spin makes a lateral force, larger spin a lower one; vx alone makes tractions nearly along x."""
-    spin, both, lateral, along, large = script("fig34_spheres").main(str(tmp_path / "picture.png"), cells=13).values()
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    spin, both, lateral, along, large = ran("fig34_spheres", cells=13).values()
     assert shows(pictures[0].axes[1], np.hypot(*spin.traction[:, spin.grid.ny // 2]))
     assert shows(pictures[0].axes[5], np.hypot(*along.traction[:, along.grid.ny // 2]))
     assert abs(spin.force[0]) < 1e-9
@@ -402,11 +400,9 @@ def test_corrugation(tmp_path, capsys):
     assert "poles" in capsys.readouterr().out
 
 
-def test_falling_friction(tmp_path, capsys, pictures):
+def test_falling_friction(ran, pictures):
     """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
-    creepages, curves, shown = script("falling_friction").main(str(tmp_path / "picture.png"), cells=40, points=5)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "from slip" in capsys.readouterr().out
+    creepages, curves, shown = ran("falling_friction", "from slip", cells=40, points=5)
     forces, _, tractions = pictures[0].axes
     for (name, start), values in curves.items():
         np.testing.assert_array_equal(curves_of(forces)[f"{name}, from {start}"], values)
@@ -422,13 +418,17 @@ def test_falling_friction(tmp_path, capsys, pictures):
     assert 0.15 < falling[-1] < falling.max() < 0.3
 
 
-def test_sampling(tmp_path, capsys, pictures):
+def test_sampling(ran, pictures):
     """Spin at x is too little, at the middle of the step too much; extrapolated touched elements beat finer ones."""
-    spin, left, _ = script("sampling").main(
-        str(tmp_path / "picture.png"), ratios=(1.0,), cells=(12,), with_slip={1.0: (4, 6, 8)}, stepped=(4,), margined=0
+    spin, left, _ = ran(
+        "sampling",
+        "by sampling point",
+        ratios=(1.0,),
+        cells=(12,),
+        with_slip={1.0: (4, 6, 8)},
+        stepped=(4,),
+        margined=0,
     )
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "by sampling point" in capsys.readouterr().out
     points, edges = pictures[0].axes
     np.testing.assert_array_equal(curves_of(points)["x + 1/2 dq"], [spin[1.0, 12][-1, 2]])
     np.testing.assert_array_equal(curves_of(edges)["touched"], [left["touched", (n,)] for n in (4, 6, 8)])
@@ -452,11 +452,9 @@ def test_wheel_set(tmp_path, capsys, pictures):
     assert np.abs(curves_of(pictures[1].axes[0])["151 km/h, 1.2 times the critical speed"]).max() >= above
 
 
-def test_temperature(tmp_path, capsys, pictures):
+def test_temperature(ran, pictures):
     """Forces that fall where friction does with its own heat; the picture has them."""
-    _, solved = script("temperature").main(str(tmp_path / "picture.png"), cells=16, points=4)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
-    assert "degrees" in capsys.readouterr().out
+    _, solved = ran("temperature", "degrees", cells=16, points=4)
     forces, heats = pictures[0].axes[:2]
     for name, each in solved.items():
         np.testing.assert_array_equal(curves_of(forces)[name], [sol.Fx / sol.normal_force for sol in each])
