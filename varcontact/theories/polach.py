@@ -91,7 +91,7 @@ def polach_forces(
     stiff = np.hypot(table.C11 * vx, table.C22 * vy)  # c |(vx, vy)|
     with np.errstate(divide="ignore", invalid="ignore"):
         # c s is stiff where there is no spin; F/s stays finite as s tends to 0
-        gradient = np.pi * ab * G / (4 * limit) * (stiff * (total / slip) if turns else stiff)
+        gradient = np.pi * ab * G / (4 * limit) * (stiff / slip * total if turns else stiff)
         force = 2 / np.pi * limit * (k_A * gradient / (1 + (k_A * gradient) ** 2) + np.arctan(k_S * gradient))
         by_creepage = np.where(slip > 0, force / total, 0.0)
         Fx, Fy = -by_creepage * vx, -by_creepage * vy
@@ -104,6 +104,6 @@ def polach_forces(
             K = np.abs(e) * rest**2 * (1 + 2 * d) / 6 - (rest * (1 + d)) ** 1.5 / 3
             by_spin = np.where(total > 0, (-9 / 16 * a * limit * q * K * np.sign(e)) / total, 0.0)
             Fy = Fy - by_spin * spin
-            cut = np.minimum(1.0, limit / np.hypot(Fx, Fy))
+            cut = limit / np.maximum(np.hypot(Fx, Fy), limit)
             Fx, Fy = Fx * cut, Fy * cut
     return Fx + 0.0, Fy + 0.0
