@@ -38,9 +38,10 @@ from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, 
 from .scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from .scene.grid import Grid
 from .scene.interface import Thermal, ThirdBody
-from .scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
+from .scene.motion import Harmonic, Shift, Steady, TimeStep
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from .scene.transient import Transient
 from .scene.units import MM_N, SI, Units
 from .solving.plan_report import plan
 from .solving.solve import certify, solve

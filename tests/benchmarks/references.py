@@ -24,8 +24,8 @@ from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import NORMAL, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
 from varcontact.study.csv_table import Table, identity

@@ -140,7 +140,7 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     """Results by wheel, in which an error is that wheel's alone."""
     from varcontact.io.scene_toml import scene_from
     from varcontact.io.toml_tables import table_of
-    from varcontact.scene.motion import Transient
+    from varcontact.scene.transient import Transient
     from varcontact.study.many import solve_many
 
     common = table_of("scene", message.get("scene", {}))

@@ -57,7 +57,7 @@ def solve(
     from varcontact.io.solution import ENDINGS, check_solution_file
     from varcontact.plotting.history import check_animation
     from varcontact.plotting.style import check_picture
-    from varcontact.scene.motion import Transient
+    from varcontact.scene.transient import Transient
     from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
     from varcontact.system.files import check_ending

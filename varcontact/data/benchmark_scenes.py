@@ -15,9 +15,10 @@ import numpy as np
 from varcontact import checks
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Shift, Steady, Transient
+from varcontact.scene.motion import Motion, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.transient import Transient
 
 FRICTION = 0.3
 LIMIT = FRICTION

@@ -11,9 +11,9 @@ from varcontact.errors import SceneError, TooCoarse
 from varcontact.scene.consistency import bodies_apart, left_out
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interpolation import how_to_smooth
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
+from varcontact.scene.transient import Transient
 from varcontact.system.process import SMALLER, need
 
 Box = tuple[float, float, float, float]

@@ -9,8 +9,9 @@ import numpy as np
 
 from varcontact.scene.friction import Law
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Motion, Steady, Transient
+from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 
 @dataclass(frozen=True)

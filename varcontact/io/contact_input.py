@@ -36,9 +36,10 @@ from varcontact.reference.hertz import hertz_ellipse
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N
 
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)

@@ -37,8 +37,8 @@ from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.system.files import (
     PATIENCE,
     begins_with,

@@ -30,8 +30,8 @@ from varcontact.io.scene_toml import scene_to
 from varcontact.io.solution import FIELDS, solution_to_bytes, variables_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.system.files import check_writable, only_writer, reading, replacing
 
 if TYPE_CHECKING:

@@ -20,9 +20,10 @@ from varcontact.scene.carried import Carried
 from varcontact.scene.friction_laws import LAWS, FrictionLaw
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.files import (
     SCENE_BYTES,

@@ -15,7 +15,8 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 
 

@@ -19,9 +19,10 @@ from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady, Transient
+from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
 from varcontact.system.files import check_ending
 

@@ -19,8 +19,9 @@ from varcontact.scene.friction import LEAST, MOST, Law, StaticKinetic
 from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:

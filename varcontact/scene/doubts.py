@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Paraboloids
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:

@@ -1,8 +1,7 @@
-"""How the bodies move over each other: steady rolling, a shift, or a history of steps. Each class checks itself."""
+"""How the bodies move over each other in one problem. Each motion checks itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, Self
 
@@ -10,10 +9,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.carried import Carried
-from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.grid import Grid
-from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 SPIN_OFFSET = 1 / 6
 ONE_OF_TWO = "one of the two only"
@@ -132,7 +127,7 @@ class Harmonic:
     rolls: ClassVar[int] = 1  # towards positive x
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "wave_number", _at_least_zero("motion.wave_number", self.wave_number))
+        object.__setattr__(self, "wave_number", at_least_zero("motion.wave_number", self.wave_number))
         _check_rigid(self, "vx", "vy", "spin")
         _ = self.free_rolling
 
@@ -248,244 +243,10 @@ def check_offset(spin_offset: float | None) -> None:
         raise SceneError("motion.spin_offset", spin_offset, "a number in [0, 1]")
 
 
-MOST_STEPS = 1_000_000
-"""Steps of one history: they are looked through several times before the first is solved."""
-
-
-Numbers = float | Sequence[float]
-Choices = float | Sequence[float | None] | None
-Control = Callable[[int, Any], Mapping[str, Any]]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Transient:
-    """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
-
-    Entries from `dq` to `friction` are one number for all steps or a sequence of one for each; None in a sequence of
-    forces leaves the step its creepage, None in one of the load or of friction leaves it the scene's.
-
-    Parameters
-    ----------
-    steps : int
-    dq : float or sequence, optional
-        Distance rolled in each step [length]; 0: a shift in place; the element's dx if not given.
-    dt : float or sequence, optional
-        Time that each step takes [time], with viscoelastic bodies, and with these only; 0: a step at once.
-    direction : int or sequence
-        1: rolling towards positive x; -1: towards negative x.
-    vx, vy, spin, ux, uy, rotation : float or sequence
-        Creepages, as of `Steady`, by the distance rolled, whatever its direction; and a rigid shift in place in each
-        step, as of `Shift`, added to theirs.
-    Fx, Fy : float or sequence, optional
-        Tangential force on body 1 in place of creepage and shift of the same direction.
-    normal_force, approach : float or sequence, optional
-        The load in place of the scene's, at most one of the two in a step. A force of 0, or an approach at which the
-        bodies are apart, is no contact: all tractions vanish.
-    friction : float, law or sequence, optional
-        Coefficient of friction, or law of it, in place of the scene's.
-    surface : sequence, optional
-        Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
-    carried : Carried or sequence, optional
-        Heights that the bodies carry through the contact: roughness, flats, corrugation.
-    rolled : float, optional
-        Where the contact is before the first step on the way X of the `carried` heights [length]; 0 if not given.
-    control : callable, optional
-        ``control(k, before)`` gives creepages, shifts, forces or the load of step k as a mapping, in place of those
-        given here; `before` is the Solution of the step before, or None. So wheel, track or drive move with the
-        contact. The history that is returned has its numbers; a `store` cannot have a function.
-    start : Solution, optional
-        What the first step goes on from; not given: bodies without tractions.
-    interpolate : bool
-        Whether a start on another grid is interpolated; otherwise it is refused.
-    spin_offset : float
-        The rigid slip of spin is sampled at ``x + spin_offset * direction * dq``, as of `Steady`: then a long
-        history tends to the steady solution.
-
-    Raises
-    ------
-    SceneError
-        Naming the entry (``motion.vx[7]``), its value and what is allowed.
-
-    Examples
-    --------
-    A shift by a force, then rolling under it:
-
-    >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
-    >>> motion.step(1, dx=0.2)
-    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1, Fy=None, \
-spin_offset=0.16666666666666666, dt=None)
-    """
-
-    steps: int
-    dq: Numbers | None = None
-    dt: Numbers | None = None
-    direction: int | Sequence[int] = 1
-    vx: Numbers = 0.0
-    vy: Numbers = 0.0
-    spin: Numbers = 0.0
-    ux: Numbers = 0.0
-    uy: Numbers = 0.0
-    rotation: Numbers = 0.0
-    Fx: Choices = None
-    Fy: Choices = None
-    normal_force: Choices = None
-    approach: Choices = None
-    friction: float | Law | Sequence[float | Law | None] | None = None
-    surface: Sequence[Surface] | None = None
-    carried: Carried | Sequence[Carried] | None = None
-    rolled: float | None = None
-    control: Control | None = None
-    start: Any = None
-    interpolate: bool = False
-    spin_offset: float = SPIN_OFFSET
-
-    def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        longer = "; a longer history goes on from the last step of another, its start"
-        set_(self, "steps", checks.whole("motion.steps", self.steps, most=MOST_STEPS, why=longer))
-        for name, check in _ENTRIES.items():
-            set_(self, name, self._checked(name, getattr(self, name), check))
-        for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
-            for rigid in (along_x, along_y):
-                several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
-                for k in range(self.steps if several else 1):
-                    F, given = self.of(force, k), self.of(rigid, k)
-                    if F is not None and given != 0:
-                        raise SceneError(f"motion.{force}[{k}], motion.{rigid}[{k}]", (F, given), ONE_OF_TWO)
-        if self.surface is not None:
-            if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
-                allowed = f"one surface for each of the {self.steps} steps"
-                raise SceneError("motion.surface", self.surface, allowed)
-            for k, each in enumerate(self.surface):
-                if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
-                    raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
-                if is_line(each) != is_line(self.surface[0]):
-                    raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none")
-            object.__setattr__(self, "surface", tuple(self.surface))
-        if not isinstance(self.carried, Carried | Sequence | None) or not all(
-            isinstance(h, Carried) for h in self.heights
-        ):
-            raise SceneError("motion.carried", self.carried, "Carried, or several")
-        if self.rolled is not None:
-            set_(self, "rolled", checks.moderate("motion.rolled", self.rolled))
-        if self.control is not None and not callable(self.control):
-            raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
-        fields = ("grid", "pressure", "traction", "state")
-        if self.start is not None and not all(hasattr(self.start, name) for name in fields):
-            raise SceneError("motion.start", self.start, "a Solution")
-        checks.flag("motion.interpolate", self.interpolate)
-        check_offset(self.spin_offset)
-
-    def __repr__(self) -> str:
-        return checks.short_entries(self)
-
-    def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
-        """One number, or as many as there are steps."""
-        field, optional = f"motion.{name}", name in _OPTIONAL
-        if value is None and (optional or name in ("dq", "dt")):
-            return None
-        if not checks.is_array(value):
-            return check(field, value)
-        ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
-        if ndim != 1 or len(value) != self.steps:
-            raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
-        return tuple(
-            None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
-        )
-
-    def of(self, name: str, k: int) -> Any:
-        """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
-        value = getattr(self, name)
-        return value[k] if isinstance(value, tuple) else value
-
-    def every(self, name: str) -> list[Any]:
-        """Values of the entry `name`, one a step, in the entry's unit."""
-        value = getattr(self, name)
-        return list(value) if isinstance(value, tuple) else [value] * self.steps
-
-    @property
-    def repeats(self) -> bool:
-        """Whether every step is described by the same numbers."""
-        return self.surface is None and not any(isinstance(getattr(self, name), tuple) for name in _ENTRIES)
-
-    def step(self, k: int, dx: float) -> TimeStep:
-        """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""
-        entries = {name: self.of(name, k) for name in ("dt", "direction", *_RIGID, "Fx", "Fy")}
-        dq = self.of("dq", k)
-        return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
-
-    def position(self, k: int, dx: float) -> float:
-        """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1 before the first."""
-        steps = zip(self.every("dq")[: k + 1], self.every("direction"), strict=False)
-        return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
-
-    def height(self, k: int, grid: Grid) -> np.ndarray | float:
-        """How far what the bodies carry stands out at the end of step `k` on a `grid` [length], (ny, nx)."""
-        at = self.position(k, grid.sides[0]) if self.heights else 0.0
-        return sum((each.on(grid, at) for each in self.heights), start=0.0)
-
-    @property
-    def height_range(self) -> float:
-        """From the lowest to the highest of what the bodies carry, at most [length]."""
-        return sum(float(each.height.max(initial=0.0) - each.height.min(initial=0.0)) for each in self.heights)
-
-    @property
-    def heights(self) -> tuple[Carried, ...]:
-        """What the bodies carry, one after the other."""
-        return (self.carried,) if isinstance(self.carried, Carried) else tuple(self.carried or ())
-
-    def alone(self, k: int, dx: float, given: Any) -> Transient:
-        """Step `k`, from 0, as a history of one, on elements of length `dx`, with what its control has `given`."""
-        if not isinstance(given, Mapping):
-            raise SceneError("motion.control", given, f"a mapping with some of {', '.join(CONTROLLED)}")
-        entries = {name: self.of(name, k) for name in _ENTRIES}
-        for name, value in given.items():
-            entries |= dict.fromkeys(CONTROLLED[checks.choice("motion.control", name, CONTROLLED)])
-            entries[name] = value
-        entries |= {name: 0.0 for name in _RIGID if entries[name] is None}
-        surface = None if self.surface is None else [self.surface[k]]
-        rolled = self.position(k - 1, dx)
-        return replace(self, steps=1, surface=surface, rolled=rolled, control=None, **entries)
-
-
-_RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")
-CONTROLLED = {
-    **dict.fromkeys(("spin", "rotation"), ()),
-    **{name: (f"F{name[1]}",) for name in ("vx", "vy", "ux", "uy")},
-    **{name: (f"v{name[1]}", f"u{name[1]}") for name in ("Fx", "Fy")},
-    "normal_force": ("approach",),
-    "approach": ("normal_force",),
-}
-"""What a control may give, and what that takes the place of."""
-_OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
-
-
-def _at_least_zero(field: str, value: Any) -> float:
+def at_least_zero(field: str, value: Any) -> float:
+    """The number, where it is finite and not negative."""
     allowed = "a finite number, zero or positive"
     number = checks.moderate(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)
     return number
-
-
-def _distance(field: str, value: Any) -> float:
-    distance = _at_least_zero(field, value)
-    return checks.computable(field, distance) if distance > 0 else distance
-
-
-def _direction(field: str, value: Any) -> int:
-    allowed = "1 or -1"
-    number = checks.number(field, value, allowed)
-    if abs(number) != 1:
-        raise SceneError(field, value, allowed)
-    return int(number)
-
-
-_ENTRIES: dict[str, Callable[[str, Any], Any]] = {
-    "dq": _distance,
-    "dt": _distance,
-    "direction": _direction,
-    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
-    "normal_force": _at_least_zero,
-    "friction": coefficient,
-}

@@ -21,8 +21,9 @@ from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
-from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:

@@ -23,8 +23,9 @@ from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.history import bytes_of_steps, solve_transient
 from varcontact.solving.on_grid import solve_on_grid

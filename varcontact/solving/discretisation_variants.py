@@ -17,8 +17,9 @@ from varcontact.results.quantities_of_interest import steps_that_count, values
 from varcontact.results.solution import Solution
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.grid import Edge, Grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 
 STRIPS = 4

@@ -35,8 +35,9 @@ from varcontact.discrete.temperature import Heat, in_contact, surface_temperatur
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Steady, TimeStep, Transient
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""

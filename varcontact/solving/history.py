@@ -16,8 +16,8 @@ from varcontact.io.history import Stored
 from varcontact.results.history import History, heat_before, heat_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import CONTROLLED, Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import CONTROLLED, Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact

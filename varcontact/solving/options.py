@@ -17,8 +17,9 @@ from varcontact.results.quantities_of_interest import not_measurable
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law, StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.defect_correction.driver import check_refine
 from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import select

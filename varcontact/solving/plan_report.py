@@ -14,8 +14,9 @@ from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.errors import SceneError
 from varcontact.results.plan import Cost, Matrix, Plan, Sizes
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 from varcontact.solving.pipeline import check_memory, peak
 from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns

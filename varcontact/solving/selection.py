@@ -18,9 +18,10 @@ from varcontact.scene.consistency import left_out, why_centres
 from varcontact.scene.friction import Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import (
     MATRIX_FREE,
     NORMAL,

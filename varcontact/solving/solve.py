@@ -20,8 +20,9 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Harmonic, Shift, Steady, Transient
+from varcontact.scene.motion import Harmonic, Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.history import solve_transient

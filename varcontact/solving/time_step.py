@@ -28,8 +28,9 @@ from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening

@@ -14,8 +14,9 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
