@@ -177,7 +177,6 @@ def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        ("like", {"pressure": lambda p: np.where(p == p.max(), 1.001 * p, p)}),
         ("approach", {"approach": lambda d: 1.01 * d}),
         ("force", {"creepage": put(1, np.nan)}),
         ("force", {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
