@@ -191,9 +191,7 @@ class Solution:
         scene = self.scene
         if scene.thermal is None or scene.speed is None:
             return None
-        heat = self.power_density * (
-            0.0 if scene.no_slip else scene.speed
-        )  # elastic energy lost at edges heats nothing
+        heat = self.power_density * (0.0 if scene.no_slip else scene.speed)  # energy lost at edges heats nothing
         dx = self.grid.sides[0]
         return surface_temperatures(heat, self.state != EXTERIOR, dx, scene.speed, scene.thermal)
 
@@ -289,10 +287,7 @@ class Solution:
 
     @property
     def negative_work(self) -> float:
-        """Sum of the negative values of `power_density` by that of all [-], zero or negative.
-
-        It is an error of the grid, or of a theory whose tractions do not oppose the slip everywhere, on any grid.
-        """
+        """Sum of negative values of `power_density` by that of all [-]: an error of the grid, or of a rough theory."""
         negative = float(self.power_density[self.power_density < 0].sum())
         if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):  # where nothing slips
             return 0.0
@@ -332,10 +327,8 @@ class Solution:
 
     def __repr__(self) -> str:
         Fx, Fy = self.force
-        return (
-            f"Solution(normal_force={self.normal_force:.6g}, force=({Fx:.6g}, {Fy:.6g}), moment={self.moment:.6g}, "
-            f"residual={self.certificate.residual:.1e})"
-        )
+        loads = f"normal_force={self.normal_force:.6g}, force=({Fx:.6g}, {Fy:.6g}), moment={self.moment:.6g}"
+        return f"Solution({loads}, residual={self.certificate.residual:.1e})"
 
     def to_xarray(self) -> xr.Dataset:
         """All fields with coordinates and units, and the forces, as a dataset."""
@@ -363,27 +356,17 @@ class Solution:
         save(self, path, overwrite=overwrite)
 
     def to_html(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write the report as one web page: values with error bars, picture, certificate, scene, and the command.
-
-        `path` and `overwrite` are as of `save`, with the ending ``.html``; the page needs no other file.
-        """
+        """Write the report as one web page, with picture and command; `path` (.html) and `overwrite` as of `save`."""
         check_ending("path", checks.file_name("path", path), ".html")
         self.save(path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
-        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), (2, 3), from the problem linearised at the solution.
 
-        Returns
-        -------
-        ndarray, shape (2, 3)
-            ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
-            as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
-            Unlike bodies: with the change of the pressures. Line contact has no spin: zeros.
-
-        Raises
-        ------
-        SceneError
-            Without a motion, or for an approximate theory.
+        ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas as they
+        are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave. Unlike bodies:
+        with the change of the pressures. Line contact has no spin: zeros. SceneError without a motion, or for an
+        approximate theory.
 
         Examples
         --------
@@ -428,22 +411,16 @@ class Solution:
         ----------
         what : str or sequence of str, optional
             Other panels: "pressure", "traction", "slip", "distance", "power_density", "temperature", "section".
-        ax : matplotlib Axes, optional
-            Where to draw one panel; a new figure if not given.
-        figsize : pair of float, optional
-            Of a new figure [inch].
+        ax, figsize : matplotlib Axes, or pair of float, optional
+            Where to draw one panel, or the size of a new figure [inch].
         y : float, optional
             Of the section [length]; the row with the largest pressure if not given.
 
         Returns
         -------
         matplotlib Figure
-            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
-
-        Raises
-        ------
-        SceneError
-            For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
+            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot. SceneError
+            for a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
         """
         from varcontact.plotting.solution import plot
 
