@@ -198,3 +198,16 @@ def test_plan_names_the_law(rolling):
     assert vc.plan(rolling(motion=None)).friction == "none"
     history = vc.Transient(steps=2, vx=0.05, friction=[0.3, vc.StaticKinetic(0.3, 0.2)])
     assert vc.plan(rolling(motion=history)).friction == "several"
+
+
+def test_costs_of_all_methods_that_lead_there(rolling):
+    """Known by their order: products, then active sets, then programs."""
+    plan = vc.plan(rolling(grid=vc.Grid(nx=40, ny=40)))
+    found = {cost.method: cost for cost in plan.costs}
+    assert list(found) == ["auto", "convex", "active-set"]
+    assert found["auto"].tangential == "newton"
+    assert 10 * found["auto"].seconds < 10 * found["active-set"].seconds < found["convex"].seconds
+    assert found["auto"].bytes < found["active-set"].bytes < found["convex"].bytes
+    assert "auto (hertz, newton): about 0.0" in str(plan)
+    names = {"method", "normal", "tangential", "seconds", "bytes"}
+    assert [set(cost) for cost in plan.summary()["costs"]] == 3 * [names]

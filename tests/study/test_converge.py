@@ -366,3 +366,13 @@ def test_what_cannot_be_said_is_not(cells, values, words):
         assert np.isnan([found.value, found.order]).all()
     if words == "no error":
         assert np.isinf(found.error)
+
+
+def test_solver_error_stands_beside(rolling):
+    """The certificate's bounds are those of the discrete problem, far below the discretisation's error."""
+    study = vc.converge(rolling(), [6, 8, 10])
+    row = study.limit("Fx")
+    assert row["solver_bound"] == study.grids["Fx_bound"].iloc[-1]
+    assert 0 < row["solver_bound"] < 1e-4 * row["finest_error"]
+    theory = vc.converge(rolling(), [6, 8, 10], "fastsim").limit("Fx")
+    assert theory["solver_bound"] > 10 * theory["error"], "FASTSIM converges, to something else"

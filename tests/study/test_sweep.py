@@ -487,3 +487,8 @@ def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
     assert vc.sweep(rolling(grid="auto"), over, store=store, **options).identical(swept)
     with pytest.raises(vc.OutputError, match=r"holds another sweep \(accuracy"):
         vc.sweep(rolling(grid="auto"), over, store=store, accuracy=0.05)
+
+
+def test_standing():
+    assert str(vc.Standing(3, 10, 0)) == "3 of 10 scenes"
+    assert str(vc.Standing(3, 10, 1, 3725.0)) == "3 of 10 scenes, 1 not solved, 1:02:05 left"

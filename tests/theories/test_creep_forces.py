@@ -201,3 +201,26 @@ def test_shapes_that_do_not_broadcast_are_named_by_the_functions_behind():
         linear_forces([1.2, 1.0], 0.8, 1.0, three, TABLE)
     with pytest.raises(vc.SceneError, match=r"do not broadcast: a_over_b \(2,\), nu \(3,\)$"):
         vc.no_slip_coefficients([1.0, 2.0], [0.1, 0.2, 0.3])
+
+
+def test_the_functions_behind():
+    creepage = np.array([0.5, -0.3, 0.4]) * UNIT
+    contact = (1.2, 0.8, 1.0, LIMIT)
+    of = dict(zip(("vx", "vy", "spin"), creepage, strict=True))
+    expected = {
+        "linear": linear_forces(1.2, 0.8, 1.0, creepage, TABLE),
+        "fastrip": fastrip(*contact, creepage, TABLE),
+        "strip": strip(1.2, 0.8, 1.0, 0.28, LIMIT, creepage),
+        "fastsim": fastsim(*contact, creepage, TABLE, division="calibrated"),
+        "fastsim-weighted": fastsim(*contact, creepage, TABLE, division="calibrated", flexibility="weighted"),
+        "fastsim-elliptic": fastsim(*contact, creepage, TABLE, division="calibrated", bound="elliptic"),
+    }
+    for name, exact in expected.items():
+        found = vc.creep_forces(name, **CONTACT, **of)
+        np.testing.assert_allclose(parts(found), [*exact.force, exact.moment], rtol=1e-12, err_msg=name)
+    force = vc.creep_forces("polach", **CONTACT, **of)
+    np.testing.assert_allclose([force.Fx, force.Fy], polach(*contact, creepage, TABLE), rtol=1e-12)
+    assert np.isnan(force.Mz)
+    without = vc.creep_forces("vermeulen-johnson", **CONTACT, vx=creepage[0], vy=creepage[1])
+    exact = vermeulen_johnson(*contact, (*creepage[:2], 0.0), TABLE)
+    np.testing.assert_allclose([without.Fx, without.Fy], exact, rtol=1e-12)

@@ -10,6 +10,7 @@ from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity
 from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
+from varcontact.wheel_rail.plots import plot_positions
 
 CASE = """
 vertical_force = 20e3
@@ -183,3 +184,13 @@ def test_solutions_are_handed_on_and_their_warnings_are_in_the_table(tmp_path):
     assert seen[0].patches[0].solution.warnings[0] in table["warnings"][0]
     solve_cases(file, tmp_path / "table.csv", solved=seen.append)
     assert len(seen) == 1  # the table had it
+
+
+def test_the_picture_over_the_positions(tmp_path):
+    table = solve_cases(read(tmp_path, CASE))
+    figure = plot_positions(table)
+    assert len(figure.axes) == 12
+    drawn = {ax.get_ylabel(): ax.lines[0].get_ydata() for ax in figure.axes}
+    solved = table[table["outcome"] == "solved"]
+    assert drawn["Contact angle [mrad]"] == pytest.approx(1e3 * solved["angle"].to_numpy())
+    assert figure.axes[0].lines[0].get_xdata() == pytest.approx([1.0, 2.0])

@@ -130,3 +130,12 @@ def test_functions_of_t_gamma_take_other_numbers():
     assert british_rail_wear(400.0, 920.0, pieces=[(0.0, 0.25, 0.0)]) == pytest.approx(0.25 * 400 / 920)
     assert sheffield_wear([1.0, 100.0], pieces=[(0.0, 2.0, 0.0), (50.0, 0.0, 7.0)]) == pytest.approx([2.0, 7.0])
     assert fatigue_damage([5.0, 20.0], course=([0.0, 10.0], [0.0, 1.0])) == pytest.approx([0.5, 2.0])
+
+
+def test_error_bars_of_damage():
+    """They hold what a finer grid finds."""
+    found, finer = wheel(3.0, yaw=0.004).solve(accuracy=0.02), wheel(3.0, yaw=0.004, dx=0.15, dy=0.15).solve()
+    (one,), (other,) = wear(found).patches, wear(finer).patches
+    assert 0 < abs(one.t_gamma - other.t_gamma) < 1.5 * one.t_gamma_error < 0.05 * one.t_gamma
+    places = [shakedown(each.patches[0], 300.0) for each in (found, finer)]
+    assert abs(places[0].utilised - places[1].utilised) < 1.5 * places[0].utilised_error

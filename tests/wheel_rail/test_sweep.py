@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import pyplot as plt
 
 from tests.command import run
 from tests.wheel_rail.test_wheel_set import wheel_set
 from varcontact.errors import SceneError
 from varcontact.wheel_rail import Archard, WheelSetOnTrack, sweep_wheel_sets, wear
 from varcontact.wheel_rail.case_file import read_case, solve_cases
+from varcontact.wheel_rail.plots import plot_wheel_sets
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # elements are few to be fast
 LAW = Archard(k=3e-4, hardness=3000.0)
@@ -101,3 +103,14 @@ def test_arguments_of_another_kind_are_named(changes, field):
     given = {"cases": wheel_set(), "over": {"position.y": [0.0, 1.0]}} | changes
     with pytest.raises(SceneError, match=field):
         sweep_wheel_sets(**given)
+
+
+def test_the_picture():
+    case = wheel_set()
+    swept = sweep_wheel_sets(case, {"position.y": [-4.0, 0.0, 4.0]}, fast=True)
+    figure = plot_wheel_sets(swept, case)
+    lateral = figure.axes[1].lines[0].get_ydata()
+    assert lateral == pytest.approx(1e-3 * swept["track_Fy"].sel(side="left", patch=1).values)
+    plt.close(figure)
+    with pytest.raises(SceneError, match="one entry"):
+        plot_wheel_sets(sweep_wheel_sets(case, {"position.y": [0.0], "friction": [0.1]}, fast=True))
