@@ -390,3 +390,20 @@ def test_a_logarithmic_axis_has_two_labels_or_more(ends):
         sum(bool(each.get_text()) and ends[0] <= each.get_position()[1] <= ends[1] for each in ax.get_yticklabels()) > 1
     )
     assert overprinted(figure) == []
+
+
+def test_sections_elsewhere(wheel):
+    """The row next to y; on no row, and in line contact, it is refused."""
+    y = float(wheel.grid.y[2])
+    ax = wheel.plot("section", y=y + 0.3 * wheel.grid.sides[1]).axes[0]
+    assert f"y = {1e3 * y:.3g} mm" in ax.get_title()
+    largest = np.hypot(*wheel.traction[:, 2]).max()
+    assert max(line.get_ydata().max() for line in ax.get_lines() if line.get_label() == "$|p|$") == pytest.approx(
+        largest / 1e6
+    )
+    with pytest.raises(vc.SceneError, match=r"y = 1.0 .* on the grid"):
+        wheel.section(y=1.0)
+    with pytest.raises(vc.SceneError, match="left out in line contact"):
+        vc.solve(CYLINDER).section(y=0.0)
+    with pytest.raises(vc.SceneError, match='or with the panel "section"'):
+        wheel.plot("pressure", y=0.0)
