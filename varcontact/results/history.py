@@ -41,10 +41,9 @@ def heat_before(start: Solution | None) -> list[Heat]:
     if start is None or getattr(start.motion, "speed", getattr(start.motion, "dt", None)) is None:
         return []
     heat = heat_of(start)
-    count = (
-        1 if isinstance(start.motion, TimeStep) else math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
-    )
-    return [heat] * count
+    if isinstance(start.motion, TimeStep):
+        return [heat]
+    return [heat] * math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ class Plan:
     costs : tuple of Cost
         Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
     doubts : tuple of str
-        What looks like a slip of the pen in the scene, see `Scene.doubts`; of `varcontact.plan` only.
+        Likely mistakes in the scene, see `Scene.doubts`; of `varcontact.plan` only.
     """
 
     normal: str

@@ -176,11 +176,9 @@ class Solution:
             return None
         if self.weakening is not None and (law.memory_distance > 0 or law.local):
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
-        if law.local:
-            slip, warm = np.hypot(*self.slip) * (self.state == SLIP), self.temperature if law.warm else None
-            places = np.meshgrid(self.grid.x, self.grid.y)
-            return law.on(slip, None if warm is None else warm[0], self.pressure, *places)
-        return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
+        slip, warm = np.hypot(*self.slip) * (self.state == SLIP), self.temperature if law.warm else None
+        places = np.meshgrid(self.grid.x, self.grid.y)
+        return law.on(slip, None if warm is None else warm[0], self.pressure, *places)
 
     @property
     def temperature(self) -> np.ndarray | None:

@@ -1,4 +1,4 @@
-"""What looks like a slip of the pen in a scene that is none: units that do not go together, unusual sizes."""
+"""Likely mistakes in a scene that can be solved: units that do not go together, unusual sizes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LARGE_CONTACT = 0.5
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """What looks like a slip of the pen, see `Scene.doubts`."""
+    """Likely mistakes, see `Scene.doubts`."""
     found: list[str] = []
     surface, motion, units, G = scene.surface, scene.motion, scene.units, scene.bodies.combined_G
     radii: tuple[float, ...] = (surface.R,) if isinstance(surface, Cylinders) else ()

@@ -356,7 +356,7 @@ class Scene(Generic[MotionT_co]):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What looks like a slip of the pen, in words: plans and reports say it, too.
+        """Likely mistakes, in words: plans and reports say them, too.
 
         A modulus softer or stiffer than solids are in the units named, or that looks like pascals beside lengths in
         millimetres; a contact of half a radius of curvature; a creepage above 0.1.
