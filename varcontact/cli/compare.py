@@ -140,14 +140,14 @@ def tradeoff(
     """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
     from varcontact import checks
     from varcontact.data.benchmark_scenes import CLASSES
-    from varcontact.study.references import references
+    from varcontact.study.references import continuum_values
     from varcontact.study.tradeoff import Tradeoff
     from varcontact.study.tradeoff import tradeoff as measure
 
     check_outputs(out, plot, [], force)
     if kind is not None:
         checks.choice("class", kind, CLASSES)
-    bank = {name: each for name, each in references().items() if kind in (None, each.kind)}
+    bank = {name: each for name, each in continuum_values().items() if kind in (None, each.kind)}
     chosen = None if methods is None else names_of(methods)
     try:
         numbers = [int(n) for n in cells.split(",")]
