@@ -64,7 +64,7 @@ MESSAGES = [
     (lambda: certified((2, 4, 3), grid=SQUARE), "traction", "must be of shape (2, 3, 3)"),
     (lambda: vc.compare(scene(), ["convex+polish"]), "methods", "only a program solver called by name"),
     (lambda: vc.compare({1: scene()}, ["tang"]), "scenes", "named by strings"),
-    (lambda: vc.converge(scene(motion=vc.Transient(steps=1, dq=0.1)), [8, 16]), "motion", "not on a history"),
+    (lambda: vc.converge(scene(motion=vc.Transient(steps=1, dq=0.1)), [8, 16]), "motion", "studied on one problem"),
     (lambda: vc.converge(scene(surface=BOWL, grid=SQUARE), [8, 16]), "surface.x", "fit one grid only"),
     (lambda: vc.converge(scene(), [8, 16], method=[]), "method", "at least one name"),
     (lambda: vc.scan(scene(motion=None), [(0.0, 0.0, 0.0)]), "motion", "a scan sets the creepages"),

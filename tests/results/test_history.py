@@ -291,7 +291,7 @@ def test_scenes_that_cannot_be_are_refused():
         vc.scan(scene(), [(0, 0, 0)])
     with pytest.raises(vc.SceneError, match="motion"):
         vc.certify(scene(), np.zeros((2, 10, 10)))
-    with pytest.raises(vc.SceneError, match=r"is a history: methods are compared on one problem"):
+    with pytest.raises(vc.SceneError, match="is Transient: methods are compared on Steady"):
         vc.compare(scene(), ["clarabel"])
 
 

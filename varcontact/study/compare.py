@@ -164,8 +164,8 @@ def _named(scenes: Scene | Mapping[str, Scene] | Sequence[Scene]) -> dict[str, S
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
         if not isinstance(scene.motion, Steady | Shift | None):
             allowed = "Steady, Shift or none"
-            message = f"scene {name!r} is a history: methods are compared on one problem (motion {allowed})"
-            raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed, message=message)
+            field, kind = f"motion of scene {name!r}", type(scene.motion).__name__
+            raise SceneError(field, kind, allowed, message=f"{field} is {kind}: methods are compared on {allowed}")
     return named
 
 

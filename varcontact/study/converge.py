@@ -167,7 +167,7 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 
 def _check_free_of_one_grid(scene: Scene) -> None:
     if not isinstance(scene.motion, Steady | Shift | None):
-        allowed = "Steady, Shift or none: convergence is studied on one problem, not on a history"
+        allowed = "Steady, Shift or none: convergence is studied on one problem"
         raise SceneError("motion", scene.motion, allowed)
     if checks.is_array(scene.friction):
         raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")

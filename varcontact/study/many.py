@@ -177,7 +177,9 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
         raise SceneError("scenes", scenes, "one scene or more")
     for i, scene in enumerate(given):
         if not isinstance(scene, Scene) or not isinstance(scene.motion, Steady | Shift | None):
-            raise SceneError(f"scenes[{i}]", scene, "a Scene without steps in time: solve() takes histories")
+            raise SceneError(
+                f"scenes[{i}]", scene, "a Scene whose motion is Steady, Shift or none; solve() takes others"
+            )
     return given
 
 

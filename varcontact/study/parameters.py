@@ -64,8 +64,8 @@ def _check_one_problem(field: str, scene: Any) -> None:
         raise SceneError(field, scene, "a Scene")
     if not isinstance(scene.motion, Steady | Shift | None):
         allowed = "Steady, Shift or none"
-        message = f"{field} is a history: a sweep solves single problems (motion {allowed})"
-        raise SceneError(f"{field}.motion", type(scene.motion).__name__, allowed, message=message)
+        kind = type(scene.motion).__name__
+        raise SceneError(f"{field}.motion", kind, allowed, message=f"{field}.motion is {kind}: a sweep takes {allowed}")
 
 
 def _values(over: Any) -> dict[str, list[Any]]:
