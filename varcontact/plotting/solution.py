@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -38,18 +38,17 @@ from varcontact.plotting.style import (
 )
 from varcontact.plotting.unit_labels import measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
-from varcontact.results.solution import Solution
+from varcontact.results.solution import Panel, Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 
-PANELS = ("pressure", "traction", "slip", "distance", "power_density", "temperature", "section")
-"""What there are pictures of, by the word for it."""
+PANELS = get_args(Panel)
 
 
 def plot(
     sol: Solution,
-    what: str | Sequence[str] | None = None,
+    what: Panel | Sequence[Panel] | None = None,
     *,
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ def plot_stress(
     x: float | None = None,
     y: float | None = None,
     depth: float | None = None,
-    body: int | str = 1,
+    body: Literal["upper", "lower"] | int = 1,
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:

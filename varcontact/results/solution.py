@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from varcontact.results.frequency import FrequencyResponse
     from varcontact.results.physical import Normalised
 
+Panel = Literal["pressure", "traction", "slip", "distance", "power_density", "temperature", "section"]
+"""What there are pictures of."""
 ROUNDING = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
 
@@ -393,7 +395,7 @@ class Solution:
 
     def plot(
         self,
-        what: str | Sequence[str] | None = None,
+        what: Panel | Sequence[Panel] | None = None,
         *,
         ax: Axes | None = None,
         figsize: tuple[float, float] | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -97,7 +97,7 @@ class SubsurfaceStress:
         return np.asarray(principal[0] - principal[2])
 
 
-def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceStress:
+def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
     """The elastic field at any points in or on one body, from a solution's surface tractions.
 
     Parameters
@@ -159,7 +159,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     return _of_body(solution, side, given, field)
 
 
-def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> SubsurfaceStress:
+def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
     """The elastic field below all element centres at some depths: by FFT, much faster than point by point.
 
     Parameters

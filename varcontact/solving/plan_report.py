@@ -18,6 +18,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solving.options import CouplingName, FormulationName, MethodName
 from varcontact.solving.pipeline import check_memory, peak
 from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
 
@@ -29,10 +30,10 @@ def plan(
     scene: Scene,
     normal: str = "auto",
     tangential: str = "auto",
-    coupling: str = "auto",
+    coupling: CouplingName = "auto",
     *,
-    formulation: str = "auto",
-    method: str = "auto",
+    formulation: FormulationName = "auto",
+    method: MethodName = "auto",
 ) -> Plan:
     """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
 

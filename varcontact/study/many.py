@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def solve_many(
     certify: str = "gap",
     fields: bool = False,
     start: xr.Dataset | None = None,
-    failures: str = "raise",
+    failures: Literal["raise", "keep"] = "raise",
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Forces, moments and creepages of many scenes, with a certificate for each.

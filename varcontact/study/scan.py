@@ -16,7 +16,14 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.batch import solve_batches
-from varcontact.solving.options import TOLERANCE, SolveOptions
+from varcontact.solving.options import (
+    TOLERANCE,
+    CertifyName,
+    CouplingName,
+    FormulationName,
+    MethodName,
+    SolveOptions,
+)
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
@@ -35,13 +42,13 @@ def scan(
     creepages: np.ndarray,
     normal: str = "auto",
     tangential: str = "auto",
-    coupling: str = "auto",
+    coupling: CouplingName = "auto",
     *,
-    formulation: str = "auto",
-    method: str = "auto",
+    formulation: FormulationName = "auto",
+    method: MethodName = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
-    certify: str | None = "gap",
+    certify: CertifyName | None = "gap",
     executor: Executor | None = None,
     workers: int = 1,
     progress: Callable[[str], None] | None = None,
@@ -280,7 +287,7 @@ def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     }
 
 
-def _by_formula(scene: Scene, name: str, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
+def _by_formula(scene: Scene, name: Any, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
     hertz = scene.hertz
     if scene.third_body is not None:
         options = {"layer": scene.third_body.compliance, **options}

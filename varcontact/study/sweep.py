@@ -34,7 +34,15 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
 from varcontact.solving.batch import solve_batches
-from varcontact.solving.options import BY_DEFAULT, TOLERANCE, SolveOptions
+from varcontact.solving.options import (
+    BY_DEFAULT,
+    TOLERANCE,
+    CertifyName,
+    CouplingName,
+    FormulationName,
+    MethodName,
+    SolveOptions,
+)
 from varcontact.solving.warm_start import Series
 from varcontact.study.many import figures_of
 from varcontact.study.methods import failure, outcome
@@ -91,13 +99,13 @@ def sweep(
     over: Mapping[str, Any] | None = None,
     normal: str = "auto",
     tangential: str = "auto",
-    coupling: str = "auto",
+    coupling: CouplingName = "auto",
     *,
-    formulation: str = "auto",
-    method: str = "auto",
+    formulation: FormulationName = "auto",
+    method: MethodName = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
-    certify: str | None = "gap",
+    certify: CertifyName | None = "gap",
     chunk: int = CHUNK,
     executor: Executor | None = None,
     workers: int = 1,

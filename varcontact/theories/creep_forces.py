@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,6 +24,20 @@ from varcontact.theories.vermeulen_johnson import vermeulen_johnson_forces
 
 Forces = tuple[Any, Any, Any]
 """Fx, Fy and Mz."""
+
+TheoryName = Literal[
+    "linear",
+    "vermeulen-johnson",
+    "polach",
+    "strip",
+    "fastrip",
+    "fastsim",
+    "fastsim-elliptic",
+    "fastsim-weighted",
+    "fastsim-weighted-elliptic",
+    "table",
+]
+"""Theories that have a formula for all creepages at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +74,7 @@ class _Contact:
 
 
 def creep_forces(
-    theory: str,
+    theory: TheoryName,
     *,
     a: Any,
     b: Any,

@@ -18,6 +18,7 @@ import numpy as np
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.scene.friction import Law
 from varcontact.solving.options import CertifyName
+from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
 from varcontact.wheel_rail.track import SIGN
@@ -190,7 +191,7 @@ def solve_wheel_set(
 
 
 def estimate_wheel_set(
-    case: WheelSetOnTrack, normal: str, tangential: str, tol: float, options: dict[str, Any]
+    case: WheelSetOnTrack, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
 

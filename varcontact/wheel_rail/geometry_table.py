@@ -23,7 +23,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
-from varcontact.theories.creep_forces import creep_forces
+from varcontact.theories.creep_forces import TheoryName, creep_forces
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
@@ -151,7 +151,7 @@ class GeometryTable:
         return np.concatenate([self.z[..., None], _borne(self.patches)[..., None], rows], axis=-1)
 
     def forces(
-        self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim", **options: Any
+        self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
     ) -> WheelSetForces:
         """Forces of both rails on the wheel set.
 

@@ -10,6 +10,7 @@ from varcontact.errors import SceneError
 from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
+from varcontact.results.solution import Panel
 from varcontact.scene.units import MM_N
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.result import PatchSolution
@@ -55,7 +56,7 @@ OVER_SWEEP: tuple[tuple[str, float, str, str], ...] = (
 )
 """Columns of a sweep that are drawn, with the factor, the label, and the column of the error."""
 CONTACTS = ("on_rail", "on_wheel")
-TITLES = {
+TITLES: dict[Panel, str] = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
     "traction": "Traction on the rail",
 }
@@ -94,12 +95,12 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
         spaces = figure.add_gridspec(count + 1, 2, height_ratios=[1.0, *[1.2] * count])
         _draw_profiles(figure.add_subplot(spaces[0, :]), solution)
         for i, each in enumerate(solution.patches, 1):
-            for column, panel in enumerate(("pressure", "traction")):
+            for column, (panel, title) in enumerate(TITLES.items()):
                 ax = figure.add_subplot(spaces[i, column])
                 each.solution.plot(panel, ax=ax)
                 force = measure("force", MM_N, each.normal_force).text(each.normal_force, digits=4)
-                title = TITLES[panel].format(number=i, force=force, solved=each)
-                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=title)
+                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]")
+                ax.set_title(title.format(number=i, force=force, solved=each))
         figure.draw_without_rendering()
     return figure
 

@@ -30,7 +30,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
-from varcontact.theories.creep_forces import creep_forces
+from varcontact.theories.creep_forces import TheoryName, creep_forces
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
@@ -127,7 +127,7 @@ class FastWheel(WheelForces):
 
 
 def estimate_wheel_on_rail(
-    case: WheelOnRail, normal: str, tangential: str, tol: float, options: dict[str, Any]
+    case: WheelOnRail, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track, stacklevel=4)

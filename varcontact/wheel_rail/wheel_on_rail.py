@@ -30,6 +30,7 @@ from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet, check_kind
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
+    from varcontact.theories.creep_forces import TheoryName
     from varcontact.wheel_rail.result import WheelRailSolution
     from varcontact.wheel_rail.virtual_penetration import FastWheel
 
@@ -396,7 +397,7 @@ class WheelOnRail(OnTrack):
     def estimate(
         self,
         normal: str = "virtual-penetration",
-        tangential: str = "fastsim",
+        tangential: TheoryName = "fastsim",
         *,
         tol: float = 1e-6,
         **options: Any,

@@ -14,6 +14,7 @@ from varcontact.wheel_rail.wheel_on_rail import OnTrack, WheelOnRail
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
+    from varcontact.theories.creep_forces import TheoryName
     from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 Friction = float | Law | FrictionByAngle
@@ -160,7 +161,12 @@ class WheelSetOnTrack(OnTrack):
         return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
 
     def estimate(
-        self, normal: str = "virtual-penetration", tangential: str = "fastsim", *, tol: float = 1e-6, **options: Any
+        self,
+        normal: str = "virtual-penetration",
+        tangential: TheoryName = "fastsim",
+        *,
+        tol: float = 1e-6,
+        **options: Any,
     ) -> WheelSetSolution:
         """The balance by a fast theory on an ellipse for each patch.
 
