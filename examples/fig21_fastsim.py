@@ -63,15 +63,9 @@ def draw_simplified(ax: Axes, field: FastsimField) -> None:
 
 
 def draw_exact(ax: Axes, sol: vc.Solution) -> None:
-    """Elements, coloured by stick and slip, with the traction at every second one."""
-    iy, ix = np.nonzero(sol.state)
-    (dx, dy), x, y = sol.grid.sides, sol.grid.x[ix], sol.grid.y[iy]
-    square = np.array([(-dx, -dy), (dx, -dy), (dx, dy), (-dx, dy)]) / 2
-    corners = np.stack([x, y], axis=1)[:, None] + square
-    colours = COLOURS[sol.state[iy, ix]]
-    ax.add_collection(PolyCollection(corners, facecolors=colours, edgecolors="0.6", linewidths=0.5))
-    shown = ((ix - ix.min()) % 2 == 0) & ((iy - iy.min()) % 2 == 0)
-    arrows(ax, x[shown], y[shown], sol.traction[:, iy[shown], ix[shown]])
+    """Elements, coloured by stick and slip, with the traction at some of them."""
+    sol.plot("traction", ax=ax)
+    ax.get_legend().remove()
     ax.set_title(f"Exact theory, {sol.elements['contact']} elements:  $F_y = {sol.force[1] / 1e3:.2f}$ kN")
 
 

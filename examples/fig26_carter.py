@@ -80,7 +80,7 @@ def main(picture: str = "fig26_carter.png", elements: int = 40) -> dict[str, flo
     axes[0].set_ylabel("$p_x\\,/\\,(f p_0)$")
     axes[0].set_title(f"Traction on body 1, $F_x = {PART}\\,f F_z$")
     draw(axes[1], x + sol.grid.sides[0] / 2, sol.slip[0, 0, contact] / full, fine, exact.slip(fine) / full, edge)
-    axes[1].set_ylabel("relative slip by $f a/R$")
+    axes[1].set_ylabel("relative slip / $(f a/R)$")
     axes[1].set_title("Slip of body 1 over body 2")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=5, loc="outside lower center", frameon=False)
     figure.savefig(picture, dpi=150)

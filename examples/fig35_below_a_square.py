@@ -55,7 +55,7 @@ def main(picture: str = "fig35_below_a_square.png") -> dict[str, float]:
     ax.plot(DEPTHS, invariant, "k", linewidth=2.2, label=r"pressure: $-\sigma_{ii}$")
     ax.plot(DEPTHS, sheared.ideal_stress, "k--", label=r"traction along a side: $\sigma_I$")
     ax.set_xlabel("depth below the centre, in side lengths")
-    ax.set_ylabel("stress, by the uniform traction")
+    ax.set_ylabel("stress / uniform traction")
     ax.set_xlim(0, 4)
     ax.set_ylim(0, 2.7)
     ax.set_title(r"Below a uniformly loaded square, $\nu$ = 0.28")

@@ -73,6 +73,8 @@ def faults(folder: Path) -> Iterator[str]:
             yield from (f"{name}: the link {link} {fault}" for fault in broken(path, link, pages))
         for resource in page.resources:
             yield from (f"{name}: {resource} {fault}" for fault in missing(path, resource))
+        if any("\n: " in each for each in page.prose):
+            yield f"{name}: a definition list that was not rendered"
         for latex in LATEX.findall(" ".join(page.prose)):
             yield f"{name}: {latex} stands in the text, a formula that was not converted"
         if name.parent.name == "gallery" and name.name != "theories_bank.html" and not page.pictures:

@@ -230,7 +230,6 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
                 ax.plot(seconds[failed], error[failed], **look, markerfacecolor="none", label=words)
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
-        ax.set_title(f"One point per scene (values below {LEAST_DISTANCE:.0e} plotted at {LEAST_DISTANCE:.0e})")
         ax.set_ylim(bottom=LEAST_DISTANCE / 3)
         readable_decades(ax)
         ax.grid(visible=True)

@@ -81,8 +81,7 @@ def plot_profile(profile: Profile) -> Figure:
         turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
         below.axhline(0, color="0.7", linewidth=0.8)
         below.plot(profile.running.points(at)[:, 0], turned)
-        reach = max(float(np.percentile(np.abs(turned), 98)), 1e-6)
-        below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +", ylim=(-1.2 * reach, 1.2 * reach))
+        below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +")
         figure.draw_without_rendering()
     return figure
 
