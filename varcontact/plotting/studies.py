@@ -259,7 +259,7 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             for row in (row for row in limits if row["quantity"] == name):
                 _draw_limit(ax, study, row, methods.index(row["method"]))
             cells = sorted(set(study.runs["cells"]))
-            ax.set(xscale="log", yscale="log", title=name, xlabel="elements across the contact")
+            ax.set(xscale="log", yscale="log", title=name.replace("_", " "), xlabel="elements across the contact")
             shown = cells[:: -(-len(cells) // (5 if columns > 1 else 8))]
             ax.set_xticks(cells, labels=[str(n) if n in shown else "" for n in cells])
             readable_decades(ax)
