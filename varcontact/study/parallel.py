@@ -74,7 +74,7 @@ def results(
             with _lost_workers():
                 submit(1)
     finally:
-        for future in numbers:
+        for future in () if isinstance(executor, _Processes) else numbers:  # which end at once, with what they have
             future.cancel()
 
 
@@ -133,13 +133,18 @@ class _Processes(ProcessPoolExecutor):
     """A pool that Ctrl-C does not meet while processes, or their server's imports, begin."""
 
     def submit(self, work: Callable[..., Result], /, *task: Any, **options: Any) -> Future[Result]:
-        if START != "forkserver":
+        if START != "forkserver" or threading.current_thread() is not threading.main_thread():
             return super().submit(work, *task, **options)
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+        pressed: list[Any] = []
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))  # which the server inherits
+        handler = signal.signal(signal.SIGINT, lambda *said: pressed.append(said))  # other threads may take it
         try:
             return super().submit(work, *task, **options)
         finally:
+            signal.signal(signal.SIGINT, handler)
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+            if pressed and callable(handler):
+                handler(*pressed[0])
 
 
 def _start_worker(watched: Connection) -> None:
