@@ -152,3 +152,9 @@ def test_a_theory_without_a_moment_has_no_error():
     assert found.runs["outcome"].tolist() == ["refused", "answered"]
     assert found.runs["reason"][0] == "no Mz, which the error counts"
     assert found.classes["way"].tolist() == ["centres 8"]
+
+
+def test_costs_are_there(measured):
+    for name in ("seconds", "processor_seconds", "repeat_seconds", "setup_seconds", "memory"):
+        assert (measured.runs[name] >= 0).all(), name
+    assert (measured.runs["memory"] > 1000).all()

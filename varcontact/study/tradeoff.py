@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +17,15 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
 from varcontact.results.history import History
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
-from varcontact.solving.options import TOLERANCE
+from varcontact.solving.options import TOLERANCE, polished_by
+from varcontact.solving.selection import select
+from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
+from varcontact.study.methods import neighbour
 from varcontact.study.parallel import alone, opened, results, traced
 from varcontact.study.references import ContinuumValues, continuum_values
 from varcontact.theories.on_grid import THEORIES
@@ -31,7 +36,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "scene", "kind", "way", "family", "cells", "outcome", "reason", "error", "bar", "seconds",
-    "processor_seconds", "memory", "residual", "relative_gap", "identity"
+    "processor_seconds", "setup_seconds", "repeat_seconds", "memory", "residual", "relative_gap", "identity"
 )  # fmt: skip
 WORDS = ("scene", "kind", "way", "family", "outcome", "reason", "identity")
 TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)
@@ -39,6 +44,8 @@ TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)
 MOST_MISSED = 0.2
 """Fraction of the scenes of a class that a way on its front may leave unanswered."""
 SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
+REPEATED = 3
+"""Scenes of each class on which a repeat is measured."""
 CELLS = (8, 12, 16, 24, 32, 48)
 
 
@@ -104,8 +111,9 @@ def tradeoff(
 
     Notes
     -----
-    On a shared machine processor seconds are more reliable. Memory is the peak of arrays, measured on the first scene
-    of each class, in a solve of its own.
+    Seconds are those of a first solve. The repeat is a second one with creepages one per cent smaller and everything
+    reused that can be, measured on the first three scenes of each class. On a shared machine processor seconds are more
+    reliable. Memory is the peak of arrays, measured on the first scene of each class, in a solve of its own.
 
     Examples
     --------
@@ -187,6 +195,7 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
         wall, processor = time.perf_counter(), time.process_time()
         found = answer(scene, way, steps=steps)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        repeat = _repeat_seconds(scene, way) if number <= REPEATED else np.nan
         memory: float = np.nan
         if number == 1 and alone():
             _, memory = traced(partial(answer, scene, way, steps=steps))
@@ -206,10 +215,31 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
         "bar": reference.bar,
         "seconds": wall,
         "processor_seconds": processor,
+        "repeat_seconds": repeat,
+        "setup_seconds": max(processor - repeat, 0.0),
         "memory": memory,
         "residual": certificate.residual,
         "relative_gap": certificate.relative_gap,
     }
+
+
+def _repeat_seconds(scene: Scene, way: Way) -> float:
+    """Processor seconds of a second scene with what the first has made; NaN where that cannot be told apart."""
+    options = dict(way.options)
+    if way.accuracy is not None or not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
+        return np.nan
+    seconds = 0.0
+    for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
+        on_grid = way.of(scene, n)
+        assert isinstance(on_grid.motion, Steady | Shift)
+        plan = select(on_grid, tangential=options.get("tangential", "auto"))
+        series = Series(TOLERANCE, polished_by(plan, None))
+        series.solve(on_grid, plan)
+        started = time.process_time()
+        series.solve(replace(on_grid, motion=neighbour(on_grid.motion)), plan)
+        seconds += time.process_time() - started
+        series.forget()
+    return seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +251,7 @@ class Tradeoff:
     runs : pandas.DataFrame
         A row per scene and way: outcome and reason; error in the norm of
         `varcontact.results.quantities_of_interest`, and the
-        reference's own error bar; seconds, processor seconds, memory [bytes];
+        reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
         residual and relative gap, which bound the distance from the exact solution on the grid.
     classes : pandas.DataFrame
         A row per class and way: the requested accuracy, if any; numbers of scenes and answers; median, 90 % quantile
@@ -286,7 +316,7 @@ class Tradeoff:
             for target in wanted:
                 good = ways[(ways["largest_error"] <= target) & ~(ways["accuracy"] > target)]
                 best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
-                names = ("way", "largest_error", "median_error", "processor_seconds", "memory")
+                names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
                 rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in names}})
         return pd.DataFrame(rows)
 
@@ -305,7 +335,7 @@ class Tradeoff:
         """Fronts and advice in words and figures, for people."""
         blocks = []
         for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
-            lines = [["way", "scenes", "median", "90 %", "largest", "ms", "MiB"]]
+            lines = [["way", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
             lines += [_cells(row) for row in self.front(kind).to_dict("records")]
             blocks.append("\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))]))
         return "\n\n".join(blocks)
@@ -331,7 +361,7 @@ def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
         "median_error": float(np.median(errors)),
         "usual_error": float(np.quantile(errors, 0.9)),
         "largest_error": float(errors.max()),
-        **{name: answers[name].median() for name in ("seconds", "processor_seconds")},
+        **{name: answers[name].median() for name in ("seconds", "processor_seconds", "repeat_seconds")},
         "memory": answers["memory"].max(),
     }
 
@@ -342,5 +372,5 @@ def _serves(part: pd.DataFrame) -> pd.Series:
 
 def _cells(row: dict[str, Any]) -> list[str]:
     errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
-    costs = [cell(cost, ".3g") for cost in (1e3 * row["processor_seconds"], row["memory"] / 2**20)]
-    return [row["way"], f"{row['answers']} of {row['scenes']}", *errors, *costs]
+    times = [cell(1e3 * row[name], ".3g") for name in ("processor_seconds", "repeat_seconds")]
+    return [row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, cell(row["memory"] / 2**20, ".3g")]
