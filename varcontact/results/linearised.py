@@ -137,7 +137,7 @@ class Linearised:
             parts = np.linalg.solve(projected, (right.conj().T @ basis).conj().T)
             residual = right - images @ parts
             sizes, count = np.linalg.norm(residual, axis=0), basis.shape[1]
-            missing = sizes > TOLERANCE * lengths
+            missing = ~(sizes <= TOLERANCE * lengths)  # also where there is NaN
             if not missing.any() or (count == size and np.all(sizes < ROUNDED * lengths)):
                 return basis, parts
             if count >= min(size, MOST):
