@@ -58,7 +58,7 @@ class CreepForces:
 
 
 @dataclass(frozen=True, eq=False)
-class _Contact:
+class Contact:
     """Checked arguments of a call: arrays or floats, which broadcast."""
 
     a: Any
@@ -146,20 +146,15 @@ def creep_forces(
     fastsim            [-0.0309 -0.2777 -0.9998]
     fastrip            [-0.0307 -0.2836 -1.    ]
     """
-    formula = VECTORISED[checks.choice("theory", theory, VECTORISED)]
-    known = OPTIONS.get(theory, ())
-    for name in options:
-        if name not in known:
-            allowed = f"one of {', '.join(known)}" if known else "left out"
-            raise SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
-    G, nu = _elastic(bodies, G, nu)
+    formula = formula_of(theory, options)
+    G, nu = elastic(bodies, G, nu)
     a, b = _positive("a", a), _positive("b", b)
     limit = 1.0 if theory == "linear" else _positive("friction", friction) * _positive("normal_force", normal_force)
     vx, vy, spin = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
     shapes = {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope, "vx": vx, "vy": vy, "spin": spin}
     checks.broadcasting(shapes)
     slope = _slope(theory, slope)
-    contact = _Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope))
+    contact = Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope))
     Fx, Fy, Mz = formula(contact, **options)
     # in the common shape of all arguments, single numbers as floats
     parts = Fx, Fy, Mz, vx, vy, spin
@@ -170,7 +165,17 @@ def creep_forces(
     return CreepForces(*(part if part.shape == shape else np.broadcast_to(part, shape).copy() for part in found))
 
 
-def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
+def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
+    """The formula of a theory, which has these options; else they are refused."""
+    formula, known = VECTORISED[checks.choice("theory", theory, VECTORISED)], OPTIONS.get(theory, ())
+    for name in options:
+        if name not in known:
+            allowed = f"one of {', '.join(known)}" if known else "left out"
+            raise SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
+    return formula
+
+
+def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
@@ -219,23 +224,23 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
-def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
+def _polach(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
     return *polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S), np.nan
 
 
-def _strip(c: _Contact, m: int = 10, n: int = 10) -> Forces:
+def _strip(c: Contact, m: int = 10, n: int = 10) -> Forces:
     found = strip_forces(_division(m, n, "elliptic"), c.a, c.b, c.G, c.nu, c.limit, c.vx, c.vy, c.spin)
     return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> Forces:
+def _fastrip(c: Contact, m: int = 10, n: int = 10) -> Forces:
     strips = _division(m, n, "elliptic"), _division(m, n, "parabolic")
     found = fastrip_forces(*strips, c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
     return found.force[..., 0], found.force[..., 1], found.moment
 
 
 def _fastsim(
-    c: _Contact,
+    c: Contact,
     m: int = 10,
     n: int = 10,
     layer: float = 0.0,
@@ -251,7 +256,7 @@ def _fastsim(
     return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
+def _table(c: Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
     book = book_of(book)
     check_nu(book, c.nu)
     ratio, ab, coefficients = ratio_in_book(book, c.a / c.b, outside), c.a * c.b, c.table

@@ -22,8 +22,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
-from varcontact.theories.creep_forces import TheoryName, creep_forces
+from varcontact.theories.creep_forces import Contact, TheoryName, elastic, formula_of
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
@@ -180,17 +181,16 @@ class GeometryTable:
         lateral, inwards = np.array([nothing, cosine, sine]).T, np.array([nothing, -sine, cosine]).T
         arms = patches[:, :3] - axle
         rolled = _creepages(arms + patches[:, 7:] * inwards, lateral, inwards, yaw, velocity, self.wheelset.radius)
-        normal, (vx, vy, spin) = patches[:, 6], rolled.T
-        contact: dict[str, Any] = {"bodies": self.bodies, "normal_force": normal, "friction": self.friction}
-        found = creep_forces(theory, a=patches[:, 4], b=patches[:, 5], vx=vx, vy=vy, spin=spin, **contact, **options)
-        if np.isnan(found.Mz).any():
+        formula, (G, nu) = formula_of(theory, options), elastic(self.bodies, None, None)
+        (a, b, normal), (vx, vy, spin) = patches[:, 4:7].T, rolled.T
+        coefficients = no_slip_coefficients(a / b, nu)
+        Fx, Fy, Mz = formula(Contact(a, b, G, nu, self.friction * normal, vx, vy, spin, 1.0, coefficients), **options)
+        if np.isnan(Mz).any():
             raise SceneError("theory", theory, "a theory with a moment, such as fastsim or table")
-        on_wheel = -(normal[:, None] * inwards + found.Fy[:, None] * lateral)
-        on_wheel[:, 0] = -found.Fx
-        moment = _cross(arms, on_wheel) - found.Mz[:, None] * inwards
-        return WheelSetForces(
-            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.array([found.Fx, found.Fy]).T
-        )
+        on_wheel = -(normal[:, None] * inwards + Fy[:, None] * lateral)
+        on_wheel[:, 0] = -Fx
+        moment = _cross(arms, on_wheel) - Mz[:, None] * inwards
+        return WheelSetForces(on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.array([Fx, Fy]).T)
 
 
 def geometry_table(
