@@ -6,9 +6,10 @@ Fig. 37: a sphere with R = 243, G = 2, nu = 0 on a rigid slab, f = 0.4013, press
 (Spence's compression), then rolled without creepage in steps of 0.2; steady after almost two contact widths.
 `cells` elements are as long as one of the paper's.
 
-Drawn as in the paper: tractions along rows of elements at y = 3, 2, 1, 0 (they are mirror images in y), px in Fig. 36
-and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted, broken), and below the stick and
-slip areas; a column for each distance rolled. The paper prints 3 twice among those of Fig. 36; here the first is 2.
+Drawn as in the paper, but from the middle row down: tractions along rows of elements at y = 0, 1, 2, 3 (they are mirror
+images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted, broken),
+and below the stick and slip areas; a column for each distance rolled. The paper prints 3 twice among those of Fig. 36;
+here the first is 2.
 
 The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements cannot tell it: they
 stick where their centres are within it, and 21 centres are within any radius from 2.24 to 2.82. Their area is that of a
@@ -38,7 +39,7 @@ FORCE = -0.657 * FRICTION * LOAD
 LIKE = vc.Bodies(G=1.0, nu=0.28)
 ON_RIGID = vc.Bodies(G=(2.0, math.inf), nu=(0.0, 0.0))
 SHOWN = {"like": (0, 1, 2, 3, 5, 7), "unlike": (0, 1, 2, 3, 4, 5, 7, 10, 13)}
-ROWS = (3, 2, 1, 0)
+ROWS = (0, 1, 2, 3)
 
 
 def square(cells: int) -> vc.Grid:

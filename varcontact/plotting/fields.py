@@ -85,7 +85,7 @@ FIELDS = {
     ),
     "temperature": Field(
         "Temperature of body 1",
-        "temperature",
+        "temperature [degrees]",
         lambda sol: np.asarray(sol.temperature)[0],
         ("1", "1"),
         "inferno",
