@@ -7,9 +7,9 @@ Fig. 37: a sphere with R = 243, G = 2, nu = 0 on a rigid slab, f = 0.4013, press
 `cells` elements are as long as one of the paper's.
 
 Drawn as in the paper, but from the middle row down: tractions along rows of elements at y = 0, 1, 2, 3 (they are mirror
-images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted, broken),
-and below the stick and slip areas; a column for each distance rolled. The paper prints 3 twice among those of Fig. 36;
-here the first is 2.
+images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted,
+broken), and below the stick and slip areas; a column for each distance rolled. The paper prints 3 twice among those of
+Fig. 36; here the first is 2.
 
 The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements cannot tell it: they
 stick where their centres are within it, and 21 centres are within any radius from 2.24 to 2.82. Their area is that of a
