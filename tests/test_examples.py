@@ -332,8 +332,8 @@ def test_fig36_37_rolling_spheres(tmp_path, capsys, pictures):
 
 def check_fig37(axes, last):
     """|p| and its bound along four rows of y, nine times, with arrows; the last by its solution."""
-    assert [ax.get_ylabel() for ax in axes[:4, 0]] == [f"$|p|$ at y = {y}" for y in (3, 2, 1, 0)]
-    for ax, y in zip(axes[:4, 8], (3, 2, 1, 0), strict=True):
+    assert [ax.get_ylabel() for ax in axes[:4, 0]] == [f"$|p|$ at y = {y}" for y in (0, 1, 2, 3)]
+    for ax, y in zip(axes[:4, 8], (0, 1, 2, 3), strict=True):
         bound, traction, _ = ax.lines
         inside = last.state[4 + y] > 0
         np.testing.assert_array_equal(traction.get_ydata(), np.hypot(*last.traction[:, 4 + y, inside]))
