@@ -3,6 +3,7 @@
 import itertools
 import multiprocessing
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ def solvers(quick: bool) -> Table:
     sizes = [vc.solve(steady(n)[6], certify="none").elements["contact"] for n in cells]
     for name in TANGENTIAL:
         options = {"tangential": name, "polish": False, "tol": 1e-6, "certify": "gap"}
-        seconds = [least(lambda n=n: vc.solve(steady(n)[6], **options), 2) for n in cells]  # noqa: B023
+        seconds = [least(partial(vc.solve, steady(n)[6], **options), 2) for n in cells]
         growth = np.polyfit(np.log(sizes), np.log(seconds), 1)[0]
         rows.append([f"`{name}`", *seconds, f"$N^{{{growth:.1f}}}$"])
     return Table(

@@ -55,6 +55,6 @@ def attempt(draw: Callable[[np.random.Generator], Case], seed: int, number: int)
             if bad_input and spent > LONGEST:
                 found = f"after {spent:.1f} s: {error}"
             return (FAILED if found else REFUSED), found or str(error), words
-        except Exception as error:
+        except Exception as error:  # whatever it is, it is no refusal of ours
             place = traceback.extract_tb(error.__traceback__)[-1]
             return FAILED, f"{error!r} in {place.filename.split('/')[-1]}:{place.lineno} ({place.name})", words

@@ -5,8 +5,10 @@ import shutil
 import subprocess
 import zipfile
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 import varcontact as vc
 from tests.command import run
@@ -149,9 +151,8 @@ def test_an_ellipse_outside_the_book_is_said(forces):
 @pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
 def test_a_unit_gives_the_same_forces(folder, forces, version, kind):
     """FMPy checks the description and runs the binary, with a creepage that grows in time."""
-    fmpy, validation = pytest.importorskip("fmpy"), pytest.importorskip("fmpy.validation")
     path = str(folder / f"vc_forces_fmi{version}.fmu")
-    assert validation.validate_fmu(path) == []
+    assert validate_fmu(path) == []
     signals = np.array([(0.0, 0.0), (1.0, 2e-3)], dtype=[("time", float), ("vx", float)])
     start = {name: value for name, value in zip(NAMES, CONTACT, strict=True) if name != "vx"}
     told = []
@@ -167,7 +168,6 @@ def test_a_unit_gives_the_same_forces(folder, forces, version, kind):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_unit_refuses_what_the_function_refuses(folder, version):
-    fmpy = pytest.importorskip("fmpy")
     path = str(folder / f"vc_forces_fmi{version}.fmu")
     told = []
     with pytest.raises(fmpy.fmi1.FMICallException):
