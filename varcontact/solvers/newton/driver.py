@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from varcontact.solvers.newton.globalisation import (
     measured,
     next_damping,
 )
+from varcontact.solvers.newton.hierarchy import Box
 
 MAX_STEPS, PATIENCE = 100, 40
 """Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below
@@ -52,14 +53,48 @@ STUCK, IDLE = 6, 0.999
 """Restart after this many net non-improving steps; a step improves if its merit is below IDLE times the previous."""
 GUARD_STEPS, GUARD_DAMPING = 20, 0.3
 
-Problem = Any
-"""A contact problem in its own units, judged in double precision: its `conditions`; the `shift(traction, rigid)` E on
-the box, from tractions (c, ny, nx) and rigid shifts (c, 1, 1); the `error(at)` of an answer as a certificate has it,
-the larger of residual and relative gap; and `physical(traction, rigid)` ones, as the solver's caller has them.
+C = TypeVar("C", bound=Conditions)
 
-To one that is solved from coarse grids, too, belong its `box`; the `initial_guess(start)`; the `coarser(fine)`
-conditions with elements twice as large, or None; the point at which the coarsest grid begins, `first(coarsest)`, and
-the `finer(at, coarse, fine)` one; the `residual(raw)` of an answer, and the answer `by_active_sets(near)` it."""
+
+class Problem(Protocol):
+    """A contact problem in its own units, judged in double precision."""
+
+    @property
+    def conditions(self) -> Conditions: ...
+
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """E on the box, from tractions (c, ny, nx) and rigid shifts (c, 1, 1)."""
+
+    def error(self, at: Point) -> float:
+        """The residual or the relative gap of an answer, as a certificate has it: the larger."""
+
+    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and rigid shifts as the solver's caller has them."""
+
+
+class GridProblem(Problem, Protocol[C]):
+    """One that coarser grids lead to, and that dense active sets solve, too."""
+
+    @property
+    def conditions(self) -> C: ...
+
+    @property
+    def box(self) -> Box: ...
+
+    def initial_guess(self, start: RawSolution) -> Point:
+        """Where a start leads."""
+
+    def coarser(self, fine: C) -> C | None:
+        """The problem with elements twice as large, if that is fine enough to help."""
+
+    def first(self, coarsest: C) -> Point:
+        """Where the coarsest grid begins."""
+
+    def finer(self, at: Point, coarse: C, fine: C) -> Point: ...
+
+    def residual(self, raw: RawSolution) -> float: ...
+
+    def by_active_sets(self, near: RawSolution) -> RawSolution: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +106,7 @@ class Result:
     steps: int
 
 
-def solve(problem: Problem, start: RawSolution | None, settings: Settings) -> RawSolution:
+def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets."""
     tol, spent, raw = ROUNDED * settings.tol, 0, None
     small = len(problem.box.places) <= DENSE
@@ -103,7 +138,7 @@ def solve_from(problem: Problem, at: Point, tol: float, settings: Settings, most
     return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
 
 
-def _from_coarse_grids(problem: Problem, settings: Settings) -> tuple[Point, int]:
+def _from_coarse_grids(problem: GridProblem[C], settings: Settings) -> tuple[Point, int]:
     """Where coarser grids lead, and the Newton steps taken there."""
     grids = [problem.conditions]
     while (coarser := problem.coarser(grids[-1])) is not None:

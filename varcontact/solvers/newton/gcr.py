@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
@@ -16,10 +16,20 @@ LEAST = 1e-7
 """Length of a new direction, relative to its image, below which it consists of rounding."""
 
 
-System = Any
-"""Newton's equations at given tractions, a row for each traction component (c, ny, nx) of each element: their `right`
-sides; `rows(image, step)`, the left ones for a step and M times the step, and `border(component)` for a uniform shift
-along one component; and `precondition(right)`, nearly the step that has these left-hand sides."""
+class System(Protocol):
+    """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each element."""
+
+    @property
+    def right(self) -> np.ndarray: ...
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step and M times the step."""
+
+    def border(self, component: int) -> np.ndarray:
+        """Left-hand sides for a uniform shift along one component."""
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """Nearly the step that has these left-hand sides."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
-from varcontact.solvers.newton.gcr import Forces, Step
+from varcontact.solvers.newton.gcr import Forces, Step, System
 
 PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Of a step, tried one after the other."""
@@ -19,12 +19,32 @@ BALANCING, BALANCED, LONGEST = 30, 1e-9, 2.0
 """Steps to balance forces, at most; what they may lack of them; the longest step, by the trial tractions."""
 
 
-Conditions = Any
-"""A contact problem on a box, with fields (c, ny, nx): the `kernel` of its products, the shift that is `known` without
-tractions, its prescribed `forces`, and whether it is `linear`, as nothing bounds the tractions. From trial tractions
-``p - E`` the tractions `projected(trial)` of the natural map; `admissible(traction, trial)` ones near given ones;
-`work(trial, change)` after a change (k,) of the rigid shifts, with its slope (k,) and its curvature (k, k). And
-Newton's equations, `linearised(traction, shift, trial, damping)`, the damping being added to the diagonal of M."""
+class Conditions(Protocol):
+    """A contact problem on a box: what Newton's method has to know of it. Fields are (c, ny, nx)."""
+
+    @property
+    def kernel(self) -> Callable[[np.ndarray], np.ndarray]: ...
+
+    @property
+    def known(self) -> np.ndarray: ...
+
+    @property
+    def forces(self) -> Forces: ...
+
+    @property
+    def linear(self) -> bool:
+        """Whether nothing bounds the tractions: Newton's equations are then the problem's."""
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        """The tractions of the natural map, from the trial tractions ``p - E``."""
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray: ...
+
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work after a change of the rigid shifts (k,), with its slope (k,) and its curvature (k, k)."""
+
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> System:
+        """Newton's equations, with a damping added to the diagonal of M."""
 
 
 @dataclass(frozen=True, eq=False)
