@@ -16,8 +16,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background
 def ctrl_c():
     os.kill(os.getpid(), signal.SIGINT)
 
-def beside():
-    return [thread for thread in threading.enumerate() if thread is not threading.main_thread()]
+def solvers():
+    # Not the timer, which may still be on its way out.
+    return [t for t in threading.enumerate() if t is not threading.main_thread() and not isinstance(t, threading.Timer)]
 """
 SCENE = """
 import varcontact as vc
@@ -151,7 +152,7 @@ module.interruptible = pressed
 try:
     vc.solve(scene, tangential="clarabel")
 except KeyboardInterrupt:
-    print(len(beside()))
+    print(len(solvers()))
     sys.stdout.flush()
     os._exit(0)
 """
