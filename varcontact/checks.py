@@ -299,7 +299,7 @@ def named(**words: str) -> Callable[[type[T]], type[T]]:
 
     def decorated(cls: type[T]) -> type[T]:
         made = cls.__init__
-        fields = list(getattr(cls, "__dataclass_fields__", {}))
+        fields = list(inspect.signature(made).parameters)[1:]
 
         @functools.wraps(made)
         def checked(self: T, *args: object, **kwargs: object) -> None:
