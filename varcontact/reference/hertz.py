@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -344,6 +345,7 @@ def _normal_constant(bodies: CombinedConstants) -> float:
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
 
 
+@lru_cache(maxsize=64)
 def _axial_ratio(radius_ratio: float) -> float:
     """m' from the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
     if radius_ratio == 1:

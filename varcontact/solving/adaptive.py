@@ -204,8 +204,8 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
     """Elements across on the next grid: as many as the narrowest patch asks for, if these fit."""
     assert options.target is not None
     narrowest = min((each.across for each in last.unresolved(options.target.least)), default=NARROWEST)
-    n = math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
-    return math.ceil(last.n * RATIO) if few and not _fits(scene, options, n) else n
+    usual, n = math.ceil(last.n * RATIO), math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
+    return usual if few and n > usual and not _fits(scene, options, n) else n
 
 
 def _level(
