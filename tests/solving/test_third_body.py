@@ -235,6 +235,18 @@ def test_programs_newton_and_active_sets_agree(motion, k_tau):
     assert {2, 3} <= set(found[0].state.ravel())
 
 
+@pytest.mark.parametrize("dq", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("motion", [vc.Steady(vx=2e-3, vy=1e-3, spin=1e-4), vc.Steady(Fx=-1.7e4)])
+def test_newton_finds_hardening_in_steady_rolling_at_once(dq, motion):
+    """That active sets find in passes over the yield stress; Newton's method knows how it follows from tractions."""
+    scene = ball(replace(motion, dq=1.54 * dq), grid=vc.Grid(nx=10, ny=10, dx=1.54, dy=1.54, x0=-7.7, y0=-7.7))
+    newton, passes = (vc.solve(scene, tangential=name) for name in ("newton", "tang-safeguarded"))
+    assert np.all(np.abs(newton.force - passes.force) < 1e-9 * 0.3e5)
+    assert np.all(np.abs(newton.plastic - passes.plastic) < 1e-7 * np.abs(passes.plastic).max())
+    assert newton.certificate.relative_gap < 1e-9
+    assert newton.iterations["tangential"] < 30 < 0.5 * passes.iterations["tangential"]
+
+
 def test_gap_bounds_the_distance_of_any_tractions():
     from varcontact.discrete.discretisation import discretise
     from varcontact.discrete.residuals import gap

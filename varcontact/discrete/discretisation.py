@@ -265,7 +265,9 @@ class Discretisation:
         if layer is not None and layer.yields:
             stress = self.known_yield_stress if self.loading.yield_stress is None else self.loading.yield_stress
             if self.hardening > 0:
-                yielding = Yielding(stress, self.hardening)
+                fresh = self.loading.steady and self.loading.yield_stress is None
+                columns = round((self.step or 0.0) / self.lattice.sides[0], 9) if fresh else 0.0
+                yielding = Yielding(stress, self.hardening, columns)
             else:
                 bound = np.minimum(bound, stress.ravel())
         bears = (pressing > 0) & (bound > 0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -53,6 +55,7 @@ class Yielding:
 
     stress: np.ndarray  # (n,) or (ny, nx) the yield stress tau_v that particles bring along
     hardening: float  # k, positive
+    columns: float = 0.0  # passed in a step of steady rolling, where the stress is that of fresh material
 
     def flow(self, traction: np.ndarray) -> np.ndarray:
         """Plastic shift (c, ...) under tractions."""
@@ -72,9 +75,41 @@ class Yielding:
         across = np.where(flows, 1 - self.stress / np.where(flows, size, 1.0), 0.0) / self.hardening
         return flows / self.hardening, across
 
+    def after(self, size: np.ndarray) -> np.ndarray:
+        """The stress with which particles arrive, hardened along their rows by tractions of a size (ny, nx)."""
+        fresh = float(self.stress.min())
+        return further_along(along_rows(size, self.columns, fresh, np.maximum), self.columns, fresh)
+
     def on(self, elements: np.ndarray) -> Yielding:
         """That of some elements."""
         return replace(self, stress=self.stress.ravel()[elements])
+
+
+def along_rows(
+    found: np.ndarray, columns: float, fresh: float, join: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """What particles have gathered on their way along the rows (..., ny, nx) of steady rolling, so many columns a step.
+
+    From what a step adds, joined with what they had one step before, or where steps are shorter one column before.
+    """
+    nx, way = found.shape[-1], min(max(columns, 1.0), float(found.shape[-1]))
+    whole, part = int(way), way % 1.0
+    padded = np.pad(found, [(0, 0)] * (found.ndim - 1) + [(0, nx + 1)], constant_values=fresh)
+    for i in range(nx - 1, -1, -1):
+        near, far = padded[..., i + whole], padded[..., i + whole + 1]
+        padded[..., i] = join(near + part * (far - near) if part else near, padded[..., i])
+    return np.asarray(padded[..., :nx])
+
+
+def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
+    """Values (..., ny, nx) so many columns further along x; `beyond` the grid, by default zero, None: as at its end."""
+    nx = field.shape[-1]
+    columns = max(-nx - 1.0, min(nx + 1.0, columns))
+    whole = math.floor(columns)
+    room, first = [(0, 0)] * (field.ndim - 1) + [(nx + 1, nx + 2)], nx + 1 + whole
+    padded = np.pad(field, room, mode="edge") if beyond is None else np.pad(field, room, constant_values=beyond)
+    near, far = padded[..., first : first + nx], padded[..., first + 1 : first + 1 + nx]
+    return near if columns == whole else np.asarray(near + (columns - whole) * (far - near))
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
@@ -117,6 +152,15 @@ class TangentialProblem:
     @property
     def no_slip(self) -> bool:
         return bool(np.isinf(self.bound).all())
+
+    def under(self, traction: np.ndarray) -> TangentialProblem:
+        """The problem with the yield stress that tractions leave, where it follows from them."""
+        if self.yielding is None or self.yielding.columns == 0:
+            return self
+        size = np.zeros(self.operator.grid_operator.shape)
+        size.flat[self.operator.elements] = magnitude(traction)
+        stress = self.yielding.after(size)
+        return replace(self, yielding=Yielding(stress, self.yielding.hardening).on(self.operator.elements))
 
     @property
     def symmetric_part(self) -> PositiveDefinite | None:

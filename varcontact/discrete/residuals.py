@@ -147,6 +147,7 @@ def tangential_residual(
     float
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
+    problem = problem.under(traction)
     with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
         own = problem.operator.diagonal
         image = problem.projected(traction - shift / own, own)
@@ -192,7 +193,8 @@ def gap(
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
         return error * problem.area, relative(error, work)
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
-    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift, problem.yielding), 0.0)))
+    yielding = problem.under(traction).yielding
+    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift, yielding), 0.0)))
     return total * problem.area, relative(total, float(work))
 
 

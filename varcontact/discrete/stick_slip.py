@@ -6,14 +6,12 @@ bodies is that of the slip less what flows.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.problems import Yielding
+from varcontact.discrete.problems import Yielding, along_rows, further_along
 from varcontact.discrete.state import ContactState
 
 EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
@@ -72,9 +70,9 @@ def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisati
     layer = disc.loading.third_body
     if layer is None or not layer.yields:
         return disc
-    stress, fresh = disc.known_yield_stress, layer.tau_c0 / disc.scales.pressure
+    stress = disc.known_yield_stress
     if disc.hardening > 0 and disc.loading.steady:
-        stress = arriving(disc, _along_rows(disc, fresh, np.hypot(*state.traction), np.maximum), fresh)
+        stress = Yielding(stress, disc.hardening, sum(_passed(disc))).after(np.hypot(*state.traction))
     elif disc.hardening < 0:
         flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
         softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
@@ -106,8 +104,8 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
         stress = np.maximum(stress, np.hypot(*state.traction))
     flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step
     if disc.loading.steady:
-        whole, part = _passed(disc)
-        flow = _along_rows(disc, 0.0, flow / (1.0 if whole else part), np.add)
+        columns = sum(_passed(disc))
+        flow = along_rows(flow / min(columns, 1.0), columns, 0.0, np.add)
     elif before is not None and before.plastic is not None:
         flow = flow + before.plastic[:2]
     return np.concatenate([flow, stress[None]])
@@ -117,32 +115,6 @@ def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarra
     """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
     motion = disc.loading.motion
     return further_along(field, sum(_passed(disc)) * (1 if motion is None else motion.rolls), fresh)
-
-
-def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
-    """Values (..., ny, nx) so many columns further along x; `beyond` the grid, by default zero, None: as at its end."""
-    nx = field.shape[-1]
-    columns = max(-nx - 1.0, min(nx + 1.0, columns))
-    whole = math.floor(columns)
-    room, first = [(0, 0)] * (field.ndim - 1) + [(nx + 1, nx + 2)], nx + 1 + whole
-    padded = np.pad(field, room, mode="edge") if beyond is None else np.pad(field, room, constant_values=beyond)
-    near, far = padded[..., first : first + nx], padded[..., first + 1 : first + 1 + nx]
-    return near if columns == whole else np.asarray(near + (columns - whole) * (far - near))
-
-
-def _along_rows(
-    disc: Discretisation, fresh: float, found: np.ndarray, join: Callable[[np.ndarray, np.ndarray], np.ndarray]
-) -> np.ndarray:
-    """What particles have gathered on their way along the rows (..., ny, nx), from what each step adds."""
-    whole, part = _passed(disc)
-    nx, motion, way = found.shape[-1], disc.loading.motion, min(max(whole, 1), found.shape[-1])
-    assert motion is not None
-    forwards = slice(None, None, -1 if motion.rolls < 0 else 1)
-    padded = np.pad(found[..., forwards], [(0, 0)] * (found.ndim - 1) + [(0, nx + 1)], constant_values=fresh)
-    for i in range(nx - 1, -1, -1):
-        near, far = padded[..., i + way], padded[..., i + way + 1]
-        padded[..., i] = join(near + (part if whole else 0.0) * (far - near), padded[..., i])
-    return np.asarray(padded[..., :nx][..., forwards])
 
 
 def _passed(disc: Discretisation) -> tuple[int, float]:

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.discrete.stick_slip import further_along
+from varcontact.discrete.problems import further_along
 from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import TimeStep
 

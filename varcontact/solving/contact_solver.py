@@ -127,7 +127,11 @@ class ContactSolver:
             return self._under_yield_stress(disc, state)
 
     def _hardened(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state whose tractions go with the yield stress that they leave: passes until that stays."""
+        """The state whose tractions go with the yield stress that they leave: at once, or passes until that stays."""
+        if self.plan.tangential == "newton" and disc.hardening > 0:
+            at_once = self._under_yield_stress(disc, state)
+            if at_once.solved["tangential"]:
+                return at_once
         known, passes = disc.known_yield_stress if state.yield_stress is None else state.yield_stress, state.passes
 
         def one(state: ContactState) -> tuple[ContactState, float]:

@@ -105,7 +105,8 @@ def solve_tangential(
     if problem.no_slip and not plan.matrix_free:
         return NO_SLIP(problem, settings, None)
     if not plan.programs:
-        falls_back = plan.fallback != "none" and not plan.marches and problem.size <= MOST_OF_A_PROGRAM
+        known = problem.yielding is None or problem.yielding.columns == 0
+        falls_back = known and plan.fallback != "none" and not plan.marches and problem.size <= MOST_OF_A_PROGRAM
         return _best(task, (_named, _fallback) if falls_back else (_named,))
     convex = settings.formulation != "gap" or problem.monotone
     if plan.convex or not polish:

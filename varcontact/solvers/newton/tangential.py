@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding
+from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding, along_rows, further_along
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
@@ -72,9 +72,23 @@ class TangentialConditions:
     def linear(self) -> bool:
         return bool(np.isinf(self.bound[self.contact]).all())
 
+    def under(self, trial: np.ndarray) -> TangentialConditions:
+        """With the yield stress that particles have where trial tractions harden them along their rows."""
+        if self.yielding is None or self.yielding.columns == 0:
+            return self
+        way, fresh = max(self.yielding.columns, 1.0), float(self.yielding.stress.min())
+        hardening = self.yielding.hardening / min(self.yielding.columns, 1.0)  # by the part of a column that a step is
+        ratio = 1 / hardening
+
+        def larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
+            return np.maximum(before[0], np.minimum((own[0] + ratio * before[0]) / (1 + ratio), own[1]))
+
+        largest = along_rows(np.array([_lengths(trial), self.bound]), way, fresh, larger)[0]
+        return replace(self, yielding=Yielding(further_along(largest, way, fresh), hardening))
+
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        size = _lengths(trial)
-        most = self.bound if self.yielding is None else np.minimum(self.yielding.sizes(size, 1.0), self.bound)
+        size, yielding = _lengths(trial), self.under(trial).yielding
+        most = self.bound if yielding is None else np.minimum(yielding.sizes(size, 1.0), self.bound)
         beyond = size > most
         return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
 
@@ -83,17 +97,17 @@ class TangentialConditions:
 
     def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
-        free = list(self.forces.components)
+        free, yielding = list(self.forces.components), self.under(trial).yielding
         trial = trial - self.forces.displacement(self.forces.spread(change, len(trial)))
         size = _lengths(trial)
-        sizes = size if self.yielding is None else self.yielding.sizes(size, 1.0)
+        sizes = size if yielding is None else yielding.sizes(size, 1.0)
         beyond = sizes > self.bound
         held = np.where(beyond, self.bound, sizes) * self.contact
         part = np.where(size > held, held / np.where(size > held, size, 1.0), 1.0) * self.contact
         across = np.array([-trial[1], trial[0]]) / np.where(size > 0, size, 1.0) if len(trial) == 2 else None
         work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
-        if self.yielding is not None:
-            work -= float(np.sum(np.maximum(held - self.yielding.stress, 0.0) ** 2)) / (2 * self.yielding.hardening)
+        if yielding is not None:
+            work -= float(np.sum(np.maximum(held - yielding.stress, 0.0) ** 2)) / (2 * yielding.hardening)
         lacking = self.forces.sums - self.forces.of(part * trial)
         stuck = np.where(beyond, 0.0, part)
         square = 1.0 if self.forces.scale is None else self.forces.scale**2
@@ -107,7 +121,8 @@ class TangentialConditions:
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
     ) -> TangentialSystem:
         size = _lengths(trial)
-        slip = self.contact & ((size if self.yielding is None else self.yielding.sizes(size, 1.0)) > self.bound)
+        yielding = self.under(trial).yielding
+        slip = self.contact & ((size if yielding is None else yielding.sizes(size, 1.0)) > self.bound)
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
@@ -115,29 +130,43 @@ class TangentialConditions:
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
-        if self.yielding is None:
+        if self.yielding is None or yielding is None:
             return TangentialSystem(self, right, stick, along, across, held, damping)
         image = self.projected(trial)
         direction = trial / np.where(size > 0, size, 1.0)
-        stiff, turning = (stick * each for each in self.yielding.tangent(image))
-        missing = traction - image
-        flow = stick * self.yielding.flow(image) + turning * missing
-        flow += (stiff - turning) * dot(direction, missing) * direction
-        flows = Flows(*(each.astype(np.float32) for each in (stiff, turning, direction)))
+        stiff, turning = (stick * each for each in yielding.tangent(image))
+        grows = _lengths(image) > yielding.stress
+        single = [each.astype(np.float32) for each in (stiff, turning, direction, grows)]
+        flows = Flows(self.yielding.columns, *single)
+        flow = stick * yielding.flow(image) + flows(traction - image)
         return TangentialSystem(self, right - flow, stick, along, across, held, damping, flows)
 
 
 @dataclass(frozen=True, eq=False)
 class Flows:
-    """Derivatives of the plastic shift, along the traction and across it (ny, nx), and its direction (c, ny, nx)."""
+    """Derivatives of the plastic shift, along the traction and across it (ny, nx), and its direction (c, ny, nx).
 
+    Where the traction `grows` (ny, nx) it is the yield stress that particles have so many `columns` later.
+    """
+
+    columns: float
     along: np.ndarray
     across: np.ndarray
     direction: np.ndarray
+    grows: np.ndarray
 
     def __call__(self, step: np.ndarray) -> np.ndarray:
-        turned: np.ndarray = (self.along - self.across) * dot(self.direction, step) * self.direction
-        return turned + self.across * step
+        outward = dot(self.direction, step)
+        turned = (self.along - self.across) * outward
+        if self.columns > 0:
+            way = max(self.columns, 1.0)
+            grown = along_rows(np.array([outward, self.grows]), way, 0.0, _if_larger)[0]
+            turned = turned - self.along * further_along(grown, way, 0.0)
+        return np.asarray(turned * self.direction + self.across * step)
+
+
+def _if_larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
+    return np.where(own[1], own[0], before[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +269,8 @@ class ScaledTangential:
         yielding = problem.yielding
         if yielding is not None:
             stress = np.where(box.field(problem.bound) > 0, box.field(yielding.stress) / load, np.inf)
-            yielding = Yielding(stress, yielding.hardening * displacement / load)
+            hardening = yielding.hardening * displacement / load
+            yielding = replace(yielding, stress=stress, hardening=hardening)
         conditions = _scaled(
             kernel_on(problem.operator, box.shape),
             None if softening is None else box.field(softening) / own,
