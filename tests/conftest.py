@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import hypothesis
 import matplotlib as mpl
@@ -14,6 +15,8 @@ import varcontact as vc
 from tests.conditions import violations
 from varcontact.discrete import operators
 from varcontact.elasticity.operators import influence_operator
+from varcontact.solvers import interface
+from varcontact.solving import adaptive
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -49,6 +52,21 @@ def rolling():
         grid=vc.Grid(nx=12, ny=12),
     )
     return lambda **changes: dataclasses.replace(base, **changes)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Time that goes by with the elements solved: the same however busy the machine is."""
+    clock, solve = SimpleNamespace(now=0.0), adaptive._solved
+
+    def timed(scene, *rest):
+        clock.now += 0.01 + 5e-5 * scene.grid.size
+        return solve(scene, *rest)
+
+    monkeypatch.setattr(adaptive, "_solved", timed)
+    for module in (adaptive, interface):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    return clock
 
 
 @pytest.fixture

@@ -1,10 +1,7 @@
 """Ctrl-C at a terminal, in the middle of the work: what standard error says is kept, and that it is."""
 
-import contextlib
 import os
-import pty
 import re
-import signal
 import subprocess
 import sys
 
@@ -33,6 +30,35 @@ grid = { nx = 30 }
 METHOD = "tang/marching"
 
 
+SOLVING = "varcontact/solvers/"
+PRESSED = """
+import os, re, signal, sys
+from rich.progress import Progress
+from rich.status import Status
+from varcontact.__main__ import main
+
+at, within = sys.argv[1:3]
+del sys.argv[1:3]
+
+def telling(update):
+    def told(display, *words, **more):
+        update(display, *words, **more)
+        if re.search(at, f"{words} {more}"):
+            sys.setprofile(called)
+    return told
+
+def called(frame, event, _):
+    if event == "call" and re.search(within, f"{frame.f_code.co_filename}:{frame.f_code.co_name}"):
+        sys.setprofile(None)
+        os.killpg(0, signal.SIGINT)  # as a terminal does: to every process that the command has begun
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs begin deaf to it
+Status.update, Progress.update = telling(Status.update), telling(Progress.update)
+main()
+"""
+"""The command, to which Ctrl-C comes in a function `within` a file, once the terminal has been told `at`."""
+
+
 @pytest.fixture
 def folder(tmp_path):
     for name, scene in {"one": STEADY.replace("40", "6"), "two": STEADY, "history": HISTORY}.items():
@@ -40,38 +66,20 @@ def folder(tmp_path):
     return tmp_path
 
 
-def _listening():
-    """A shell's background jobs begin deaf to Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def interrupted(folder, *arguments, at):
-    """What a command prints, and says, when Ctrl-C comes as soon as its terminal shows the pattern `at`."""
-    terminal, inside = pty.openpty()
-    command = [sys.executable, "-m", "varcontact", *arguments]
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "400"}
-    with (folder / "printed").open("w") as printed:  # a pipe that nobody reads meanwhile would fill
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdout=printed,
-            stderr=inside,
-            env=environment,
-            start_new_session=True,
-            preexec_fn=_listening,
-        )
-    os.close(inside)
-    shown = ""
-    with contextlib.suppress(OSError):  # the other end of a terminal that is closed
-        while not re.search(at, shown, re.DOTALL):
-            shown += os.read(terminal, 4096).decode()
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to every process that the command has begun
-        while more := os.read(terminal, 4096):
-            shown += more.decode()
-    os.close(terminal)
-    assert process.wait(timeout=60) == 130, shown
-    assert "Traceback" not in shown
-    return (folder / "printed").read_text(), shown.rsplit("varcontact: ", 1)[-1].strip()
+def interrupted(folder, *arguments, at, within=SOLVING):
+    """What a command prints, and says, when Ctrl-C comes at a place of its work."""
+    done = subprocess.run(
+        [sys.executable, "-c", PRESSED, at, within, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "FORCE_COLOR": "1", "COLUMNS": "400"},  # as at a terminal
+        start_new_session=True,
+        check=False,
+    )
+    assert done.returncode == 130, done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout, done.stderr.rsplit("varcontact: ", 1)[-1].strip()
 
 
 def test_one_problem(folder):
@@ -101,13 +109,15 @@ def test_comparison_with_a_table(folder):
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
 
 
-@pytest.mark.parametrize("scenes", ["0", r"[1-9]\d\d"])
-def test_a_sweep_in_processes(folder, scenes):
+@pytest.mark.parametrize(
+    ("at", "within"), [("'0 of 4000", "multiprocessing/.*:sendfds"), (r"[1-9]\d\d of 4000", "parallel.py:results")]
+)
+def test_a_sweep_in_processes(folder, at, within):
     """While they begin and while they work: neither their tracebacks nor semaphores that nobody took away."""
     over = '[over]\n"motion.vx" = { from = 1e-4, to = 1e-2, count = 2000 }\nfriction = [0.2, 0.3]\n'
     like = STEADY.replace("inf", "1.0").replace("40", "20")
     (folder / "sweep.toml").write_text(like + over)
-    _, said = interrupted(folder, "sweep", "sweep.toml", "--workers", "2", "--out", "a.nc", at=f"{scenes} of 4000")
+    _, said = interrupted(folder, "sweep", "sweep.toml", "--workers", "2", "--out", "a.nc", at=at, within=within)
     how = "finished scenes are kept in a.nc, and the same command resumes from there"
     assert re.fullmatch(rf"interrupted after \d+ of 4000 scenes; {how}", said)
 

@@ -52,7 +52,7 @@ def history():
 def run(folder, code):
     """Lines of numbers that a program prints."""
     done = subprocess.run(
-        [sys.executable, "-c", SCENE + code], cwd=folder, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", SCENE + code], cwd=folder, capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stderr
     return [[int(word) for word in line.split()] for line in done.stdout.splitlines()]

@@ -180,5 +180,5 @@ def killed(study, folder):
 def test_killed_at_random_nothing_finished_is_lost(study, tmp_path):
     """A process of its own forks those that are killed."""
     command = [sys.executable, "-c", KILLED, study, str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
