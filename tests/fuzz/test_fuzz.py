@@ -24,6 +24,14 @@ CASES = {"scenes": 100, "certificates": 60, "newton": 40, "files": 20, "argument
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 
+@pytest.fixture(autouse=True, scope="module")
+def imports(sol, tmp_path_factory):
+    """What a first refusal imports takes time that is not its own."""
+    path = tmp_path_factory.mktemp("imports") / "saved.nc"
+    sol.save(path)
+    vc.load(path)
+
+
 @pytest.mark.parametrize(("campaign", "first"), TWENTIES)
 def test_random_cases(campaign, first):
     found = {number: attempt(getattr(campaigns, campaign), SEED, number) for number in range(first, first + 20)}
