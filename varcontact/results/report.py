@@ -15,6 +15,7 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import Calls
@@ -169,7 +170,8 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
-        why = "the certificate holds for this grid; omit the grid for an error bar against the continuum"
+        chosen = "the grid" if isinstance(sol.scene.grid, Grid) else "dq, spin_offset and slip_difference"
+        why = f"the certificate holds for this grid; omit {chosen} for an error bar against the continuum"
         if sol.plan.theory is not None:
             why = f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
         elif sol.scene.no_slip:

@@ -186,6 +186,8 @@ def newton(
                 return Result(at, "Solved", count)
             goal *= min(0.3 * tol / error, 0.3)
             now = measured(conditions, at)
+            if now.residual == 0:
+                break  # no step is left to take
         if idle >= STUCK:
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
             at = _guarded(conditions, best, GUARD_STEPS * guards, settings, finest)
