@@ -127,7 +127,7 @@ def test_a_history_is_refused_before_any_work(rolling, tmp_path):
     history = rolling(surface=vc.Paraboloids(Rx=1.0, Ry=1.0), motion=vc.Transient(steps=2, dq=0.01))
     with pytest.raises(vc.SceneError) as refused:
         vc.compare({"one": rolling(), "two": history}, ["tang"], store=tmp_path / "t.csv", progress=pytest.fail)
-    words = "motion of scene 'two' is Transient: methods are compared on Steady, Shift or none"
+    words = "scenes['two'].motion is Transient: it must be Steady, Shift or none"
     assert str(refused.value) == words
     assert not list(tmp_path.iterdir())
 

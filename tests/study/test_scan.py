@@ -242,7 +242,7 @@ def test_the_command(tmp_path):
     ("arguments", "words"),
     [
         ({}, "give a range .* given: none"),
-        ({"vx": 0.1}, "give a range"),
+        ({"vx": [[0.1, 0.2]]}, "give a range"),
         ({"vx": [0.0, 0.1], "vy": [0.0, 0.1, 0.2]}, r"given: vx \(2,\), vy \(3,\)"),
         ({"vx": [0.0, np.nan]}, r"vx\[1\] = nan"),
         ({"vx": VX, "methods": ["fastsim", "fastsim"]}, "none of them twice"),

@@ -13,13 +13,10 @@ from varcontact.cli import options as opt
 from varcontact.cli.options import given, names_of, values_of
 from varcontact.cli.terminal import check_outputs, show, with_progress
 from varcontact.errors import SceneError
-from varcontact.scene.motion import Shift, Steady
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution
-    from varcontact.scene.scene import Scene
 
-CREEPAGES = ("vx", "vy", "spin")
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
 HEADINGS = (b"vx,vy,spin,Fx,Fy,Mz,", b"ux,uy,rotation,Fx,Fy,Mz,")
 ROUNDING = 1e-13
@@ -54,7 +51,7 @@ def scan(
     printed and written. See also `curve` (several methods, fast theories) and `sweep` (other entries).
     """
     from varcontact.io.scene_toml import read_scene
-    from varcontact.study.scan import scanned
+    from varcontact.study.scan import creepages_over, scanned
     from varcontact.system.files import begins_with, check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
@@ -66,7 +63,13 @@ def scan(
             raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
     options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
     options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
-    triples = _triples(described, given(vx=vx, vy=vy, spin=spin), creepages)
+    ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
+    if creepages is None:
+        triples = creepages_over(described.motion, ranges, "--")
+    elif ranges:
+        raise SceneError("--creepages", creepages, "left out where --vx, --vy or --spin are given")
+    else:
+        triples = _table_of_triples(creepages)
     found: list[Solution] = []
 
     def work(progress: Any) -> None:
@@ -80,23 +83,6 @@ def scan(
     finally:  # what was computed is not lost where one fails
         if found:
             _deliver(found, out, plot, as_json)
-
-
-def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.ndarray:
-    values = {name: values_of(f"--{name}", text) for name, text in ranges.items()}
-    if table is not None:
-        if values:
-            raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
-        return _table_of_triples(table)
-    own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
-    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(CREEPAGES, own, strict=True)]
-    lengths = {len(column) for column in columns if len(column) > 1}
-    if not values or len(lengths) > 1:
-        shapes = ", ".join(f"--{name} {np.size(each)}" for name, each in values.items())
-        message = "give a range or a list of values for at least one; further ranges must have the same length"
-        message = f"--vx, --vy, --spin: {message}; given: {shapes or 'none'}"
-        raise SceneError("--vx, --vy, --spin", shapes, message=message)
-    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 def _table_of_triples(path: Path) -> np.ndarray:
@@ -151,29 +137,20 @@ def _row(solution: Solution) -> dict[str, Any]:
 
 
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
-    from varcontact.study.csv_table import columns_of_text
+    from varcontact.study.csv_table import cell_with_bar, columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]
-    cells = [
-        [_cell(name, row[name], row.get(f"{name}_error"), sol) for name in names]
-        for sol, row in zip(found, rows, strict=True)
-    ]
+    cells = []
+    for sol, row in zip(found, rows, strict=True):
+        arms = {"Fx": 1.0, "Fy": 1.0, "Mz": math.sqrt(sol.areas["contact"])}
+        noise = [name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm]
+        shown = row | dict.fromkeys(noise, 0.0)
+        cells.append([cell_with_bar(shown[name], row.get(f"{name}_error")) for name in names])
     units, line = found[0].scene.units, found[0].scene.line
     shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
     said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
     return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
-
-
-def _cell(name: str, value: float, bar: float | None, solution: Solution) -> str:
-    """A figure for people, with its error bar: forces and moments of nothing but rounding are shown as zero."""
-    from varcontact.results.error_estimate import with_bar
-
-    if math.isnan(value):
-        return ""
-    arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
-    rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
-    return with_bar(0.0 if rounded else value, bar or 0.0)
 
 
 def curve(

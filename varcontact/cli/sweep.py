@@ -74,26 +74,21 @@ def sweep(
 
 
 def _written(swept: xr.Dataset, as_json: bool) -> str:
-    from varcontact.study.csv_table import columns_of_text, plain_rows
+    from varcontact.study.csv_table import cell_with_bar, columns_of_text, plain_rows
 
     table = swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()
     if as_json:
         return json.dumps(plain_rows(table), indent=2, allow_nan=False)
     names = [*map(str, swept.dims), *PRINTED]
     words = ", ".join(f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items())
-    lines = [[_cell(row[name], row.get(f"{name}_error")) for name in names] for row in table[:SHOWN].to_dict("records")]
+    lines = [
+        [cell_with_bar(row[name], row.get(f"{name}_error")) for name in names]
+        for row in table[:SHOWN].to_dict("records")
+    ]
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
     reasons = [f"{count} because: {reason}" for reason, count in failed.items()]
     return "\n".join([f"{len(table)} scenes: {words}", *columns_of_text([names, *lines], left=0), *more, *reasons])
-
-
-def _cell(value: object, bar: float | None) -> str:
-    from varcontact.results.error_estimate import with_bar
-
-    if isinstance(value, float):
-        return "" if value != value else with_bar(value, bar or 0.0)
-    return str(value)
 
 
 def make_table(

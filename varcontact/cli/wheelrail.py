@@ -101,19 +101,15 @@ def _draw(
 
 
 def _report(table: pd.DataFrame) -> str:
-    from varcontact.study.csv_table import columns_of_text
+    from varcontact.study.csv_table import cell_with_bar, columns_of_text
 
     solved = table[table["outcome"] == "solved"]
-    cells = [[_cell(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")]
+    cells = [
+        [cell_with_bar(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")
+    ]
     lines = columns_of_text([list(PRINTED), *cells], left=0) if cells else []
     for row in table.to_dict("records"):
         words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
         if words:
             lines.append(f"position {row['position']}, {row['side']}, {row['outcome']}: {words}")
     return "\n".join(lines)
-
-
-def _cell(value: object, error: float | None) -> str:
-    from varcontact.results.error_estimate import with_bar
-
-    return with_bar(value, error or 0.0) if isinstance(value, float) else str(value)

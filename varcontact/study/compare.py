@@ -21,6 +21,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import opened, results
+from varcontact.study.parameters import named_scenes
 
 COLUMNS = (
     "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach", "gap",
@@ -118,13 +119,12 @@ def compare(
     (['solved', 'solved', 'approximate'], True)
     """
     tol, progress = checks.positive("tol", tol), checks.progress(progress)
-    named = _named(scenes)
+    named = {str(name): scene for name, scene in named_scenes(scenes).items()}
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names")
     chosen = [Method.named(method) for method in methods]
-    if not chosen or not named:
-        empty = "methods" if named else "scenes"
-        raise SceneError(empty, [], "at least one")
+    if not chosen:
+        raise SceneError("methods", [], "at least one")
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         _check_same(
@@ -146,27 +146,6 @@ def compare(
 def _table(table: Table, names: Iterable[str]) -> Comparison:
     """The rows of some scenes, in their order."""
     return Comparison([row for name in names for row in table.rows if row["scene"] == name], columns=list(COLUMNS))
-
-
-def _named(scenes: Scene | Mapping[str, Scene] | Sequence[Scene]) -> dict[str, Scene]:
-    if isinstance(scenes, Scene):
-        named = {"scene": scenes}
-    elif isinstance(scenes, Mapping):
-        named = dict(scenes)
-    elif isinstance(scenes, list | tuple):
-        named = {str(i): scene for i, scene in enumerate(scenes)}
-    else:
-        raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
-    for name, scene in named.items():
-        if not isinstance(name, str):
-            raise SceneError("scenes", name, "named by strings")
-        if not isinstance(scene, Scene):
-            raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
-        if not isinstance(scene.motion, Steady | Shift | None):
-            allowed = "Steady, Shift or none"
-            field, kind = f"motion of scene {name!r}", type(scene.motion).__name__
-            raise SceneError(field, kind, allowed, message=f"{field} is {kind}: methods are compared on {allowed}")
-    return named
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.scene_toml import scene_to
+from varcontact.results.error_estimate import with_bar
 from varcontact.results.report import known
 from varcontact.scene.scene import Scene
 from varcontact.system.files import check_writable, only_writer, replacing
@@ -134,3 +135,8 @@ def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
 def cell(value: Any, form: str) -> str:
     """A value as text; empty for NaN."""
     return "" if value != value else format(value, form)
+
+
+def cell_with_bar(value: Any, bar: float | None) -> str:
+    """A figure with its error bar, if it has one, or a word as it is."""
+    return with_bar(value, bar or 0.0) if isinstance(value, float) and value == value else cell(value, "")

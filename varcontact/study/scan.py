@@ -171,7 +171,7 @@ def creep_curve(
         compliance of an elastic third body from the scene. A theory to which the scene's friction (a law) does not
         apply in this form is evaluated on the grid.
     vx, vy, spin : float or array_like, optional
-        Creepages, which broadcast to one dimension; the scene's own where not given. One at least has several values.
+        Creepages, which broadcast to one dimension, one at least; the scene's own where not given.
     progress : callable, optional
         Called with one line of text for each method.
 
@@ -207,7 +207,7 @@ def creep_curve(
     names = [methods] if isinstance(methods, str) else list(methods) if isinstance(methods, Iterable) else []
     if not names or len({str(name) for name in names}) < len(names):
         raise SceneError("methods", methods, "at least one name, none of them twice")
-    triples = _broadcast(motion, {"vx": vx, "vy": vy, "spin": spin})
+    triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
     of_theories = methods if isinstance(methods, Mapping) else {name: {} for name in names}
     for name, given in of_theories.items():
@@ -252,19 +252,19 @@ def _forces(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.nd
     return found
 
 
-def _broadcast(motion: Steady, given: dict[str, Any]) -> np.ndarray:
-    columns = [
-        np.asarray(own) if each is None else checks.numbers(name, each)
-        for own, (name, each) in zip(motion.rigid, given.items(), strict=True)
-    ]
+def creepages_over(motion: Any, ranges: Mapping[str, Any], mark: str = "") -> np.ndarray:
+    """Creepages (k, 3) over ranges of some, with the motion's own for the others; errors name them with a `mark`."""
+    given = {name: checks.numbers(f"{mark}{name}", each) for name, each in ranges.items() if each is not None}
+    own = dict(zip(ROLLING, getattr(motion, "rigid", (0.0, 0.0, 0.0)), strict=True))
     try:
-        columns = list(np.broadcast_arrays(*columns))
+        columns = np.broadcast_arrays(*np.atleast_1d(*(own | given).values()))
     except ValueError:
-        columns = []
-    if not columns or columns[0].ndim != 1 or columns[0].size < 2:
-        shapes = ", ".join(f"{name} {np.shape(each)}" for name, each in given.items() if each is not None)
-        message = "give a range (two or more values) for at least one; further ranges must have the same length"
-        raise SceneError("vx, vy, spin", shapes, message=f"vx, vy, spin: {message}; given: {shapes or 'none'}")
+        columns = ()
+    if not given or not columns or columns[0].ndim != 1:
+        fields = ", ".join(f"{mark}{name}" for name in ROLLING)
+        shapes = ", ".join(f"{mark}{name} {np.shape(each)}" for name, each in given.items())
+        message = "give a range or several values for at least one; further ranges must have the same length"
+        raise SceneError(fields, shapes, message=f"{fields}: {message}; given: {shapes or 'none'}")
     return np.stack(columns, axis=-1)
 
 

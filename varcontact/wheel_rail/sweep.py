@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from itertools import product
@@ -13,8 +12,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.study.parameters import changed, varied_values
 from varcontact.system.process import imported
-from varcontact.wheel_rail.case_file import LOADS, OF_SETS, WORDS, CaseFile, solve_cases
+from varcontact.wheel_rail.case_file import OF_SETS, WORDS, CaseFile, solve_cases
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
@@ -106,14 +106,12 @@ def sweep_wheel_sets(
         named = {str(name): case for name, case in cases.items()}
     else:
         raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
-    if not isinstance(over, Mapping):
-        raise SceneError("over", over, 'a mapping of values by entry, as {"position.y": [0.0, 2.0]}')
     if archard is not None and not isinstance(archard, Archard | ArchardMap):
         raise SceneError("archard", archard, "an Archard or an ArchardMap")
     fast = checks.flag("fast", fast)
-    values = {name: _values(name, each) for name, each in over.items()}
+    values = varied_values(over, numbers=False)
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]
-    made = [_changed(case, point) for case in named.values() for point in points]
+    made = [changed(case, point, "wheel set") for case in named.values() for point in points]
     file = CaseFile(tuple(made), tuple(range(1, len(made) + 1)), methods, archard, fast)
     table = solve_cases(file, store, progress, workers=workers, executor=executor)
     coordinates: dict[str, Any] = ({} if "" in named else {"case": list(named)}) | values
@@ -140,27 +138,3 @@ def sweep_wheel_sets(
         columns[f"found_{name}" if name in coordinates else name] = ((*coordinates, *dims), shaped, units)
     known = {**coordinates, "side": ["left", "right"], "patch": np.arange(1, patches + 1)}
     return xr.Dataset(columns, coords=known)
-
-
-def _values(name: str, given: Iterable[Any]) -> list[Any]:
-    if not isinstance(name, str) or isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
-        raise SceneError(f"over[{name!r}]", given, "a list of values, by the name of an entry")
-    values = [each.item() if isinstance(each, np.generic) else each for each in given]
-    if not values or len({str(each) for each in values}) < len(values):
-        raise SceneError(f"over[{name!r}]", values, "different values, one at least")
-    return values
-
-
-def _changed(case: WheelSetOnTrack, values: Mapping[str, Any]) -> WheelSetOnTrack:
-    """The case with other entries, as "vertical_force" or "track.gauge"."""
-    for name, value in values.items():
-        part, _, entry = name.partition(".")
-        inside: Any = getattr(case, part, None)
-        whole = inside if entry else case
-        known = [each.name for each in dataclasses.fields(whole)] if dataclasses.is_dataclass(whole) else []
-        if (inside is None and part not in LOADS) or (entry or part) not in known:
-            reason = f'over: the wheel set has no "{name}"{checks.nearest(entry or part, known)}'
-            raise SceneError("over", name, message=reason)
-        changed: dict[str, Any] = {part: dataclasses.replace(inside, **{entry: value}) if entry else value}
-        case = dataclasses.replace(case, **changed)
-    return case
