@@ -23,15 +23,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
 from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import one_blas_thread
-from varcontact.theories.table_book import (
-    HALFWAY,
-    TableBook,
-    linear_part,
-    packed,
-    places,
-    reduced_scales,
-    unpacked,
-)
+from varcontact.theories.table_book import HALFWAY, TableBook, linear_part, packed, places, reduced_scales, unpacked
 
 GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16), Grid(nx=48, ny=32)
 """Those an entry is extrapolated from: the first two, or the last two where it is in doubt."""

@@ -15,23 +15,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_words import (
-    POTENTIAL,
-    SUPPORTED,
-    WORDS,
-    Given,
-    Group,
-    Lines,
-    Row,
-    counts,
-    elements,
-    modules,
-    number_of,
-    read_distance,
-    sampled,
-    skip_iterations,
-    skip_stresses,
-)
+from varcontact.io import contact_words as words
 from varcontact.reference.hertz import hertz_ellipse
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
@@ -102,11 +86,11 @@ slip_difference='first-order', speed=None)
     'Fy = -15000 N'
     >>> folder.cleanup()
     """
-    lines = Lines(checks.file_name("path", path))
+    lines = words.Lines(checks.file_name("path", path))
     wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
     cases: list[_Case] = []
     before: _Case | None = None
-    for _ in modules(lines, 3, "basic contact", {1: wheel}):
+    for _ in words.modules(lines, 3, "basic contact", {1: wheel}):
         before = _case(lines, before)
         if before.digits["R"] == 1:
             cases.append(before)
@@ -140,17 +124,17 @@ class Friction:
 class _Case:
     """One case, and what the next may keep of it."""
 
-    group: Group
+    group: words.Group
     digits: dict[str, int] = field(default_factory=dict)
     kinematics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     friction: Friction | None = None
     rolling: tuple[int, float, float] | None = None
     bodies: Bodies | None = None
-    potential: Given | None = None
+    potential: words.Given | None = None
     grid: Grid | None = None
-    row: Row | None = None
+    row: words.Row | None = None
     """Of the one row of a line contact: where it lies along y, and how long it is."""
-    distance: Given | None = None
+    distance: words.Given | None = None
     surface: Paraboloids | Ellipse | SampledDistance | None = None
 
     @property
@@ -165,16 +149,16 @@ class _Case:
         return {"approach": self.kinematics[0]}
 
 
-def _case(lines: Lines, before: _Case | None) -> _Case:
-    digits, group = lines.digits("PBTNFS", WORDS["PBTNFS"], SUPPORTED)
-    more, material = lines.digits("VLDCMZE", WORDS["VLDCMZE"], SUPPORTED)
-    if material.rest and number_of(material.rest[0]) not in (None, 0.0):
+def _case(lines: words.Lines, before: _Case | None) -> _Case:
+    digits, group = lines.digits("PBTNFS", words.WORDS["PBTNFS"], words.SUPPORTED)
+    more, material = lines.digits("VLDCMZE", words.WORDS["VLDCMZE"], words.SUPPORTED)
+    if material.rest and words.number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     digits |= more
-    digits |= lines.digits("XHGIAOWR", WORDS["XHGIAOWR"], SUPPORTED)[0]
+    digits |= lines.digits("XHGIAOWR", words.WORDS["XHGIAOWR"], words.SUPPORTED)[0]
     case = _Case(group) if before is None else replace(before, group=group)
     case = replace(case, digits=digits)
-    skip_iterations(lines, digits["G"])
+    words.skip_iterations(lines, digits["G"])
     case = replace(case, kinematics=_kinematics(lines, digits))
     if digits["L"] != 1:
         case = replace(case, friction=read_friction(lines, digits["L"]))
@@ -189,25 +173,25 @@ def _case(lines: Lines, before: _Case | None) -> _Case:
     if digits["T"] >= TRANSIENT and case.rolling is None:
         group.refuse("T (TANG)", digits["T"], "needs CHI, DQ and VELOC, which no case has given yet: use C = 2")
     case = _placed(lines, case, before)
-    skip_stresses(lines, digits["S"])
+    words.skip_stresses(lines, digits["S"])
     return case
 
 
-def _kinematics(lines: Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
+def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
     names = ("FN" if digits["N"] else "PEN", "FX" if digits["F"] else "CKSI", "FY" if digits["F"] == 2 else "CETA")
     group = lines.group(*names, "CPHI")
     load, first, second, spin = group.numbers()
     if digits["F"] and digits["N"] == 0 and digits["T"] != NO_MOTION:
         why = "with N = 0 is not supported: FX is a part of FSTAT FN, and FN is not known; use N = 1"
         group.refuse("F (FORCE)", digits["F"], why)
-    centre = [number_of(word) for word in group.rest[:2]]
+    centre = [words.number_of(word) for word in group.rest[:2]]
     if len(centre) == 2 and centre[0] is not None and centre[1] is not None:
         first += 0.0 if digits["F"] else spin * centre[1]
         second -= 0.0 if digits["F"] == 2 else spin * centre[0]
     return load, first, second, spin
 
 
-def read_friction(lines: Lines, law: int) -> Friction:
+def read_friction(lines: words.Lines, law: int) -> Friction:
     """The coefficient or law of the digit L, other than 1."""
     if law == 0:
         group = lines.group("FSTAT", "FKIN")
@@ -224,7 +208,7 @@ def read_friction(lines: Lines, law: int) -> Friction:
     return Friction(law, (*values[:3], *memory.numbers()))
 
 
-def _rolling(lines: Lines) -> tuple[int, float, float]:
+def _rolling(lines: words.Lines) -> tuple[int, float, float]:
     group = lines.group("CHI", "DQ", "VELOC")
     angle, dq, velocity = group.angle(0), group.number(1), group.number(2)
     for direction in (1, -1):
@@ -233,14 +217,14 @@ def _rolling(lines: Lines) -> tuple[int, float, float]:
     return group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers")
 
 
-def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
+def _placed(lines: words.Lines, case: _Case, before: _Case | None) -> _Case:
     digits, group = case.digits, case.group
     if digits["D"] == 2:
         kind = lines.group("IPOTCN")
         (ipotcn,) = kind.integers()
-        if ipotcn not in POTENTIAL:
-            kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {', '.join(map(str, POTENTIAL))}")
-        entries = lines.group(*POTENTIAL[ipotcn])
+        if ipotcn not in words.POTENTIAL:
+            kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}")
+        entries = lines.group(*words.POTENTIAL[ipotcn])
         case = replace(case, potential=(entries, ipotcn, entries.numbers()))
     if case.potential is None:
         group.refuse("D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none")
@@ -252,13 +236,13 @@ def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
         group.refuse("B (BOUND)", 2, "with unlike bodies is not supported: here their tractions change the pressure")
     if ipotcn < 0:
         return _hertzian(replace(case, row=None), before)
-    grid, row = elements(case.potential) if digits["D"] or case.grid is None else (case.grid, case.row)
+    grid, row = words.elements(case.potential) if digits["D"] or case.grid is None else (case.grid, case.row)
     if row is not None and digits["N"] == 0:
         group.refuse(
             "N (NORM)", 0, "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
         )
     if digits["Z"] == 2:
-        case = replace(case, distance=read_distance(lines, grid))
+        case = replace(case, distance=words.read_distance(lines, grid))
     elif case.distance is None or before is None or before.potential is None or before.potential[1] < 0:
         group.refuse("Z (RZNORM)", digits["Z"], "keeps an undeformed distance, and no case before gives one: use Z = 2")
     elif grid != case.grid and (digits["Z"] == 0 or case.distance[1] == 9):
@@ -266,7 +250,7 @@ def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
     assert case.distance is not None
     if grid == case.grid and digits["Z"] == 0:
         return case
-    return replace(case, grid=grid, row=row, surface=sampled(case.distance, grid, row))
+    return replace(case, grid=grid, row=row, surface=words.sampled(case.distance, grid, row))
 
 
 def _hertzian(case: _Case, before: _Case | None) -> _Case:
@@ -293,7 +277,7 @@ def _hertzian(case: _Case, before: _Case | None) -> _Case:
     contact = Scene(bodies=case.bodies, surface=surface, **case.load).hertz
     if contact is None or scale <= 0:
         entries.refuse("SCALE", scale, "with this load gives no potential contact")
-    nx, ny = counts(entries, mx, my)
+    nx, ny = words.counts(entries, mx, my)
     a, b = contact.a * scale, contact.b * scale
     return replace(case, surface=surface, grid=Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b))
 

@@ -22,15 +22,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
-from varcontact.io.records import (
-    COUNT_AT,
-    HISTORY_FORMAT,
-    MAGIC,
-    SERIES,
-    first_step,
-    next_step,
-    storing,
-)
+from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step, storing
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, MEMORY, READ, assembled, solution_from_bytes
 from varcontact.results.history import History

@@ -25,14 +25,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
-from varcontact.system.files import (
-    SCENE_BYTES,
-    begins_with,
-    check_replaceable,
-    first_line,
-    text_of,
-    write_whole,
-)
+from varcontact.system.files import SCENE_BYTES, begins_with, check_replaceable, first_line, text_of, write_whole
 
 SURFACES = {
     "paraboloids": Paraboloids,

@@ -31,14 +31,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.interface import Calls
-from varcontact.system.files import (
-    begins_with,
-    check_replaceable,
-    first_line,
-    reading,
-    regular,
-    write_whole,
-)
+from varcontact.system.files import begins_with, check_replaceable, first_line, reading, regular, write_whole
 from varcontact.system.process import need
 
 if TYPE_CHECKING:

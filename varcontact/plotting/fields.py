@@ -14,17 +14,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
-from varcontact.plotting.style import (
-    BOUND_COLOUR,
-    LATERAL_COLOUR,
-    LOOKS,
-    ROLLING,
-    TRACTION_COLOUR,
-    area_patches,
-    colour_bar,
-    legend_below,
-    readable_ticks,
-)
+from varcontact.plotting import style
 from varcontact.plotting.unit_labels import Measure, measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
 from varcontact.results.solution import Solution
@@ -110,7 +100,7 @@ def lengths_of(sol: Solution) -> Measure:
 
 
 def x_label(sol: Solution, lengths: Measure) -> str:
-    return lengths.label("x") + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
+    return lengths.label("x") + style.ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
 
 
 def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
@@ -121,22 +111,24 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
     lengths, field = lengths_of(sol), finest_fields(sol)
     state = _without_leading_edge(field.state) if isinstance(sol.motion, Steady) else field.state
-    for number, (name, look) in list(LOOKS.items())[: 2 + (sol.plastic is not None)]:
+    for number, (name, look) in list(style.LOOKS.items())[: 2 + (sol.plastic is not None)]:
         outline = _elements_path(state == number, field.grid, lengths.factor)
         ax.add_patch(PathPatch(outline, gid=name, **look))
-    handles: list[Any] = [*area_patches(sol.plastic is not None)]
+    handles: list[Any] = [*style.area_patches(sol.plastic is not None)]
     size = np.hypot(*field.traction).max(initial=0.0)
     scale = size if largest is None else largest
     if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, scale):
         words = f"traction, up to {measure_of(sol.scene, 'pressure', size).text(size)}"
-        handles.append(Line2D([], [], color=TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words))
+        handles.append(
+            Line2D([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
+        )
     vx, vy, spin = sol.creepage
     left, right, bottom, top = shown
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
         handles += ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
     ax.set_title(f"Tangential traction on body 1{corrected(field)}")
     _frame(ax, sol, lengths, shown)
-    legend_below(ax, handles, columns=2)
+    style.legend_below(ax, handles, columns=2)
 
 
 def _without_leading_edge(state: np.ndarray) -> np.ndarray:
@@ -162,7 +154,7 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         vmin=0.0 if shown.count() and (words or shown.min() >= -1e-6 * shown.max()) else None,
         aspect="auto",
     )
-    colour_bar(ax, image, measured.label(field.name))
+    style.colour_bar(ax, image, measured.label(field.name))
     box = sol.grid.box if field.outside else box_of(sol.state > 0, sol.grid)
     if values.ndim == 3:
         _draw_arrows(ax, grid, values, state == SLIP, 20, lengths, box, float(size.max(initial=0.0)))
@@ -176,7 +168,7 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         if upright:
             ax.add_collection(LineCollection(list(lengths(upright + level)), colors="w", linewidths=1.0))
             ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
-        legend_below(ax)
+        style.legend_below(ax)
 
 
 def box_of(contact: np.ndarray, grid: Grid) -> Box:
@@ -245,13 +237,13 @@ def _draw_arrows(
     else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
         scale = {"angles": "uv", "scale_units": "width", "scale": 20}
     x, y = lengths(grid.x[ix]), lengths(grid.y[iy])
-    ax.quiver(x, y, u, v, color=TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
+    ax.quiver(x, y, u, v, color=style.TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
     return True
 
 
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     """Labels, limits, and axes to one scale, or a word where they are not."""
-    readable_ticks(ax)
+    style.readable_ticks(ax)
     equal = _equal(box)
     ax.set_xlabel(x_label(sol, lengths) + ("" if equal else f"\n{NOT_EQUAL}"))
     ax.set_ylabel(lengths.label("y"))
@@ -285,8 +277,8 @@ def draw_line_traction(ax: Axes, sol: Solution, box: Box | None = None, largest:
     _line_areas(ax, sol, field)
     if finite:
         x = lengths(sol.grid.x)
-        ax.plot(x, measured(bound), color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
-        ax.plot(x, -measured(bound), color=BOUND_COLOUR, linewidth=0.9)
+        ax.plot(x, measured(bound), color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
+        ax.plot(x, -measured(bound), color=style.BOUND_COLOUR, linewidth=0.9)
     _line_components(ax, sol, field.grid, measured(traction))
     ax.set_title(f"Tangential traction on body 1{corrected(field)}")
     _line_frame(ax, sol, measured.label("traction"), box)
@@ -308,14 +300,14 @@ def draw_line_field(ax: Axes, sol: Solution, name: str) -> None:
         title = f"{label.capitalize()} of body 1 over body 2"
         _line_components(ax, sol, grid, measured(along))
     else:
-        ax.plot(lengths_of(sol)(grid.x), measured(along), "o-", color=TRACTION_COLOUR)
+        ax.plot(lengths_of(sol)(grid.x), measured(along), "o-", color=style.TRACTION_COLOUR)
     ax.set_title(title + words)
     _line_frame(ax, sol, measured.label(label))
 
 
 def _line_areas(ax: Axes, sol: Solution, field: FinestFields) -> None:
     edges = lengths_of(sol)(field.grid.lines[0])
-    for number, (name, look) in LOOKS.items():
+    for number, (name, look) in style.LOOKS.items():
         label = name
         for left, right in edges[runs(field.state[0] == number)]:
             ax.axvspan(left, right, zorder=0, label=label, **look)
@@ -325,17 +317,17 @@ def _line_areas(ax: Axes, sol: Solution, field: FinestFields) -> None:
 def _line_components(ax: Axes, sol: Solution, grid: Grid, values: np.ndarray) -> None:
     """Values (2, nx) along x; their second component where there is lateral motion."""
     motion, x = sol.motion, lengths_of(sol)(grid.x)
-    ax.plot(x, values[0], "o-", color=TRACTION_COLOUR, label="along x")
+    ax.plot(x, values[0], "o-", color=style.TRACTION_COLOUR, label="along x")
     if motion is not None and (motion.rigid[1] != 0 or motion.Fy is not None):
-        ax.plot(x, values[1], "s--", color=LATERAL_COLOUR, label="along y")
+        ax.plot(x, values[1], "s--", color=style.LATERAL_COLOUR, label="along y")
 
 
 def _line_frame(ax: Axes, sol: Solution, name: str, box: Box | None = None) -> None:
-    readable_ticks(ax)
+    style.readable_ticks(ax)
     lengths = lengths_of(sol)
     left, right, _, _ = box_of(sol.state > 0, sol.grid) if box is None else box
     ax.set_xlim(*lengths((left, right)))
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_ylabel(name)
     ax.set_xlabel(x_label(sol, lengths))
-    legend_below(ax, columns=5)
+    style.legend_below(ax, columns=5)

@@ -8,21 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from varcontact.plotting.style import (
-    COLUMN,
-    PAGE,
-    check_axes,
-    colour,
-    colour_bar,
-    empty_figure,
-    figure_of,
-    figure_size,
-    legend_below,
-    new_figure,
-    readable_decades,
-    readable_ticks,
-    styled,
-)
+from varcontact.plotting import style
 from varcontact.plotting.unit_labels import measure_of
 from varcontact.results.frequency import FrequencyResponse
 
@@ -43,22 +29,22 @@ def plot_response(
     waves = measure_of(response.scene, "spin", k)
     name = rf"$\partial {NAMES.get(output, output)}/\partial {NAMES.get(by, by)}$"
     name = name.replace("normal_force", "N").replace("roughness", "r").replace("approach", r"\delta")
-    with styled():
-        figure = empty_figure(figure_size(figsize, (PAGE, 0.5 * PAGE)))
+    with style.styled():
+        figure = style.empty_figure(style.figure_size(figsize, (style.PAGE, 0.5 * style.PAGE)))
         panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])
         size, phase, plane = panels["size"], panels["phase"], panels["plane"]
-        size.loglog(waves(k), measured(np.abs(values)), color=colour(0))
-        phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=colour(0))
-        plane.plot(measured(values.real), measured(values.imag), "o-", markersize=2, color=colour(0))
+        size.loglog(waves(k), measured(np.abs(values)), color=style.colour(0))
+        phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=style.colour(0))
+        plane.plot(measured(values.real), measured(values.imag), "o-", markersize=2, color=style.colour(0))
         plane.axhline(0, color="k", linewidth=0.5)
         plane.axvline(0, color="k", linewidth=0.5)
         plane.set_aspect("equal", "datalim")
         size.set(ylabel=measured.label("size"), title=name)
         phase.set(xlabel=waves.label("wave number $k$"), ylabel="phase [degrees]")
         plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
-        readable_decades(size)
-        readable_decades(phase)
-        readable_ticks(plane)
+        style.readable_decades(size)
+        style.readable_decades(phase)
+        style.readable_ticks(plane)
     return figure
 
 
@@ -87,10 +73,10 @@ def plot_growth(
     SceneError
         For an `ax` or a size that is none.
     """
-    check_axes(ax)
-    with styled():
+    style.check_axes(ax)
+    with style.styled():
         if ax is None:
-            _, (ax,) = new_figure(1, 1, figure_size(figsize, (1.3 * COLUMN, COLUMN)))
+            _, (ax,) = style.new_figure(1, 1, style.figure_size(figsize, (1.3 * style.COLUMN, style.COLUMN)))
         unit = growth.attrs.get("length", "")
         if growth.growth.ndim > 1:
             highest = float(growth.growth.max())  # what grows is seen
@@ -98,14 +84,16 @@ def plot_growth(
             image = ax.pcolormesh(
                 growth.wavelength, growth.speed, growth.growth.T, cmap="RdBu_r", vmin=-most, vmax=most
             )
-            colour_bar(ax, image, f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
+            style.colour_bar(ax, image, f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
             ax.set(xscale="log", xlabel=f"wavelength [{unit}]" if unit else "wavelength", ylabel="speed")
-            readable_decades(ax)
-            return figure_of(ax)
-        ax.semilogx(growth.wavelength, growth.growth, "o-", color=colour(len(ax.lines)), markersize=3, label=label)
+            style.readable_decades(ax)
+            return style.figure_of(ax)
+        ax.semilogx(
+            growth.wavelength, growth.growth, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label
+        )
         ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         ax.set_xlabel(f"wavelength [{unit}]" if unit else "wavelength")
         ax.set_ylabel(f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
-        readable_decades(ax)
-        legend_below(ax)
-    return figure_of(ax)
+        style.readable_decades(ax)
+        style.legend_below(ax)
+    return style.figure_of(ax)

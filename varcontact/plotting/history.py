@@ -22,22 +22,8 @@ from matplotlib.patches import PathPatch
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import OutputError, SceneError
+from varcontact.plotting import style
 from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_line_traction, rectangles_path, runs
-from varcontact.plotting.style import (
-    COLUMN,
-    MARK,
-    PLASTIC_LOOK,
-    SLIP_COLOUR,
-    SLIP_LOOK,
-    STICK_COLOUR,
-    area_patches,
-    figure_size,
-    is_ours,
-    legend_beside,
-    new_figure,
-    readable_ticks,
-    styled,
-)
 from varcontact.plotting.unit_labels import measure, measure_of
 from varcontact.results.finest_fields import finest_fields
 from varcontact.results.history import History
@@ -53,9 +39,9 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
     along = _abscissa(history)
     found = _creepages(history)
     panels = 3 if found else 2
-    size = figure_size(figsize, (COLUMN * 1.5, 0.4 + 1.7 * panels))
-    with styled():
-        figure, axes = new_figure(panels, 1, size, sharex=True)
+    size = style.figure_size(figsize, (style.COLUMN * 1.5, 0.4 + 1.7 * panels))
+    with style.styled():
+        figure, axes = style.new_figure(panels, 1, size, sharex=True)
         _draw_forces(axes[0], history, along)
         if found:
             panel = axes[1]
@@ -67,9 +53,9 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
                     along.values, measured(values), looks[name], label=name, markersize=marker_size, clip_on=False
                 )
             panel.axhline(0, color="k", linewidth=0.5)
-            readable_ticks(panel)
+            style.readable_ticks(panel)
             panel.set(xlabel=along.label, ylabel=measured.label("creepage found"))
-            legend_beside(panel)
+            style.legend_beside(panel)
         _draw_areas(axes[-1], history, along)
         for ax in axes[:-1]:
             ax.set_xlabel("")
@@ -108,9 +94,9 @@ def _draw_forces(ax: Axes, history: History, along: _Abscissa) -> None:
     if finite:
         ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
         ax.plot(along.values, -measured(limit), color="0.45", linestyle=":")
-    readable_ticks(ax)
+    style.readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=measured.label("tangential force"))
-    legend_beside(ax)
+    style.legend_beside(ax)
 
 
 def _creepages(history: History) -> dict[str, np.ndarray]:
@@ -130,18 +116,18 @@ def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
     areas = np.array([sol.state[row] for sol in history]).T
     left, right, _, _ = history.grid.box
     across = lengths(np.linspace(left, right, history.grid.nx + 1))
-    colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR, PLASTIC_LOOK["facecolor"]])
+    colours = ListedColormap([style.STICK_COLOUR, style.SLIP_COLOUR, style.PLASTIC_LOOK["facecolor"]])
     ax.pcolormesh(along.edges, across, np.ma.masked_equal(areas, 0), cmap=colours, vmin=1, vmax=3)
     slips = [
         (left, right, across[low], across[high])
         for left, right, column in zip(along.edges, along.edges[1:], areas.T, strict=False)
         for low, high in runs(column == SLIP)
     ]
-    ax.add_patch(PathPatch(rectangles_path(slips), gid="slip", **SLIP_LOOK | {"facecolor": "none"}))
+    ax.add_patch(PathPatch(rectangles_path(slips), gid="slip", **style.SLIP_LOOK | {"facecolor": "none"}))
     plastic = any(sol.plastic is not None for sol in history)
-    readable_ticks(ax)
+    style.readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=lengths.label("x" if history.scene.line else "x, middle row"))
-    legend_beside(ax, area_patches(plastic))
+    style.legend_beside(ax, style.area_patches(plastic))
 
 
 def animate(
@@ -165,7 +151,7 @@ def animate(
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
-    check_replaceable(field, path, KINDS, "picture", is_ours, overwrite, inputs)
+    check_replaceable(field, path, KINDS, "picture", style.is_ours, overwrite, inputs)
     if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
 
@@ -178,8 +164,8 @@ def _frames(history: History) -> Iterator[np.ndarray]:
         largest = max(largest, float(np.hypot(*finest_fields(sol).traction).max()))
         if history.scene.line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
-    with styled():
-        figure, (above, below) = new_figure(2, 1, (COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
+    with style.styled():
+        figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
         canvas: Any = figure.canvas
         _draw_forces(below, history, along)
         mark = below.axvline(along.values[0], color="k", linewidth=0.8)
@@ -204,7 +190,7 @@ def _gif(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
         Image.fromarray(each).convert("RGB").quantize(dither=Image.Dither.NONE) for each in chain([first], frames)
     )
     made = io.BytesIO()
-    options: dict[str, Any] = {"save_all": True, "append_images": images, "loop": 0, "comment": MARK.encode()}
+    options: dict[str, Any] = {"save_all": True, "append_images": images, "loop": 0, "comment": style.MARK.encode()}
     next(images).save(made, format="GIF", duration=round(1000 / fps), **options)
     return made.getvalue()
 
@@ -214,7 +200,7 @@ def _film(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
     first = next(frames)
     height, width = first.shape[:2]
     given = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", f"{width}x{height}", "-framerate", f"{fps:g}"]
-    wanted = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", "-metadata", f"comment={MARK}"]
+    wanted = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", "-metadata", f"comment={style.MARK}"]
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder) / "film.mp4"
         command = ["ffmpeg", "-loglevel", "error", *given, "-i", "-", *wanted, str(film)]

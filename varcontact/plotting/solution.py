@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plotting import style
 from varcontact.plotting.fields import (
     FIELDS,
     corrected,
@@ -21,20 +22,6 @@ from varcontact.plotting.fields import (
     draw_line_traction,
     lengths_of,
     shape_of,
-)
-from varcontact.plotting.style import (
-    BOUND_COLOUR,
-    COLUMN,
-    LATERAL_COLOUR,
-    PAGE,
-    TRACTION_COLOUR,
-    check_axes,
-    figure_of,
-    figure_size,
-    legend_below,
-    new_figure,
-    readable_ticks,
-    styled,
 )
 from varcontact.plotting.unit_labels import measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
@@ -60,19 +47,21 @@ def plot(
         row_of(sol, y)
         if "section" not in names:
             raise SceneError("y", y, 'left out, or with the panel "section"')
-    with styled():
+    with style.styled():
         if ax is not None:
-            figure_size(figsize, (1.0, 1.0))
+            style.figure_size(figsize, (1.0, 1.0))
             _draw(ax, sol, names[0], y)
-            return figure_of(ax)
+            return style.figure_of(ax)
         if line:  # below each other over the same abscissa
-            size = figure_size(figsize, (1.3 * COLUMN, 0.4 + 2.1 * len(names)))
-            figure, axes = new_figure(len(names), 1, size, sharex=True)
+            size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))
+            figure, axes = style.new_figure(len(names), 1, size, sharex=True)
         else:  # panels of one height, three to a row
             rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
-            width = COLUMN if columns == 1 else PAGE / 3 * columns
+            width = style.COLUMN if columns == 1 else style.PAGE / 3 * columns
             side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
-            figure, axes = new_figure(rows, columns, figure_size(figsize, (width, rows * (shape * side + 1.3))))
+            figure, axes = style.new_figure(
+                rows, columns, style.figure_size(figsize, (width, rows * (shape * side + 1.3)))
+            )
         for panel, name in zip(axes, names, strict=False):
             if not line:
                 panel.set_box_aspect(shape)
@@ -87,7 +76,7 @@ def plot(
 
 
 def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
-    check_axes(ax)
+    style.check_axes(ax)
     if what is None:
         if sol.scene.motion is None:
             names = ["pressure"] if sol.scene.line else ["pressure", "section"]
@@ -134,7 +123,9 @@ def _one_legend(axes: list[Axes]) -> None:
     for ax in axes[:-1]:
         ax.set_xlabel("")
     if entries:
-        figure_of(axes[0]).legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center", frameon=False)
+        style.figure_of(axes[0]).legend(
+            entries.values(), entries.keys(), ncols=5, loc="outside lower center", frameon=False
+        )
 
 
 def plot_passes(sol: Solution) -> Figure:
@@ -149,11 +140,11 @@ def plot_passes(sol: Solution) -> Figure:
     else:
         shown = f"{sol.plan.coupling}, {sol.scene.difference}"
         changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
-    with styled():
-        figure, (ax,) = new_figure(1, 1, (COLUMN, 2.6))
+    with style.styled():
+        figure, (ax,) = style.new_figure(1, 1, (style.COLUMN, 2.6))
         changes, residuals = np.array(sol.passes).T
         passes = np.arange(1, len(residuals) + 1)
-        ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, label="residual of the whole")
+        ax.semilogy(passes, residuals, "o-", color=style.TRACTION_COLOUR, label="residual of the whole")
         ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", label=f"change of the {changed}")
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         ax.set_xlabel("pass")
@@ -186,7 +177,7 @@ def draw_section(ax: Axes, sol: Solution, y: float | None = None) -> None:
     if sol.scene.motion is None:
         pressure = sol.pressure[row, shown]
         measured = measure_of(sol.scene, "pressure", pressure)
-        ax.plot(lengths(sol.grid.x[shown]), measured(pressure), "o-", color=TRACTION_COLOUR)
+        ax.plot(lengths(sol.grid.x[shown]), measured(pressure), "o-", color=style.TRACTION_COLOUR)
         ax.set_ylabel(measured.label("pressure"))
     else:
         field = finest_fields(sol)
@@ -195,11 +186,11 @@ def draw_section(ax: Axes, sol: Solution, y: float | None = None) -> None:
         _draw_tractions(ax, sol, field, row, (left, right))
         place, words = float(field.grid.y[row]), corrected(field)
     ax.axhline(0, color="k", linewidth=0.5)
-    readable_ticks(ax)
+    style.readable_ticks(ax)
     ax.set_xlabel(lengths.label("x"))
     at = lengths.text(0.0 if abs(place) < 1e-9 * sol.grid.sides[1] else place)
     ax.set_title(("Section along x" if sol.scene.line else f"Section at y = {at}") + words)
-    legend_below(ax, columns=2)
+    style.legend_below(ax, columns=2)
 
 
 def _draw_tractions(ax: Axes, sol: Solution, field: FinestFields, row: int, ends: tuple[float, float]) -> None:
@@ -214,13 +205,15 @@ def _draw_tractions(ax: Axes, sol: Solution, field: FinestFields, row: int, ends
     if finite:
         places, bounds = lengths(sol.grid.x[of_bound]), measured(bound)
         ax.fill_between(places, -bounds, bounds, color="0.93", linewidth=0)
-        ax.plot(places, bounds, color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
-        ax.plot(places, -bounds, color=BOUND_COLOUR, linewidth=0.9)
+        ax.plot(places, bounds, color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
+        ax.plot(places, -bounds, color=style.BOUND_COLOUR, linewidth=0.9)
     size = np.hypot(*traction)
     ax.plot(x, measured(size), color="k", linewidth=1.6, label="$|p|$")
-    ax.plot(x, measured(traction[0]), "o-", color=TRACTION_COLOUR, markersize=2.5, linewidth=0.9, label="$p_x$")
+    ax.plot(x, measured(traction[0]), "o-", color=style.TRACTION_COLOUR, markersize=2.5, linewidth=0.9, label="$p_x$")
     if np.abs(traction[1]).max(initial=0.0) > 1e-9 * size.max(initial=0.0):
-        ax.plot(x, measured(traction[1]), "s--", color=LATERAL_COLOUR, markersize=2.5, linewidth=0.9, label="$p_y$")
+        ax.plot(
+            x, measured(traction[1]), "s--", color=style.LATERAL_COLOUR, markersize=2.5, linewidth=0.9, label="$p_y$"
+        )
     ax.set_ylabel(measured.label("traction"))
 
 

@@ -12,17 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.plotting.style import (
-    COLUMN,
-    check_axes,
-    colour_bar,
-    figure_of,
-    figure_size,
-    legend_below,
-    new_figure,
-    readable_ticks,
-    styled,
-)
+from varcontact.plotting import style
 from varcontact.plotting.unit_labels import Measure, measure_of
 from varcontact.results.solution import Solution
 from varcontact.results.stress import FARTHEST, SubsurfaceStress, one_solution, side_of, stress
@@ -85,8 +75,8 @@ def plot_stress(
     if not one_solution(sol).pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
-    check_axes(ax)
-    size = figure_size(figsize, (COLUMN * 1.25, COLUMN))
+    style.check_axes(ax)
+    size = style.figure_size(figsize, (style.COLUMN * 1.25, style.COLUMN))
     cut = _cut(sol, plane, x, y, depth, body)
     signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
     if signed:
@@ -99,25 +89,25 @@ def plot_stress(
     stresses = measure_of(sol.scene, "pressure", everything)
     shown = stresses(everything)
     levels = MaxNLocator(20, symmetric=signed).tick_values(shown.min(), shown.max())
-    with styled():
+    with style.styled():
         if ax is None:
-            _, (ax,) = new_figure(1, 1, size)
+            _, (ax,) = style.new_figure(1, 1, size)
         for part, value in zip(cut.parts, values, strict=True):
             first, second = (lengths(part.points[i]) for i in cut.axes)
             image = ax.contourf(first, second, stresses(value), levels, cmap="RdBu_r" if signed else "viridis")
             ax.contour(first, second, stresses(value), levels[::2], colors="k", linewidths=0.3, linestyles="solid")
-        colour_bar(ax, image, stresses.label(name))
+        style.colour_bar(ax, image, stresses.label(name))
         _draw_contact(ax, sol, plane, lengths)
         _mark_largest(ax, cut, values, lengths, stresses)
         labels = ("x", "y", "z, up into body 1")
         ax.set_xlabel(lengths.label(labels[cut.axes[0]]))
         ax.set_ylabel(lengths.label(labels[cut.axes[1]]))
         ax.set_title(name + (f"{cut.words}{lengths.text(cut.at)}" if cut.words else ""))
-        readable_ticks(ax)
+        style.readable_ticks(ax)
         ax.set_aspect("equal")
-        legend_below(ax, columns=1)
-        figure_of(ax).draw_without_rendering()
-    return figure_of(ax)
+        style.legend_below(ax, columns=1)
+        style.figure_of(ax).draw_without_rendering()
+    return style.figure_of(ax)
 
 
 @dataclass(frozen=True)
@@ -182,8 +172,8 @@ def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None
     if plane == "xy":
         x, y = lengths(sol.grid.x), lengths(sol.grid.y)
         inside = (sol.pressure > 0).astype(float)
-        for colour, width, style in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
-            ax.contour(x, y, inside, [0.5], colors=colour, linewidths=width, linestyles=style)
+        for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
+            ax.contour(x, y, inside, [0.5], colors=ink, linewidths=width, linestyles=line)
         ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
         return
     axis = "xy".index(plane[0])

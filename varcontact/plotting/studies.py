@@ -11,21 +11,8 @@ from matplotlib.patches import Patch
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plotting import style
 from varcontact.plotting.fields import is_shift
-from varcontact.plotting.style import (
-    COLUMN,
-    MARKERS,
-    PAGE,
-    check_axes,
-    colour,
-    figure_of,
-    figure_size,
-    legend_below,
-    new_figure,
-    readable_decades,
-    readable_ticks,
-    styled,
-)
 from varcontact.plotting.unit_labels import Measure, measure, measure_of
 from varcontact.results.solution import Solution
 
@@ -105,17 +92,17 @@ def plot_curve(
     'longitudinal creepage [$10^{-3}$]'
     """
     normalised, total = checks.flag("normalised", normalised), checks.flag("total", total)
-    check_axes(ax)
-    size = figure_size(figsize, (COLUMN * 1.15, 2.9))
+    style.check_axes(ax)
+    size = style.figure_size(figsize, (style.COLUMN * 1.15, 2.9))
     read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
     curves, x_label, force, limit = read(solutions, against, normalised)
     largest = np.nanmax([np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0)
     shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
     several = len(curves) > 1
     y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
-    with styled():
+    with style.styled():
         if ax is None:
-            _, (ax,) = new_figure(1, 1, size)
+            _, (ax,) = style.new_figure(1, 1, size)
         for i, (name, (x, forces)) in enumerate(curves.items()):
             number = i if several else None
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
@@ -124,16 +111,16 @@ def plot_curve(
             for j, (part, values) in enumerate(lines):
                 k = j if number is None else number
                 words = f"{name}: {part}" if name and len(lines) > 1 else name or part
-                look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": STYLES[j], "color": colour(k)}
-                ax.plot(x, values, markevery=max(1, len(x) // 12), label=words, **look)
+                every = max(1, len(x) // 12)
+                ax.plot(x, values, **style.look(k), linestyle=STYLES[j], markevery=every, label=words)
         if normalised:
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
         ax.axhline(0.0, color="k", linewidth=0.5)
         ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
-        readable_ticks(ax)
-        legend_below(ax, columns=2)
-        figure_of(ax).draw_without_rendering()
-    return figure_of(ax)
+        style.readable_ticks(ax)
+        style.legend_below(ax, columns=2)
+        style.figure_of(ax).draw_without_rendering()
+    return style.figure_of(ax)
 
 
 Curves = dict[str, tuple[np.ndarray, np.ndarray]]
@@ -211,17 +198,12 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     if not (isinstance(table, pd.DataFrame) and "traction_distance" in table):
         raise SceneError("table", table, "a table that compare made")
     measured = table[table["traction_distance"].notna()]
-    with styled():
-        figure, (ax,) = new_figure(1, 1, (0.75 * PAGE, 3.2))
+    with style.styled():
+        figure, (ax,) = style.new_figure(1, 1, (0.75 * style.PAGE, 3.2))
         for i, (method, rows) in enumerate(measured.groupby("method", sort=False)):
             seconds = rows["normal_seconds"] + rows["tangential_seconds"]
             error = np.maximum(rows["traction_distance"], LEAST_DISTANCE)
-            look: dict[str, Any] = {
-                "color": colour(i),
-                "marker": MARKERS[i % len(MARKERS)],
-                "linestyle": "",
-                "alpha": 0.85,
-            }
+            look = style.look(i) | {"linestyle": "", "alpha": 0.85}
             failed = (rows["outcome"] == "not converged").to_numpy()
             if not failed.all():
                 ax.plot(seconds[~failed], error[~failed], **look, label=f"{method}")
@@ -231,7 +213,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
         ax.set_ylim(bottom=LEAST_DISTANCE / 3)
-        readable_decades(ax)
+        style.readable_decades(ax)
         ax.grid(visible=True)
         if not measured.empty:
             figure.legend(loc="outside right upper", title="method", alignment="left")
@@ -253,8 +235,10 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
     methods = list(dict.fromkeys(study.runs["method"]))
     columns = min(max(len(names), 1), 3)
     rows = -(-max(len(names), 1) // columns)
-    with styled():
-        figure, axes = new_figure(rows, columns, (PAGE / 3 * columns * (1.4 if columns == 1 else 1), 0.5 + 2.5 * rows))
+    with style.styled():
+        figure, axes = style.new_figure(
+            rows, columns, (style.PAGE / 3 * columns * (1.4 if columns == 1 else 1), 0.5 + 2.5 * rows)
+        )
         for ax, name in zip(axes, names, strict=False):
             for row in (row for row in limits if row["quantity"] == name):
                 _draw_limit(ax, study, row, methods.index(row["method"]))
@@ -262,10 +246,10 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             ax.set(xscale="log", yscale="log", title=name.replace("_", " "), xlabel="elements across the contact")
             shown = cells[:: -(-len(cells) // (5 if columns > 1 else 8))]
             ax.set_xticks(cells, labels=[str(n) if n in shown else "" for n in cells])
-            readable_decades(ax)
+            style.readable_decades(ax)
             ax.xaxis.minorticks_off()
             ax.grid(visible=True)
-            legend_below(ax, columns=1)
+            style.legend_below(ax, columns=1)
         for ax in axes[len(names) :]:
             ax.set_axis_off()
         for ax in axes[::columns]:
@@ -287,17 +271,17 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
     runs = study.runs[(study.runs["method"] == method) & study.runs["outcome"].isin(["solved", "approximate"])]
     grids = study.grids[(study.grids["method"] == method) & study.grids[name].notna()]
     cells, errors = grids["cells"].to_numpy(), (grids[name] - value).abs().to_numpy()
-    look: dict[str, Any] = {"color": colour(number)}
-    ax.plot(runs["cells"], (runs[name] - value).abs(), ".", **look, alpha=0.4, markersize=3)
+    tint = style.colour(number)
+    ax.plot(runs["cells"], (runs[name] - value).abs(), ".", color=tint, alpha=0.4, markersize=3)
     label = row["reason"] or f"order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
     if study.runs["method"].nunique() > 1:
         label = f"{method}, {label}"
-    ax.plot(cells, errors, MARKERS[number % len(MARKERS)], **look, label=label)
+    ax.plot(cells, errors, **style.look(number), linestyle="", label=label)
     middle = np.exp(np.mean(np.log(np.maximum(errors, 1e-300)) + row["order"] * np.log(cells)))
     if row["reason"] == "":
-        ax.plot(cells, middle / cells ** row["order"], "--", **look, linewidth=0.9)
+        ax.plot(cells, middle / cells ** row["order"], "--", color=tint, linewidth=0.9)
     if np.isfinite(row["error"]):
-        ax.axhspan(0, row["error"], **look, alpha=0.12, linewidth=0)
+        ax.axhspan(0, row["error"], color=tint, alpha=0.12, linewidth=0)
 
 
 def plot_tradeoff(study: Tradeoff) -> Figure:
@@ -307,8 +291,8 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     families = list(dict.fromkeys(classes["family"] if len(classes) else []))
     columns = min(max(len(kinds), 1), 3)
     rows = -(-max(len(kinds), 1) // columns)
-    with styled():
-        figure, axes = new_figure(rows, columns, (PAGE, 1.2 + 2.3 * rows))
+    with style.styled():
+        figure, axes = style.new_figure(rows, columns, (style.PAGE, 1.2 + 2.3 * rows))
         for ax, kind in zip(axes, kinds, strict=False):
             part = study.classes[study.classes["kind"] == kind]
             for family, methods in part.groupby("family", sort=False):
@@ -319,7 +303,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
             ax.plot(front["processor_seconds"], error, color="0.3", lw=0.8, zorder=0)
             ax.set(xscale="log", yscale="log", title=kind)
             ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
-            readable_decades(ax)
+            style.readable_decades(ax)
             ax.grid(visible=True)
         for ax in axes[len(kinds) :]:
             ax.set_axis_off()
@@ -339,5 +323,4 @@ def _look(families: list[str], family: str) -> dict[str, Any]:
     """Hollow where the grid was found for an accuracy."""
     if family == "accuracy":
         return {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0, "linestyle": ""}
-    number = families.index(family)
-    return {"color": colour(number), "marker": MARKERS[number % len(MARKERS)], "markersize": 3.5, "linestyle": ""}
+    return style.look(families.index(family)) | {"markersize": 3.5, "linestyle": ""}

@@ -73,6 +73,11 @@ def colour(number: int) -> str:
     return colours[number % len(colours)]
 
 
+def look(number: int) -> dict[str, Any]:
+    """Colour and marker of one of many curves; call it within `styled`."""
+    return {"color": colour(number), "marker": MARKERS[number % len(MARKERS)]}
+
+
 def empty_figure(figsize: tuple[float, float]) -> Picture:
     """A figure without axes; call it within `styled`."""
     figure = Picture(figsize=figsize, layout="constrained")

@@ -13,13 +13,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import (
-    available,
-    load_packages,
-    normal_methods,
-    states_programs,
-    tangential_methods,
-)
+from varcontact.solvers.registry import available, load_packages, normal_methods, states_programs, tangential_methods
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES

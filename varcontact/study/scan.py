@@ -16,14 +16,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.batch import solve_batches
-from varcontact.solving.options import (
-    TOLERANCE,
-    CertifyName,
-    CouplingName,
-    FormulationName,
-    MethodName,
-    SolveOptions,
-)
+from varcontact.solving.options import TOLERANCE, CertifyName, CouplingName, FormulationName, MethodName, SolveOptions
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
