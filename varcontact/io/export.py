@@ -33,7 +33,7 @@ QUANTITIES = {
     "slip_y": "slip",
     "distance": "length",
     "state": "1",
-    "power_density": "power",
+    "power_density": "power density",
 }
 """Columns of the table, and what each is measured in."""
 
@@ -45,7 +45,7 @@ LOADS = {
     "approach": "length",
     "vx": "creepage",
     "vy": "creepage",
-    "spin": "turn",
+    "spin": "spin creepage",
     "max_pressure": "pressure",
     "power": "work",
     "friction_work": "work",
@@ -65,11 +65,8 @@ def dataframe(sol: Solution) -> pd.DataFrame:
 def units_by_name(sol: Solution) -> dict[str, str]:
     """Units of columns and of single numbers; in words where the scene names none."""
     units = sol.scene.units or Units(length="length", force="force")
-    shifts, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
-    rolling = {"slip": "1", "power": "pressure", "creepage": "1", "turn": "spin", "work": "force"}
-    shifting = {"slip": "length", "power": "line force", "creepage": "length", "turn": "1", "work": "moment"}
-    meant = shifting if shifts else rolling
-    return {name: units.of(meant.get(kind, kind), line) for name, kind in {**QUANTITIES, **LOADS}.items()}
+    shift = sol.motion is not None and sol.motion.rolls == 0
+    return {name: units.of(kind, sol.scene.line, shift) for name, kind in {**QUANTITIES, **LOADS}.items()}
 
 
 def _columns(sol: Solution) -> dict[str, np.ndarray]:

@@ -43,8 +43,8 @@ AS_STORED = "the certificate is as stored in the file, not measured again"
 FIELDS = {
     "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
     "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
-    "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
-    "power_density": (("y", "x"), "pressure", "work lost by friction by area, by distance rolled"),
+    "slip": (("component", "y", "x"), "slip", "relative slip of body 1 over body 2"),
+    "power_density": (("y", "x"), "power density", "work lost by friction by area, by distance rolled"),
     "distance": (("y", "x"), "length", "deformed distance"),
     "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
     "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
@@ -63,9 +63,6 @@ AT_TIMES = {
     PLASTIC_STATE: (("flow", "y", "x"), "1", "third body: plastic displacement [length], yield stress [pressure]"),
 }
 """Fields of histories: under laws of friction, and of viscoelastic bodies; of a third body that yields."""
-
-IN_PLACE = {"slip": "length", "power_density": "line force"}
-"""Quantities of a shift, where they are others."""
 
 ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", *AT_TIMES)
 """Fields that are read back; files of earlier versions have no power density."""
@@ -101,10 +98,9 @@ def variables_of(
     grids, found = {"": sol.grid}, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]()
     added = {name: entry for name, entry in AT_TIMES.items() if getattr(sol, name) is not None}
     for name, (dims, quantity, words) in {**fields, **added}.items():
-        quantity = IN_PLACE.get(name, quantity) if shift else quantity
         found[name] = dims, np.asarray(getattr(sol, name)), quantity, words
     if sol.refinement is not None:
-        refined, record["refinement"] = refinement_to(sol.refinement, shift)
+        refined, record["refinement"] = refinement_to(sol.refinement)
         found, grids["_parts"] = found | refined, sol.refinement.grid
     if sol.pressure_on_parts is not None:
         words = "normal traction, on parts of elements"
@@ -114,7 +110,7 @@ def variables_of(
         ahead = (sol.memory.shape[-1] - sol.grid.nx) // 2
         grids["_around"] = sol.grid.window(-ahead, sol.grid.nx + ahead, -1, sol.grid.rows + 1)
     variables: dict[str, Any] = {
-        name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
+        name: (dims, values, {"units": units.of(quantity, line, shift), "long_name": words})
         for name, (dims, values, quantity, words) in found.items()
     }
     places: dict[str, Any] = {

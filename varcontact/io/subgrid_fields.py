@@ -21,15 +21,14 @@ ROUNDED = 1e-9
 
 
 def refinement_to(
-    found: Refinement, shift: bool
+    found: Refinement,
 ) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray, str, str]], dict[str, Any]]:
     """Fields of a refinement by name, with dimensions, quantity and description; and its record."""
-    slip = "length" if shift else "1"
     parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
     fields = {
         "traction_on_parts": (parts, found.traction, "pressure", "tangential traction on body 1, on parts of elements"),
-        "slip_on_parts": (parts, found.slip, slip, "relative slip of the continuum, means over parts of elements"),
-        "slip_correction": (elements, found.correction, slip, "added to the rigid slip of the elements"),
+        "slip_on_parts": (parts, found.slip, "slip", "relative slip of the continuum, means over parts of elements"),
+        "slip_correction": (elements, found.correction, "slip", "added to the rigid slip of the elements"),
         "bound_share": (("y", "x"), found.share, "1", "what the traction bound of the elements was multiplied by"),
     }
     record = {

@@ -20,6 +20,7 @@ from varcontact.results.finest_fields import FinestFields, finest_fields
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
+from varcontact.scene.units import moved
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom and top of what is shown [length]."""
@@ -36,13 +37,13 @@ class Field:
     title: str
     name: str
     values: Callable[[Solution], np.ndarray]
-    quantity: tuple[str, str]
+    quantity: str
     colours: str = "viridis"
     outside: bool = False
     on_parts: bool = False
 
     def measured(self, sol: Solution, values: np.ndarray) -> Measure:
-        return measure_of(sol.scene, self.quantity[is_shift(sol)], values)
+        return measure_of(sol.scene, moved(self.quantity, is_shift(sol)), values)
 
     def place(self, sol: Solution) -> tuple[Grid, np.ndarray, str]:
         """The grid it is on, the state of its elements, and what its title adds."""
@@ -53,23 +54,18 @@ class Field:
 
 
 FIELDS = {
-    "pressure": Field("Pressure", "pressure", lambda sol: sol.pressure, ("pressure", "pressure")),
+    "pressure": Field("Pressure", "pressure", lambda sol: sol.pressure, "pressure"),
     "slip": Field(
-        "Slip of body 1 over body 2",
-        "slip",
-        lambda sol: finest_fields(sol).slip,
-        ("1", "length"),
-        "YlOrBr",
-        on_parts=True,
+        "Slip of body 1 over body 2", "slip", lambda sol: finest_fields(sol).slip, "slip", "YlOrBr", on_parts=True
     ),
     "distance": Field(
-        "Distance of the bodies", "distance", lambda sol: sol.distance, ("length", "length"), "cividis", outside=True
+        "Distance of the bodies", "distance", lambda sol: sol.distance, "length", "cividis", outside=True
     ),
     "power_density": Field(
         "Power density of friction",
         "work by area",
         lambda sol: finest_fields(sol).power_density,
-        ("pressure", "line force"),
+        "power density",
         "YlOrBr",
         on_parts=True,
     ),
@@ -77,7 +73,7 @@ FIELDS = {
         "Temperature of body 1",
         "temperature [degrees]",
         lambda sol: np.asarray(sol.temperature)[0],
-        ("1", "1"),
+        "1",
         "inferno",
         outside=True,
     ),

@@ -43,17 +43,32 @@ class Units:
             if not value.isprintable() or len(value) > LONGEST:
                 raise SceneError(f"units.{name}", value, f"printable, in {LONGEST} characters at most")
 
-    def of(self, quantity: str, line: bool = False) -> str:
+    def of(self, quantity: str, line: bool = False, shift: bool = False) -> str:
         """Unit of a `quantity`, without brackets; in `line` contact forces and moments are per unit length.
 
-        Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), and "1".
+        Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), and "1";
+        and "slip", "creepage", "spin creepage", "work", "power density", which are others in a `shift` than in rolling.
         """
+        quantity = moved(quantity, shift)
         L, F = self.length, self.force
         force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")
         names = {"length": L, "force": force, "pressure": f"{F}/{L}^2", "moment": moment, "spin": f"1/{L}"}
         names |= {"area": area, "line force": f"{F}/{L}"}
         return names.get(quantity, "1")
 
+
+def moved(quantity: str, shift: bool) -> str:
+    """What a quantity of the motion is: in rolling by the distance rolled, in a shift as it is."""
+    return IN_MOTION.get(quantity, (quantity, quantity))[shift]
+
+
+IN_MOTION = {
+    "slip": ("1", "length"),
+    "creepage": ("1", "length"),
+    "spin creepage": ("spin", "1"),
+    "work": ("force", "moment"),
+    "power density": ("pressure", "line force"),
+}
 
 SI = Units(length="m", force="N")
 MM_N = Units(length="mm", force="N")

@@ -12,7 +12,7 @@ import pandas as pd
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.html import html_table
+from varcontact.html import html_text
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -253,31 +253,19 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]
         return Comparison
 
     def _repr_html_(self) -> str:
-        """A table for each scene; pandas' own where columns are missing."""
-        if not {"scene", *(name for name, _ in SHOWN.values())} <= set(self.columns):
-            frame: str = super()._repr_html_()
-            return frame
-        blocks = []
-        for scene, cells, reasons in _printed(self):
-            table = pd.DataFrame(cells, columns=list(SHOWN)).to_html(index=False, border=0)
-            blocks += [html_table(scene, []), table, *([html_table("not solved", reasons)] if reasons else [])]
-        return "\n".join(blocks)
+        """As `summary` prints it; pandas' own where columns are missing."""
+        if {"scene", *(name for name, _ in SHOWN.values())} <= set(self.columns):
+            return html_text(summary(self))
+        frame: str = super()._repr_html_()
+        return frame
 
 
 def summary(table: pd.DataFrame) -> str:
     """A comparison as text: a block for each scene, then what was not solved and why."""
     blocks = []
-    for scene, cells, reasons in _printed(table):
-        lines = columns_of_text([list(SHOWN), *cells], left=2)
-        blocks.append("\n".join([scene, *lines, *(f"  {method}: {reason}" for method, reason in reasons)]))
-    return "\n\n".join(blocks)
-
-
-def _printed(table: pd.DataFrame) -> list[tuple[str, list[list[str]], list[tuple[str, str]]]]:
-    """By scene: its name, the cells under the headings, methods without an answer and why."""
-    found = []
     for scene, rows in table.groupby("scene", sort=False):
         records = rows.to_dict("records")
         cells = [[cell(row[name], form) for name, form in SHOWN.values()] for row in records]
-        found.append((str(scene), cells, [(row["method"], row["reason"]) for row in records if row["reason"]]))
-    return found
+        reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
+        blocks.append("\n".join([str(scene), *columns_of_text([list(SHOWN), *cells], left=2), *reasons]))
+    return "\n\n".join(blocks)

@@ -345,16 +345,15 @@ def _described(swept: Swept, settings: dict[str, Any]) -> tuple[xr.Coordinates, 
     """The coordinates; and what tells one sweep from others, with the units that all scenes have in common."""
     import xarray as xr
 
-    named, motions = {scene.units for scene in swept.scenes}, [scene.motion for scene in swept.scenes]
+    named, motions = {scene.units for scene in swept.scenes}, {type(scene.motion) for scene in swept.scenes}
     unit = named.pop() if len(named) == 1 else None
     units: dict[str, str] = {}
     if unit is not None:
-        line = any(scene.line for scene in swept.scenes)
-        units = {each: unit.of(each, line) for each in ("force", "length", "moment", "pressure", "area", "spin", "1")}
-        if all(isinstance(motion, Steady) for motion in motions):
-            units |= {"creepage": "1", "spin creepage": units["spin"], "work": units["force"]}
-        elif all(isinstance(motion, Shift) for motion in motions):
-            units |= {"creepage": units["length"], "spin creepage": "1", "work": units["moment"]}
+        line, shift = any(scene.line for scene in swept.scenes), motions == {Shift}
+        known = ["force", "length", "moment", "pressure", "area", "spin", "1"]
+        if shift or motions == {Steady}:
+            known += ["creepage", "spin creepage", "work"]
+        units = {each: unit.of(each, line, shift) for each in known}
     columns = {
         name: (name, values, {"units": units[ENTRIES[name]]} if ENTRIES.get(name) in units else {})
         for name, values in swept.coordinates.items()
