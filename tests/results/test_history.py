@@ -291,7 +291,7 @@ def test_scenes_that_cannot_be_are_refused():
         vc.scan(scene(), [(0, 0, 0)])
     with pytest.raises(vc.SceneError, match="motion"):
         vc.certify(scene(), np.zeros((2, 10, 10)))
-    with pytest.raises(vc.SceneError, match="is Transient: methods are compared on Steady"):
+    with pytest.raises(vc.SceneError, match="is Transient: it must be Steady"):
         vc.compare(scene(), ["clarabel"])
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact.io.html_page import HEAD, html_page
 from varcontact.results.solution import Solution
-from varcontact.scene.units import Units
+from varcontact.scene.units import IN_WORDS
 from varcontact.system.files import begins_with
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def dataframe(sol: Solution) -> pd.DataFrame:
 
 def units_by_name(sol: Solution) -> dict[str, str]:
     """Units of columns and of single numbers; in words where the scene names none."""
-    units = sol.scene.units or Units(length="length", force="force")
+    units = sol.scene.units or IN_WORDS
     shift = sol.motion is not None and sol.motion.rolls == 0
     return {name: units.of(kind, sol.scene.line, shift) for name, kind in {**QUANTITIES, **LOADS}.items()}
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, overload
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -88,20 +88,9 @@ class Stored(Sequence[Solution]):
         except FileNotFoundError:
             return 0
 
-    @overload
-    def __getitem__(self, k: int) -> Solution: ...
-
-    @overload
-    def __getitem__(self, k: slice) -> list[Solution]: ...
-
-    def __getitem__(self, k: int | slice) -> Solution | list[Solution]:
-        count = len(self)
-        if isinstance(k, slice):
-            return [self[each] for each in range(*k.indices(count))]
-        k = operator.index(k)
-        if not -count <= k < count:
-            raise IndexError(f"step {k} of a history of {count}")
-        k %= count
+    def __getitem__(self, k: Any) -> Any:
+        """A step; it is `History` that takes slices."""
+        k = range(len(self))[operator.index(k)]
         sol = self._read(k)
         if self.measured is None:
             return replace(sol, note=AS_STORED)

@@ -93,21 +93,6 @@ def storing(path: Path) -> Iterator[None]:
         raise OutputError("store", path, f"cannot be written ({error.strerror or error})") from None
 
 
-@contextmanager
-def _draft(form: str) -> Iterator[tuple[Any, list[bytes]]]:
-    """A netCDF file in memory, and a list that gets the header and the single record of the finished file."""
-    from scipy.io import netcdf_file
-
-    buffer, parts = io.BytesIO(), list[bytes]()
-    file = netcdf_file(buffer, "w", version=2)
-    file.format = form
-    yield file, parts
-    file.flush()
-    content = buffer.getvalue()
-    buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
-    parts += [content[: -file._recsize], content[-file._recsize :]]
-
-
 def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
     """The file with the first step, and with the position of that."""
     header, _ = _step(scene, plan, settings, sol, 0)
@@ -121,42 +106,47 @@ def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution)
 
 def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, begin: int | None) -> list[bytes]:
     """Header and record of a step; the header is of no use without the position where it ends."""
+    from scipy.io import netcdf_file
+
     start = cast(Transient, scene.motion).start
     variables, places, record = variables_of(sol, SERIES, shift=False)
-    with _draft(HISTORY_FORMAT) as (file, parts_of_file):
-        file.first_step = f"{begin or 0:012d}"
-        file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
-        file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
-        longer = plan.loops or scene.under_law or sol.error_estimate is not None
-        length = RECORD_OF_PASSES if longer else RECORD
-        sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
-        sizes |= {name: place[1].size for name, place in places.items()}
-        if sol.memory is not None:
-            sizes |= {"relaxation": len(sol.memory), "axis": 3}
-        if sol.plastic is not None:
-            sizes["flow"] = 3
-        file.createDimension("step", None)
-        for name, size in sizes.items():
-            file.createDimension(name, size)
-        for name, (_, values, said) in places.items():
-            variable = file.createVariable(name, "d", (name,))
-            variable[:], variable.units = values, said["units"]
-        for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
-            variable = file.createVariable(name, "c", (name, "letters"))
-            variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
-        if start is not None and begin is not None:
-            content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
-            file.createDimension("bytes", content.size)
-            file.createVariable("start", "b", ("bytes",))[:] = content
-        for name, (dims, values, said) in variables.items():
-            variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
-            variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
-        record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
-        record["passes"] = sol.passes[-LAST_PASSES:]
-        text = json.dumps(record).ljust(length)
-        variable = file.createVariable("record", "c", ("step", "characters"))
-        variable[0] = np.frombuffer(text.encode(), dtype="S1")
-    return parts_of_file
+    buffer = io.BytesIO()
+    file = netcdf_file(buffer, "w", version=2)
+    file.format = HISTORY_FORMAT
+    file.first_step = f"{begin or 0:012d}"
+    file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
+    file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
+    longer = plan.loops or scene.under_law or sol.error_estimate is not None
+    length = RECORD_OF_PASSES if longer else RECORD
+    sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
+    sizes |= {name: place[1].size for name, place in places.items()}
+    for dims, values, _ in variables.values():
+        sizes |= zip(dims, values.shape, strict=True)
+    file.createDimension("step", None)
+    for name, size in sizes.items():
+        file.createDimension(name, size)
+    for name, (_, values, said) in places.items():
+        variable = file.createVariable(name, "d", (name,))
+        variable[:], variable.units = values, said["units"]
+    for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
+        variable = file.createVariable(name, "c", (name, "letters"))
+        variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
+    if start is not None and begin is not None:
+        content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
+        file.createDimension("bytes", content.size)
+        file.createVariable("start", "b", ("bytes",))[:] = content
+    for name, (dims, values, said) in variables.items():
+        variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
+        variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
+    record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
+    record["passes"] = sol.passes[-LAST_PASSES:]
+    text = json.dumps(record).ljust(length)
+    variable = file.createVariable("record", "c", ("step", "characters"))
+    variable[0] = np.frombuffer(text.encode(), dtype="S1")
+    file.flush()
+    written = buffer.getvalue()
+    buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
+    return [written[: -file._recsize], written[-file._recsize :]]
 
 
 def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -> np.dtype:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -29,9 +28,9 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.units import Units
+from varcontact.scene.units import IN_WORDS
 from varcontact.solvers.interface import Calls
-from varcontact.system.files import begins_with, check_replaceable, first_line, reading, regular, write_whole
+from varcontact.system.files import begins_with, check_replaceable, reading, regular, write_whole
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def variables_of(
     sol: Solution, fields: Mapping[str, Any], shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
-    units, line, record = units_of(sol.scene), sol.scene.line, record_of(sol)
+    units, line, record = sol.scene.units or IN_WORDS, sol.scene.line, record_of(sol)
     grids, found = {"": sol.grid}, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]()
     added = {name: entry for name, entry in AT_TIMES.items() if getattr(sol, name) is not None}
     for name, (dims, quantity, words) in {**fields, **added}.items():
@@ -119,11 +118,6 @@ def variables_of(
         for axis, words in (("x", "rolling direction"), ("y", "lateral direction"))
     }
     return variables, places, record
-
-
-def units_of(scene: Scene) -> Units:
-    """A scene's units, or words in their place."""
-    return scene.units or Units(length="length", force="force")
 
 
 def record_of(sol: Solution) -> dict[str, Any]:
@@ -196,38 +190,6 @@ def read(path: str | Path) -> Solution | History:
     return replace(solution_from_bytes(path, content), note=AS_STORED)
 
 
-def _data(path: str | Path, content: bytes) -> xr.Dataset:
-    import xarray as xr
-
-    with reading(path):
-        whole = without_checksum(content)
-    _check_opens(path, whole)
-    with (
-        reading(path, "cannot be read as netCDF"),
-        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
-    ):
-        need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
-        data: xr.Dataset = opened.load()
-    if data.attrs.get("format") != FORMAT:
-        raise OutputError("path", path, f"is not a {FORMAT!r} file")
-    return data
-
-
-def _check_opens(path: str | Path, content: bytes) -> None:
-    """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
-    import h5netcdf
-
-    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
-    try:
-        h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
-        return
-    except Exception as error:  # h5netcdf lets through what HDF5 raises; kept past the hook, as the file goes with it
-        reason = first_line(error)
-    finally:
-        sys.unraisablehook = hook
-    raise OutputError("path", path, f"cannot be read as netCDF ({reason})")
-
-
 def solution_to_bytes(sol: Solution) -> bytes:
     """A solution's file, in memory."""
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
@@ -237,7 +199,21 @@ def solution_to_bytes(sol: Solution) -> bytes:
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
     """A solution from its file in memory, which was found in the file at `path`."""
-    data = _data(path, content)
+    import h5py
+    import xarray as xr
+
+    with reading(path):
+        whole = without_checksum(content)
+    with reading(path, "cannot be read as netCDF"):
+        h5py.File(io.BytesIO(whole)).close()  # what this refuses, h5netcdf would print a traceback of
+    with (
+        reading(path, "cannot be read as netCDF"),
+        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
+    ):
+        need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
+        data = opened.load()
+    if data.attrs.get("format") != FORMAT:
+        raise OutputError("path", path, f"is not a {FORMAT!r} file")
     with reading(path):
         record = json.loads(str(data["record"].values))
         scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
@@ -283,47 +259,51 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
 
 def check_schema(sol: Solution) -> None:
     """Refuse fields and entries of other shapes, types or ranges than a solution has; `load` certifies the values."""
-    shape, certificate = sol.grid.shape, sol.certificate
+    scene, shape, certificate = sol.scene, sol.grid.shape, sol.certificate
     fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
     shapes = {"traction": (2, *shape), "slip": (2, *shape), MEMORY: np.asarray(sol.memory).shape}
     shapes[PLASTIC_STATE] = (3, *shape)
-    if any(each.shape != shapes.get(name, shape) for name, each in fields.items()):
-        raise ValueError("fields that are not of the grid's shape")
-    if any(each.dtype.kind not in "iuf" for each in fields.values()):
-        raise ValueError("fields that are not numbers")
-    if any(not np.isfinite(each).all() for name, each in fields.items() if name != "power_density"):
-        raise ValueError("fields that are not finite numbers")
     sizes = [np.abs(each).max() for name, each in fields.items() if name != "power_density"]
-    if np.nanmax(np.abs([*sizes, sol.approach, *sol.creepage])) > checks.LARGE**2:
-        raise ValueError("numbers beyond those that can be computed with")
+    loads = [each for each in (sol.approach, *sol.creepage) if not np.isnan(each)]
     known = (EXTERIOR, STICK, SLIP, *((PLASTIC,) if sol.plastic is not None else ()))
-    if not np.isin(sol.state, known).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
-        raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
-    if (sol.plastic is not None) != (sol.scene.third_body is not None and sol.scene.third_body.yields):
-        raise ValueError("a plastic state of a third body that is missing, or should be")
-    if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
-        raise ValueError("a weakening of friction that is not between 0 and 1")
-    if (sol.memory is not None) != (sol.scene.bodies.relaxes and isinstance(sol.motion, TimeStep)):
-        raise ValueError("a memory of viscoelastic bodies that is missing, or should be")
-    if sol.memory is not None and (sol.memory.ndim != 4 or sol.memory.shape[1] != 3):
-        raise ValueError("a memory that is not of tractions")
-    if not (sol.scene.approach_undetermined or np.isfinite(sol.approach)):
-        raise ValueError("an approach that is not finite")
-    if sol.motion and not (
-        sol.scene.shift_undetermined
-        or sol.scene.frictionless
-        or np.isfinite(sol.creepage).all()
-        or not sol.pressure.any()
-    ):
-        raise ValueError("creepages that are not finite")
+    no_creepage = scene.shift_undetermined or scene.frictionless or not sol.pressure.any()
     values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]
     numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
-    if certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
-        raise ValueError("a certificate, times or iterations that are not numbers, zero or positive")
-    if not all(isinstance(word, str) for word in (*sol.status.values(), *sol.solved_by.values())):
-        raise ValueError("solvers' words that are no words")
-    if "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES):
-        raise ValueError("no total time, or a branch that there is not")
+    words = (*sol.status.values(), *sol.solved_by.values())
+    wrong = {
+        "fields that are not of the grid's shape": any(
+            each.shape != shapes.get(name, shape) for name, each in fields.items()
+        ),
+        "fields that are not numbers": any(each.dtype.kind not in "iuf" for each in fields.values()),
+        "numbers that are not finite, or beyond those that can be computed with": not all(
+            abs(size) <= checks.LARGE**2 for size in (*sizes, *loads)
+        ),
+        "a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it": (
+            not np.isin(sol.state, known).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0))
+        ),
+        "a plastic state of a third body that is missing, or should be": (
+            (sol.plastic is not None) != (scene.third_body is not None and scene.third_body.yields)
+        ),
+        "a weakening of friction that is not between 0 and 1": (
+            sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1))
+        ),
+        "a memory of viscoelastic bodies that is missing, or should be, or is not of tractions": (
+            (sol.memory is not None) != (scene.bodies.relaxes and isinstance(sol.motion, TimeStep))
+            or (sol.memory is not None and (sol.memory.ndim != 4 or sol.memory.shape[1] != 3))
+        ),
+        "an approach that is not finite": not scene.approach_undetermined and np.isnan(sol.approach),
+        "creepages that are not finite": sol.motion and not no_creepage and np.isnan(sol.creepage).any(),
+        "a certificate, times or iterations that are not numbers, zero or positive": (
+            certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0)
+        ),
+        "solvers' words that are no words": not all(isinstance(word, str) for word in words),
+        "no total time, or a branch that there is not": (
+            "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES)
+        ),
+    }
+    for what, found in wrong.items():
+        if found:
+            raise ValueError(what)
 
 
 MARK = b"\nvarcontact sha256 "
