@@ -1,21 +1,28 @@
 """Parameters of friction, layers and theories from creep curves: recovered, with errors that hold."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import varcontact as vc
 
+DATA = Path(__file__).parents[1] / "data"
 VX = np.linspace(4e-4, 9e-3, 9)
 
 
 def wheel(length=1.0, force=1.0, **entries):
     """A wheel on a rail, in other units of length and force."""
-    given = {"friction": 0.3, "motion": vc.Steady(), "grid": vc.Grid(nx=8, ny=8)} | entries
-    bodies = vc.Bodies(G=82e9 * force / length**2, nu=0.28)
-    surface = vc.Paraboloids(Rx=0.46 * length, Ry=0.3 * length)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=80e3 * force, **given)
+    given = {
+        "bodies": vc.Bodies(G=82e9 * force / length**2, nu=0.28),
+        "surface": vc.Paraboloids(Rx=0.46 * length, Ry=0.3 * length),
+        "normal_force": 80e3 * force,
+        "friction": 0.3,
+        "motion": vc.Steady(),
+        "grid": vc.Grid(nx=8, ny=8),
+    }
+    return vc.Scene(**given | entries)
 
 
 def test_layer_and_friction_are_recovered_from_the_exact_theory():
@@ -28,6 +35,26 @@ def test_layer_and_friction_are_recovered_from_the_exact_theory():
     assert fit.values["friction"] == pytest.approx(0.26, rel=1e-5)
     assert fit.scene.third_body.h == fit.values["third_body.h"]
     assert fit.rms < 1e-5 * 80e3
+
+
+def test_measured_curve_of_a_roller_rig():
+    """Dry steel with debris: an elastic layer explains it within its scatter, bodies without one do not."""
+    vx, Fx = np.loadtxt(DATA / "roller_rig.csv", delimiter=",", skiprows=1).T
+    bodies, scatter = vc.Bodies(G=205e9 / 2.58, nu=0.29), 219.1
+    surface = vc.Paraboloids(Rx=1 / (1 / 0.1165 + 1 / 0.50623), Ry=0.29)
+    assert wheel(bodies=bodies, surface=surface, normal_force=2500.0).hertz.b == pytest.approx(2e-3, rel=2e-3)
+    rig = wheel(bodies=bodies, surface=surface, normal_force=9.3e3)
+    guesses = {"friction": (0.5, 0.1, 1.0)}
+    bare = vc.fit_creep_curve(rig, guesses, vx=vx, Fx=Fx)
+    debris = replace(rig, third_body=vc.ThirdBody(h=1e-5, G=1e9))
+    fit = vc.fit_creep_curve(debris, guesses | {"third_body.h": (1e-5, 1e-7, 1e-3)}, vx=vx, Fx=Fx)
+    assert fit.rms < 0.7 * scatter and bare.rms > 3 * scatter
+    assert np.abs(fit.curve.Fx[0] - Fx).max() < 2 * scatter
+    assert fit.values["friction"] == pytest.approx(0.52, abs=0.02) and 0 < fit.errors["friction"] < 0.02
+    assert 1.1e-5 < fit.values["third_body.h"] < 1.6e-5 and fit.errors["third_body.h"] < 2e-6
+    factors = {"k_A": (0.6, 0.1, 1.0), "k_S": (0.3, 0.05, 1.0)}
+    polach = vc.fit_creep_curve(rig, guesses | factors, vx=vx, Fx=Fx, method="polach")
+    assert polach.rms < 0.7 * scatter and polach.values["k_S"] < polach.values["k_A"] < 1
 
 
 def test_errors_hold_for_noise():
