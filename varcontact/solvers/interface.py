@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.conic.programs import ConicProgram, Workspace
 
 LONGEST = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -123,7 +122,6 @@ class Settings:
     tol: float = 1e-8
     # the program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits
     formulation: str = "auto"
-    workspace: Workspace | None = None  # where solvers keep their set-ups for the next problem of the same structure
     stats: SolveStats = field(default_factory=SolveStats)  # where their calls are counted
     # whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use
     loose_tolerance: bool = False
@@ -132,14 +130,6 @@ class Settings:
     @property
     def seconds_left(self) -> float:
         return min(max(self.deadline - time.perf_counter(), 1e-3), LONGEST)
-
-    def kept(self, key: Hashable, program: ConicProgram) -> tuple[Any, bool]:
-        """The set-up that is kept for a program of that structure, or None; and whether its matrices are the same."""
-        return (None, False) if self.workspace is None else self.workspace.find(key, program)
-
-    def keep(self, key: Hashable, program: ConicProgram, setup: Any) -> None:
-        if self.workspace is not None:
-            self.workspace.keep(key, program, setup)
 
 
 Solver = Callable[[Problem, Settings, Start], RawSolution]

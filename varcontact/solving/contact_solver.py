@@ -19,7 +19,6 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
-from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import (
@@ -57,19 +56,18 @@ Where two solutions have just vanished, passes linger for a while, then go on; a
 class ContactSolver:
     """The methods of a plan, each a step from one contact state to the next, dimensionless.
 
-    `tol`: natural-map residual to reach. `polish`: whether answers of programs are taken to rounding. `workspace`:
-    where solvers keep their set-ups. `start`: where passes under a law of friction begin. `certify`: how much of a
-    certificate is wanted. `refined`: whether Newton's method goes on to rounding where that is cheap. `continuum`:
-    whether the solution is to be near the continuum's; under a law the passes then begin with the kinetic coefficient
-    (what the static one adds vanishes as the grid gets finer), but in a history with what particles had. `deadline`:
-    when solvers raise `OutOfTime`, by `time.perf_counter` [s].
+    `tol`: natural-map residual to reach. `polish`: whether answers of programs are taken to rounding. `start`: where
+    passes under a law of friction begin. `certify`: how much of a certificate is wanted. `refined`: whether Newton's
+    method goes on to rounding where that is cheap. `continuum`: whether the solution is to be near the continuum's;
+    under a law the passes then begin with the kinetic coefficient (what the static one adds vanishes as the grid gets
+    finer), but in a history with what particles had. `deadline`: when solvers raise `OutOfTime`, by
+    `time.perf_counter` [s].
     """
 
     plan: Plan
     tol: float
     polish: bool
     stats: SolveStats
-    workspace: Workspace | None = None
     start: str | Solution | None = None
     certify: str = "auto"
     refined: bool = True
@@ -273,7 +271,7 @@ class ContactSolver:
 
     def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
-        return Settings(tol, self.plan.formulation, self.workspace, self.stats, rough, self.deadline)
+        return Settings(tol, self.plan.formulation, self.stats, rough, self.deadline)
 
 
 def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:

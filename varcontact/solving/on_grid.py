@@ -36,12 +36,10 @@ from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
-from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction import driver as defect_correction
@@ -88,10 +86,8 @@ def solve_on_grid(
         check_fits(scene, plan)
     certify, tol = options.exactness(final)
     continuum = options.target is not None or options.refine
-    workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
-    solver = ContactSolver(
-        plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
-    )
+    stats = SolveStats(progress)
+    solver = ContactSolver(plan, tol, options.polish, stats, options.start, certify, final, continuum, deadline)
     disc, state = solve_contact(scene, defect_correction.loosely(solver) if options.refine else solver, near=near)
     try:
         if not final:

@@ -17,7 +17,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish, solve_contact
@@ -34,9 +33,9 @@ class Series:
     """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and `certify` as of `solve`.
 
     Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
-    pressure (where tractions do not change it) and the set-ups of solvers serve again, too. Each tangential problem
-    begins, with methods that can begin somewhere, from the tractions of that one of the last `KEPT` whose creepages are
-    nearest. `operators` are influence numbers from elsewhere, then those of the last scene.
+    pressure serves again, too (where tractions do not change it). Each tangential problem begins, with methods that can
+    begin somewhere, from the tractions of that one of the last `KEPT` whose creepages are nearest. `operators` are
+    influence numbers from elsewhere, then those of the last scene.
     """
 
     tol: float
@@ -44,7 +43,6 @@ class Series:
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
     operators: Operators | None = None
-    _workspace: Workspace = field(default_factory=Workspace)
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
     _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
@@ -55,9 +53,8 @@ class Series:
         moved = self._moved(scene, plan)
         if moved is None:
             check_fits(scene, plan)
-            self._workspace = Workspace()
         stats = SolveStats(self.progress)
-        steps = ContactSolver(plan, self.tol, self.polish, stats, self._workspace, certify=self.certify, refined=False)
+        steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
         if moved is None:
             disc, state = solve_contact(scene, steps, self.operators, self._warm)
         else:

@@ -54,11 +54,11 @@ def problem(request, normal_problem, tangential_problem):
 
 @pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
 def test_equals_the_dense_answer(tangential_problem, seeds):
-    """On random problems, each batch with every shape; none of them needs the dense fallback."""
+    """On random problems, each batch with every shape; the 60th alone needs the dense fallback."""
     for seed in seeds:
         problem = tangential_problem(seed)
         raw = newton(problem)
-        assert (raw.solver, raw.status) == ("", "Solved"), seed
+        assert (raw.solver, raw.status) == ("tang-safeguarded" if seed == 60 else "", "Solved"), seed
         check_exact(problem, raw)
 
 
@@ -127,9 +127,9 @@ def astray(monkeypatch, good, size):
     return right
 
 
-@pytest.mark.parametrize(("kind", "good", "carried"), [("normal", 2, 0), ("tangential", 5, 0), ("tangential", 5, 0.5)])
+@pytest.mark.parametrize(("kind", "good", "carried"), [("normal", 2, 0), ("tangential", 2, 0), ("tangential", 2, 0.5)])
 def test_wrong_linear_solves_do_not_lead_astray(normal_problem, tangential_problem, monkeypatch, kind, good, carried):
-    """The line search and Tseng's steps bring it to the tolerance all the same."""
+    """The line search brings it to the tolerance all the same."""
     rolling = {"carried": float(carried), "rolling": True, "step": 1.0}
     problem = normal_problem(1) if kind == "normal" else tangential_problem(0, **rolling)
     right = astray(monkeypatch, good, 10.0)
@@ -141,18 +141,9 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, tangential_probl
 
 
 def test_without_a_right_linear_solve(normal_problem, tangential_problem, monkeypatch):
-    """Tseng's steps alone come to the tolerance on a small problem; without them active sets are asked, if few enough.
-
-    Where they are not asked what there is comes back as what it is.
-    """
-    problem, settings = tangential_problem(0, carried=0.0, rolling=True, step=1.0), Settings(1e-8)
+    """Active sets are asked, of few enough elements; where they are not, what there is comes back as what it is."""
+    problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
     astray(monkeypatch, 10**9, 1e3)
-    raw = newton(problem, settings=settings)
-    assert (raw.solver, raw.status) == ("", "Solved")
-    assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
-    check_exact(problem, raw)
-
-    monkeypatch.setattr(driver, "forward_backward_forward", lambda at, *_: at)
     for posed, name in ((problem, "tang-safeguarded"), (normal_problem(1), "norm")):
         raw = newton(posed)
         assert (raw.solver, raw.status) == (name, "Solved")

@@ -170,28 +170,19 @@ def _options(name: str, tol: float) -> dict[str, Any]:
 
 
 def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
-    """A set-up with the same structure takes new numbers, but no start."""
     import clarabel
 
-    key = ("clarabel", settings.tol)
-    solver, same = settings.kept(key, program)
-    if same:
-        solver.update(q=program.q, b=program.b)
-    elif solver is not None:
-        solver.update(P=program.P, q=program.q, A=program.A, b=program.b)
-    else:
-        kinds = {
-            "zero": clarabel.ZeroConeT,
-            "nonnegative": clarabel.NonnegativeConeT,
-            "second_order": clarabel.SecondOrderConeT,
-        }
-        options = clarabel.DefaultSettings()
-        options.verbose, options.time_limit = False, settings.seconds_left
-        for name, value in _options("clarabel", settings.tol).items():
-            setattr(options, name, value)
-        cones = [kinds[kind](size) for kind, size in program.cones]
-        solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
-    settings.keep(key, program, solver)
+    kinds = {
+        "zero": clarabel.ZeroConeT,
+        "nonnegative": clarabel.NonnegativeConeT,
+        "second_order": clarabel.SecondOrderConeT,
+    }
+    options = clarabel.DefaultSettings()
+    options.verbose, options.time_limit = False, settings.seconds_left
+    for name, value in _options("clarabel", settings.tol).items():
+        setattr(options, name, value)
+    cones = [kinds[kind](size) for kind, size in program.cones]
+    solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
     result = interruptible(solver.solve)
     traction, rigid = program.recover(np.array(result.x), np.array(result.z))
     solved = bool(result.status == clarabel.SolverStatus.Solved)
@@ -199,20 +190,13 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
 
 
 def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
-    """Without cones of two components; a set-up with the same structure starts at its last answer."""
+    """Without cones of two components."""
     import osqp
 
-    key, program = ("osqp", settings.tol), program.polyhedral()
+    solver, program = osqp.OSQP(), program.polyhedral()
     lower = np.where(program.kinds == "zero", program.b, -np.inf)
-    solver, same = settings.kept(key, program)
-    if solver is not None:
-        matrices = {} if same else {"Px": program.P.data, "Ax": program.A.data}
-        solver.update(q=program.q, l=lower, u=program.b, **matrices)
-    else:
-        solver = osqp.OSQP()
-        options = {"verbose": False, "time_limit": settings.seconds_left, **_options("osqp", settings.tol)}
-        interruptible(lambda: solver.setup(program.P, program.q, program.A, lower, program.b, **options))
-    settings.keep(key, program, solver)
+    options = {"verbose": False, "time_limit": settings.seconds_left, **_options("osqp", settings.tol)}
+    interruptible(lambda: solver.setup(program.P, program.q, program.A, lower, program.b, **options))
     result = interruptible(lambda: solver.solve(raise_error=False))
     info = result.info
     if info.status_val == osqp.SolverStatus.OSQP_SIGINT:
@@ -223,23 +207,17 @@ def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
 
 
 def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
-    """A set-up with the same matrices is used again and starts at its last answer."""
     import scs
 
-    key, names = ("scs", settings.tol), {"zero": "z", "nonnegative": "l", "second_order": "q"}
+    names = {"zero": "z", "nonnegative": "l", "second_order": "q"}
     rows = np.concatenate([np.flatnonzero(program.kinds == kind) for kind in names])
-    solver, same = settings.kept(key, program)
-    if same:
-        solver.update(b=program.b[rows], c=program.q)
-    else:
-        data = {"P": program.P, "A": program.A.tocsr()[rows].tocsc(), "b": program.b[rows], "c": program.q}
-        sizes: dict[str, list[int]] = {}
-        for kind, size in program.cones:
-            sizes.setdefault(names[kind], []).append(size)
-        cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
-        options = {"verbose": False, "time_limit_secs": settings.seconds_left, **_options("scs", settings.tol)}
-        solver = interruptible(lambda: scs.SCS(data, cone, **options))
-    settings.keep(key, program, solver)
+    data = {"P": program.P, "A": program.A.tocsr()[rows].tocsc(), "b": program.b[rows], "c": program.q}
+    sizes: dict[str, list[int]] = {}
+    for kind, size in program.cones:
+        sizes.setdefault(names[kind], []).append(size)
+    cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
+    options = {"verbose": False, "time_limit_secs": settings.seconds_left, **_options("scs", settings.tol)}
+    solver = interruptible(lambda: scs.SCS(data, cone, **options))
     result = interruptible(solver.solve)
     info = result["info"]
     if info["status_val"] == scs.SIGINT:
@@ -251,13 +229,12 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
 
 
 def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
-    """By a solver behind qpsolvers, without cones of two components, started where it ended."""
+    """By a solver behind qpsolvers, without cones of two components."""
     from scipy.sparse import triu
 
     qpsolvers = imported("qpsolvers")
-    key, program = ("qpsolvers", name), program.polyhedral()
+    program = program.polyhedral()
     equal = program.kinds == "zero"
-    start, _ = settings.kept(key, program)
     quadratic = program.P + triu(program.P, 1).T
     parts: list[Any] = [quadratic, program.q, program.A[~equal], program.b[~equal], program.A[equal], program.b[equal]]
     if name in qpsolvers.dense_solvers:
@@ -268,9 +245,9 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
         parts[4:] = [None, None]
     problem, options = qpsolvers.Problem(*parts), _options(name, settings.tol)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # solvers that take no start, or no keyword, say so at every call
+        warnings.simplefilter("ignore")  # solvers that take no keyword say so at every call
         try:
-            result = interruptible(lambda: qpsolvers.solve_problem(problem, name, initvals=start, **options))
+            result = interruptible(lambda: qpsolvers.solve_problem(problem, name, **options))
         except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
             nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
             return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False)
@@ -279,71 +256,47 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
     for rows, multipliers in ((equal, result.y), (~equal, result.z)):
         if multipliers is not None and len(multipliers):
             z[rows] = multipliers
-    if result.found:
-        settings.keep(key, program, x)
     iterations = getattr(result.extras.get("info"), "iter", 0)
     status = "Solved" if result.found else "NotFound"
     return RawSolution(*program.recover(x, z), int(iterations), status, bool(result.found))
 
 
 def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
-    """Stated in CVXPY's language; one with the same matrices is compiled once, and its vectors are parameters."""
-    cp = imported("cvxpy")
-    key, program = ("cvxpy", name, settings.tol), program.polyhedral()
-    model, same = settings.kept(key, program)
-    model = model if same else _Model.of(program)
-    model.q.value, model.b.value = program.q, program.b
-    settings.keep(key, program, model)
+    """Stated in CVXPY's language."""
+    from scipy.sparse import triu
+
+    cp, program = imported("cvxpy"), program.polyhedral()
+    x = cp.Variable(program.q.size)
+    slack, constraints = program.b - program.A @ x, []
+    for kind in ("zero", "nonnegative", "second_order"):
+        rows = np.flatnonzero(program.kinds == kind)
+        if rows.size == 0:
+            continue
+        if kind == "zero":
+            constraint = program.A[rows] @ x == program.b[rows]
+        elif kind == "nonnegative":
+            constraint = program.A[rows] @ x <= program.b[rows]
+        else:  # all of them radius, x, y
+            radius, along_x, along_y = (slack[rows[i::3]] for i in range(3))
+            constraint = cp.SOC(radius, cp.vstack([along_x, along_y]), axis=0)
+        constraints.append((rows, constraint))
+    objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(program.P + triu(program.P, 1).T)) + program.q @ x
+    problem = cp.Problem(cp.Minimize(objective), [constraint for _, constraint in constraints])
     options = _options(name, settings.tol)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
-            interruptible(lambda: model.problem.solve(solver=name, warm_start=True, **options))
-        status, iterations = str(model.problem.status), model.problem.solver_stats.num_iters
+            interruptible(lambda: problem.solve(solver=name, **options))
+        status, iterations = str(problem.status), problem.solver_stats.num_iters
     except cp.SolverError as error:
         status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0
-    x = np.full(program.q.size, np.nan) if model.x.value is None else np.asarray(model.x.value)
     z = np.full(program.b.size, np.nan)
-    for rows, constraint in model.constraints:
+    for rows, constraint in constraints:
         dual = constraint.dual_value
         if isinstance(dual, np.ndarray) and dual.size == rows.size:  # nobody asks for those of the cones
             z[rows] = dual.ravel()
-    return RawSolution(*program.recover(x, z), int(iterations or 0), status, status == cp.OPTIMAL)
-
-
-@dataclass(frozen=True, eq=False)
-class _Model:
-    """A program in CVXPY's terms."""
-
-    problem: Any
-    x: Any
-    q: Any
-    b: Any
-    constraints: list[tuple[np.ndarray, Any]]
-
-    @classmethod
-    def of(cls, program: ConicProgram) -> _Model:
-        import cvxpy as cp
-        from scipy.sparse import triu
-
-        x, q, b = cp.Variable(program.q.size), cp.Parameter(program.q.size), cp.Parameter(program.b.size)
-        quadratic = program.P + triu(program.P, 1).T
-        slack = b - program.A @ x
-        constraints = []
-        for kind in ("zero", "nonnegative", "second_order"):
-            rows = np.flatnonzero(program.kinds == kind)
-            if rows.size == 0:
-                continue
-            if kind == "zero":
-                constraint = program.A[rows] @ x == b[rows]
-            elif kind == "nonnegative":
-                constraint = program.A[rows] @ x <= b[rows]
-            else:  # all of them radius, x, y
-                radius, along_x, along_y = (slack[rows[i::3]] for i in range(3))
-                constraint = cp.SOC(radius, cp.vstack([along_x, along_y]), axis=0)
-            constraints.append((rows, constraint))
-        objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(quadratic)) + q @ x
-        return cls(cp.Problem(cp.Minimize(objective), [c for _, c in constraints]), x, q, b, constraints)
+    found = np.full(program.q.size, np.nan) if x.value is None else np.asarray(x.value)
+    return RawSolution(*program.recover(found, z), int(iterations or 0), status, status == cp.OPTIMAL)
 
 
 INTERFACES: dict[str, Callable[[ConicProgram, Settings, str], RawSolution]] = {

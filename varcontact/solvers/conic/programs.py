@@ -7,9 +7,9 @@ rigid shift. Tractions and shifts have c components, one or two; of one, a disk 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -56,39 +56,6 @@ class ConicProgram:
         cones = [("nonnegative", 2) if cone == ("second_order", 2) else cone for cone in self.cones]
         A = (turn @ self.A).tocsc()
         return ConicProgram(self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z))
-
-
-class Workspace:
-    """Set-ups of solvers, kept from one solve to the next by solver and structure of the program.
-
-    It saves the set-up where only vectors, or only numbers, change: in a scan over creepages, in the passes of a
-    coupling loop, in the steps of a march. The last answer is where solvers that can do so begin.
-    """
-
-    def __init__(self) -> None:
-        self._kept: dict[Hashable, tuple[ConicProgram, Any]] = {}
-
-    def find(self, key: Hashable, program: ConicProgram) -> tuple[Any, bool]:
-        """What was kept for a program of the same structure, or None, and whether its matrices are the same."""
-        before, kept = self._kept.get(key, (program, None))
-        if before.cones != program.cones or not (_alike(before.P, program.P) and _alike(before.A, program.A)):
-            kept = None
-        if kept is None:
-            return None, False
-        same = np.array_equal(before.P.data, program.P.data) and np.array_equal(before.A.data, program.A.data)
-        return kept, same
-
-    def keep(self, key: Hashable, program: ConicProgram, setup: Any) -> None:
-        self._kept[key] = program, setup
-
-
-def _alike(one: Any, other: Any) -> bool:
-    """Whether two sparse matrices have their entries at the same places."""
-    return (
-        one.shape == other.shape
-        and np.array_equal(one.indptr, other.indptr)
-        and np.array_equal(one.indices, other.indices)
-    )
 
 
 def normal_program(problem: NormalProblem) -> ConicProgram:
@@ -387,7 +354,7 @@ def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarra
 def shift_scale(problem: TangentialProblem) -> float:
     """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions.
 
-    To the next power of four, so that problems with neighbouring creepages have the same matrices.
+    Rounded to a power of four.
     """
     scale = float(np.abs(problem.rigid_shift).max())
     if problem.free or scale == 0:

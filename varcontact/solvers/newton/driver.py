@@ -1,13 +1,12 @@
 """Newton's method on the natural map of a contact problem, inexact and without a matrix: from a start or coarse grids.
 
-Each step's linear equations are solved by GCR to a rough residual; a line search, damping, and, where these fail,
-steps of Tseng's splitting keep it converging. Small problems that it leaves unsolved go to dense active sets.
+Each step's linear equations are solved by GCR to a rough residual; a line search and damping keep it converging.
+Small problems that it leaves unsolved go to dense active sets.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from typing import Protocol, TypeVar
 
@@ -22,7 +21,6 @@ from varcontact.solvers.newton.globalisation import (
     Measure,
     Point,
     balanced,
-    forward_backward_forward,
     line_search,
     measured,
     next_damping,
@@ -49,9 +47,6 @@ NEAR = 30.0
 """Residual, in tolerances, from which a step is to reach the tolerance."""
 NOISE, EXACT = 3e-7, 1e-15
 """Error of the shift in single and in double precision, by the largest traction."""
-STUCK, IDLE = 6, 0.999
-"""Restart after this many net non-improving steps; a step improves if its merit is below IDLE times the previous."""
-GUARD_STEPS, GUARD_DAMPING = 20, 0.3
 
 C = TypeVar("C", bound=Conditions)
 
@@ -162,7 +157,7 @@ def newton(
 
     With `finest` the answer is judged in double precision; else single precision is enough.
     """
-    goal, damping, idle, guards = tol, 0.0, 0, 0
+    goal, damping = tol, 0.0
     best, least, before = at, np.inf, 0.0
     forces, now = conditions.forces, measured(conditions, at)
     room = room_for(at.traction.size, forces)
@@ -188,11 +183,6 @@ def newton(
             now = measured(conditions, at)
             if now.residual == 0:
                 break  # no step is left to take
-        if idle >= STUCK:
-            guards, idle, damping = guards + 1, 0, GUARD_DAMPING
-            at = _guarded(conditions, best, GUARD_STEPS * guards, settings, finest)
-            now = measured(conditions, at)
-            continue
         # as exact as it pays: S. C. Eisenstat and H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32
         left, before = now.residual / before if before else 1.0, now.residual
         near = conditions.linear or now.residual <= NEAR * goal
@@ -200,13 +190,11 @@ def newton(
         system, lacking = conditions.linearised(at.traction, at.shift, now.trial, damping), forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, enough, room)
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
-            idle = STUCK
-            continue
+            break
         noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
         at, then, part = line_search(conditions, at, step, now)
         at = replace(at, noise=noise)
         damping = next_damping(damping, part, then.merit / now.merit)
-        idle = idle + 1 if then.merit >= IDLE * now.merit else max(idle - 1, 0)
         now = then
     return Result(_admissible(conditions, best, finest), "MaxIterations", most)
 
@@ -218,14 +206,6 @@ def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool
     there = balanced(conditions, at)
     then = measured(conditions, there)
     return (there, then) if in_any_case or then.merit < now.merit else (at, now)
-
-
-def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:
-    shift = partial(_single_shift, conditions) if finest is None else finest.shift
-    with settings.stats.called("tseng"):
-        at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
-        settings.stats.iterated("tseng", steps)
-    return replace(at, noise=NOISE if finest is None else EXACT)
 
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem | None) -> Point:

@@ -1,9 +1,9 @@
-"""What leads Newton's method to the solution: line search, damping, balanced forces, steps that always converge."""
+"""What leads Newton's method to the solution: line search, damping, balanced forces."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,10 +13,9 @@ from varcontact.solvers.newton.gcr import Forces, Step, System
 PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Of a step, tried one after the other."""
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING = 0.02, 0.1, 3.0
-NEGLIGIBLE = 1e-6
-"""Length of a step of Tseng's below which it is not shortened any more."""
-BALANCING, BALANCED, LONGEST = 30, 1e-9, 2.0
-"""Steps to balance forces, at most; what they may lack of them; the longest step, by the trial tractions."""
+BALANCING, BALANCED, LONGEST, SHORTEST = 30, 1e-9, 2.0, 1e-12
+"""Steps to balance forces, at most; what they may lack of them; the longest step, by the trial tractions; the part to
+which it is shortened at most."""
 
 
 class Conditions(Protocol):
@@ -84,7 +83,7 @@ def balanced(conditions: Conditions, at: Point) -> Point:
         direction = -np.linalg.solve(stiffness + 1e-12 * (1 + np.trace(stiffness)) * identity, lacking)
         farthest = LONGEST * float(np.abs(trial).max() + np.abs(change).max())
         length = min(1.0, farthest / float(np.abs(direction).max()))
-        while length > NEGLIGIBLE * NEGLIGIBLE:
+        while length > SHORTEST:
             there = conditions.work(trial, change + length * direction)
             if there[0] <= work + 1e-4 * length * float(lacking @ direction):
                 break
@@ -137,37 +136,3 @@ def next_damping(damping: float, part: float, ratio: float) -> float:
     if part < 0.5 or ratio > 0.9:
         return min(max(2 * damping, FIRST_DAMPING), LARGEST_DAMPING)
     return damping / 5 if damping > LEAST_DAMPING else 0.0
-
-
-def forward_backward_forward(
-    at: Point,
-    shift: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    project: Callable[[np.ndarray], np.ndarray],
-    forces: Forces,
-    steps: int,
-) -> Point:
-    """Tseng's splitting, from a point: it converges wherever M is monotone, slowly; two products a step.
-
-    P. Tseng, SIAM J. Control Optim. 38 (2000) 431-446, applied to ``0 in E(p) + normal cone``, and the equations of
-    prescribed forces.
-    """
-    components, length = len(at.traction), 1.0
-    traction, rigid = project(at.traction), at.rigid
-
-    def field(traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return shift(traction, rigid), forces.spread(forces.weight * forces.lacking(traction), components)
-
-    for _ in range(steps):
-        E, lacking = field(traction, rigid)
-        while True:
-            there, moved = project(traction - length * E), rigid - length * lacking
-            E_there, lacking_there = field(there, moved)
-            change = np.hypot(np.linalg.norm(E_there - E), np.linalg.norm(lacking_there - lacking))
-            distance = np.hypot(np.linalg.norm(there - traction), np.linalg.norm(moved - rigid))
-            if length * change <= 0.9 * distance or length < NEGLIGIBLE:
-                break
-            length *= 0.6
-        traction = project(there - length * (E_there - E))
-        rigid = moved - length * (lacking_there - lacking)
-        length *= 1.05
-    return replace(at, traction=traction, shift=shift(traction, rigid), rigid=rigid)
