@@ -57,9 +57,13 @@ def solve_batch(
 
     One that misses the tolerance after `MOST_STEPS` is marked and disturbs no other.
     """
+    whole, inside = BatchedSolution.unsolved(problem), problem.inside
+    if not problem.bound.any():
+        return whole
+    problem, out = problem.within(*inside), whole.within(*inside)
     (ny, nx, n), rigid = problem.bound.shape, np.zeros((2, problem.dx.size))
     if start is not None:
-        traction, rigid = projected(start[0], problem.bound), start[1]
+        traction, rigid = projected(start[0][:, *inside], problem.bound), start[1]
     elif nx >= 2 * COARSEST and (problem.line or ny >= 2 * COARSEST):
         coarse = problem.coarser()
         found = solve_batch(coarse, COARSE_TOLERANCE, certified=False)
@@ -68,7 +72,6 @@ def solve_batch(
         traction = projected(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
     else:
         traction = np.zeros(problem.rigid_shift.shape)
-    out = BatchedSolution.unsolved(problem)
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
     places, waiting = max(1, min(n, POOL // (ny * nx))), 0
     pool: Pool | None = None
@@ -83,7 +86,7 @@ def solve_batch(
         at = method.natural(pool)
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
         if certified and stale.size:
-            method.renew(pool, stale)
+            method.renew(pool, stale, tol)
             at = method.natural(pool)
         ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MOST_STEPS))
         if ready.size:
@@ -95,7 +98,7 @@ def solve_batch(
             if leaving.size:
                 pool, at = pool.where(staying), at.where(staying)
         method.step(pool, at, tol)
-    return out
+    return whole
 
 
 class Method:
@@ -150,10 +153,10 @@ class Method:
             shift=np.zeros_like(start),
             rigid=rigid / unit,
             damping=np.zeros(n),
-            rounding=np.full(n, SINGLE),
+            rounding=np.zeros(n),
             steps=np.zeros(n, int),
         )
-        pool.shift[...] = self._shift(pool, start.astype(np.float32), pool.symbol32)
+        self.renew(pool, np.arange(n), np.inf)
         return pool
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
@@ -176,9 +179,6 @@ class Method:
             shift += own.astype(field.dtype)[:, None, None] * (1 - scale**2) * field
         return shift
 
-    def _shift(self, pool: Pool, traction: np.ndarray, symbol: np.ndarray) -> np.ndarray:
-        return pool.rigid_shift + self._rigid(pool.rigid) + self.product(traction, symbol, pool.own)
-
     def _rigid(self, rigid: np.ndarray) -> np.ndarray:
         """Rigid shifts (2, n) of the elements."""
         field = rigid[:, None, None]
@@ -189,13 +189,14 @@ class Method:
         scale = self.scale32 if field.dtype == np.float32 else self.scale
         return (field if scale is None else field * scale).sum(axis=(1, 2))
 
-    def renew(self, pool: Pool, some: np.ndarray) -> None:
-        """Shifts of some problems anew, in double precision."""
-        part = np.zeros(pool.size, bool)
-        part[some] = True
-        known = pool.where(part)
-        pool.shift[..., some] = self._shift(known, known.traction, known.symbol)
-        pool.rounding[some] = DOUBLE
+    def renew(self, pool: Pool, some: np.ndarray, tol: float) -> None:
+        """Shifts of some problems anew, in double precision where the tolerance asks for it."""
+        single = SINGLE <= 0.01 * tol
+        symbol = (pool.symbol32 if single else pool.symbol)[..., some]
+        traction = pool.traction[..., some].astype(symbol.dtype)
+        known = pool.rigid_shift[..., some] + self._rigid(pool.rigid[:, some])
+        pool.shift[..., some] = known + self.product(traction, symbol, pool.own[:, some])
+        pool.rounding[some] = SINGLE if single else DOUBLE
 
     def natural(self, pool: Pool) -> NaturalMap:
         return self._natural(pool.traction, pool.shift, pool.bound, pool.force, pool.free, pool.per_element)
@@ -228,7 +229,7 @@ class Method:
         pool.traction[..., ready] = projected(pool.traction[..., ready], bound)
         good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
         if certified:
-            self.renew(pool, ready)
+            self.renew(pool, ready, tol)
             traction, shift = pool.traction[..., ready], pool.shift[..., ready]
             again = self._natural(
                 traction, shift, bound, pool.force[:, ready], pool.free[:, ready], pool.per_element[ready]
@@ -406,7 +407,7 @@ class Method:
         pool.traction[...] += length * step
         pool.shift[...] += length * image
         pool.rigid[...] += length * rigid
-        slow = (length < 0.5) | (best > 0.9 * at.merit)
+        slow = length < 0.5
         less_damped = np.where(pool.damping > 0.02, pool.damping / 5, 0.0)
         pool.damping[...] = np.where(slow, np.clip(3 * pool.damping, 0.1, 3.0), less_damped)
         pool.steps[...] += 1

@@ -46,6 +46,19 @@ class BatchedProblem:
         """Points of the difference, in elements ahead, and their weights."""
         return ((0, 1.0),) if self.difference is None else DIFFERENCES[self.difference]
 
+    @property
+    def inside(self) -> tuple[slice, slice]:
+        """The rows and the columns between the first and the last in which a problem has contact."""
+        lines = (np.flatnonzero(self.bound.any(axis=(axis, 2))) for axis in (1, 0))
+        rows, columns = (slice(min(each, default=0), max(each, default=-1) + 1) for each in lines)
+        return rows, columns
+
+    def within(self, rows: slice, columns: slice) -> BatchedProblem:
+        """The problems on some of the elements, without those where none has contact."""
+        shift, bound = self.rigid_shift[:, rows, columns], self.bound[rows, columns]
+        compliance = None if self.compliance is None else self.compliance[rows, columns]
+        return replace(self, rigid_shift=shift, bound=bound, compliance=compliance)
+
     def of(self, ids: np.ndarray) -> BatchedProblem:
         """Some of the problems."""
         given = ("dx", "dy", "nu", "rigid_shift", "bound", "force")
@@ -85,6 +98,10 @@ class BatchedSolution:
         n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
         far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros(n, int)
         return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none, np.zeros_like(problem.bound), np.zeros(n))
+
+    def within(self, rows: slice, columns: slice) -> BatchedSolution:
+        """A view on some of the elements."""
+        return replace(self, traction=self.traction[:, rows, columns], slip=self.slip[rows, columns])
 
     def put(self, ids: np.ndarray, other: BatchedSolution) -> None:
         """Write the solutions of some problems."""
