@@ -204,6 +204,11 @@ def test_an_accuracy_is_kept_with_hardening():
     assert sol.error_estimate.largest < 0.01
     assert abs(sol.Fx - (2 * fine - coarse)) < sol.error_estimate.bars["Fx"]
     assert vc.solve(scene).error_estimate is None  # unless it is asked for: it takes long
+    turning, limits = ball(vc.Steady(vx=1e-3, spin=3e-4), grid="auto"), {"Fx": -7738.3, "Fy": -7606.1}
+    for accuracy in (0.05, 0.03):  # limits from 80 and 160 elements across, between which errors fall as these grow
+        estimate = vc.solve(turning, accuracy=accuracy).error_estimate
+        assert estimate.largest < accuracy
+        assert all(abs(estimate.values[name] - limit) < estimate.bars[name] for name, limit in limits.items())
 
 
 def test_limits_of_a_layer():

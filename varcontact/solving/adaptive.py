@@ -40,7 +40,7 @@ RATIO, GRIDS = 1.5, 3
 """Elements across on a grid by those on the one before; how many grids tell an error."""
 ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
 """The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the patch that has it;
-of Richardson's step s of that order a `PART` is taken."""
+of Richardson's step s of that order, where a layer hardens of the first, a `PART` is taken."""
 FLOOR_PART = 0.5
 """Part of the accuracy that the floor takes on the third grid."""
 NARROWEST = 4.0
@@ -138,12 +138,12 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     return replace(scene, grid=grid, motion=motion.second_order() if second_order else motion)
 
 
-def richardson(values: Sequence[Any], across: Sequence[int]) -> tuple[Any, Any]:
+def richardson(values: Sequence[Any], across: Sequence[int], order: float = ORDER) -> tuple[Any, Any]:
     """The best value and its error, but for the floor, by Richardson's steps between the last grids, three or two."""
     steps = [
-        (values[k + 1] - values[k]) * (1 / ((across[k + 1] / across[k]) ** ORDER - 1)) for k in range(len(values) - 1)
+        (values[k + 1] - values[k]) * (1 / ((across[k + 1] / across[k]) ** order - 1)) for k in range(len(values) - 1)
     ]
-    before = (across[-2] / across[-1]) ** ORDER * np.abs(steps[0])
+    before = (across[-2] / across[-1]) ** order * np.abs(steps[0])
     return values[-1] + PART * steps[-1], SAFETY * np.maximum(np.abs(steps[-1]), before)
 
 
@@ -153,20 +153,20 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by its elements.
     """
     first, second, fine = levels[-GRIDS:]
-    per = units(fine.answer)
+    per, order = units(fine.answer), 1.0 if fine.answer.scene.hardens else ORDER
     narrow = first.unresolved(target.least)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
     best, errors = dict(fine.values), {}
     for name in (name for name in fine.values if name in second.values):
         known = [level for level in (first, second, fine) if name in level.values]
-        value, error = richardson([level.values[name] for level in known], [level.n for level in known])
+        value, error = richardson([level.values[name] for level in known], [level.n for level in known], order)
         of_peak = name == "peak_pressure"
         floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
         missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
         best[name], errors[name] = float(value), float(error) / per[name] + floor + missed
     bars = {name: error * per[name] for name, error in errors.items()}
     grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
-    how = f"by Richardson's steps of order {ORDER:g} between grids of {grids}"
+    how = f"by Richardson's steps of order {order:g} between grids of {grids}"
     if narrow:
         how += f"; the narrowest patch has {min(each.across for each in narrow):.2g} elements on the first of them"
     solves = tuple(Solve(level.answer.grid.nx, level.answer.grid.rows, level.seconds) for level in levels)
