@@ -196,7 +196,7 @@ def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
         return NEWTON
     together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
     if scene.hardens and not (steps or scene.coupled):
-        return NEWTON_TRACTIONS  # passes over the yield stress are many
+        return NEWTON_TRACTIONS  # others take many passes over the yield stress
     many = None if steps else _preset_of_many(scene, together)
     return many or PRESETS["convex" if coupling == "joint" else "auto"]
 
