@@ -7,12 +7,11 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.residuals import normal_residual, tangential_residual
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.backends import solve_joint, solve_tangential
-from varcontact.solvers.conic.programs import joint_program
+from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import refine_both, refine_tangential
+from varcontact.solvers.splitting import refine_tangential
 
 MOTIONS = [
     vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -43,24 +42,3 @@ def test_tractions_from_an_interior_point_answer(rolling, motion):
     exact = tang_safeguarded(problem)
     np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * problem.bound.max())
     np.testing.assert_allclose(fine.rigid, exact.rigid, atol=1e-10)
-
-
-@pytest.mark.parametrize("motion", [vc.Shift(ux=0.03, uy=0.01, rotation=0.02), vc.Shift(Fx=0.1, uy=0.01)])
-def test_joint_program_from_an_interior_point_answer(rolling, motion):
-    """Its optimality conditions, each problem with the displacements that the other causes."""
-    scene = rolling(motion=motion, bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=CELLS)
-    disc, sol = posed(scene)
-    pressure = sol.pressure / disc.scales.pressure
-    normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), pressure)
-    coupling = disc.operators.traction_to_distance.between((0,), tangential.directions)
-    blocks = coupling.dense(normal.operator.elements, tangential.operator.elements)
-    rough = solve_joint("clarabel", normal, tangential, blocks, Settings(1e-4))
-    pressed, rubbed = refine_both(normal, tangential, blocks, Settings(1e-12), rough)
-    assert pressed.solved
-    pressing = dataclasses.replace(normal, distance=normal.distance + blocks @ rubbed.traction.ravel())
-    moved = (blocks.T @ pressed.traction).reshape(tangential.rigid_shift.shape)
-    rubbing = dataclasses.replace(tangential, rigid_shift=tangential.rigid_shift + moved)
-    assert normal_residual(pressing, pressed.traction, pressed.rigid) <= 1e-12
-    assert tangential_residual(rubbing, rubbed.traction, rubbed.rigid) <= 1e-12
-    program = joint_program(normal, tangential, blocks)
-    assert program.q.size == pressed.traction.size + rubbed.traction.size

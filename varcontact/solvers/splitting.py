@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -54,18 +54,6 @@ class Constraints:
         totals = np.kron(np.eye(problem.components)[problem.free], np.ones(problem.size))
         sums = np.array([F / problem.area for F in problem.force if F is not None])
         return cls(lambda p, weight: problem.projected(p.reshape(shape), weight).ravel(), totals, sums)
-
-    def beside(self, other: Constraints) -> Constraints:
-        """Both, on the unknowns of one after those of the other."""
-        k, m = self.totals.shape
-        totals = np.zeros((k + len(other.totals), m + other.totals.shape[1]))
-        totals[:k, :m], totals[k:, m:] = self.totals, other.totals
-        sums = np.concatenate([self.sums, other.sums])
-
-        def project(p: np.ndarray, weight: float) -> np.ndarray:
-            return np.concatenate([self.project(p[:m], weight), other.project(p[m:], weight)])
-
-        return Constraints(project, totals, sums)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +124,8 @@ def refine_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     splitting = Splitting.of(problem.operator.matrix, shift, Constraints.of_normal(problem))
     return splitting.refined(
         start.traction,
-        _distance(problem, start),
-        lambda p, multipliers: (p, _approach(problem, multipliers)),
+        problem.distance - start.rigid[0] + problem.operator.apply(start.traction[None])[0],
+        lambda p, multipliers: (p, -multipliers if problem.approach is None else np.array([problem.approach])),
         partial(normal_residual, problem),
         settings,
     )
@@ -145,69 +133,16 @@ def refine_normal(problem: NormalProblem, settings: Settings, start: RawSolution
 
 def refine_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
     """Tractions by splitting from an answer that is near, see `refine_normal`; M has to be monotone."""
+
+    def answer(p: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rigid = np.zeros(problem.components)
+        rigid[problem.free] = multipliers
+        return p.reshape(problem.rigid_shift.shape), rigid
+
     return Splitting.of_tangential(problem).refined(
         start.traction.ravel(),
         problem.shift(start.traction, start.rigid).ravel(),
-        lambda p, multipliers: (p.reshape(problem.rigid_shift.shape), _rigid_shift(problem, multipliers)),
+        answer,
         partial(tangential_residual, problem),
         settings,
     )
-
-
-def refine_both(
-    normal: NormalProblem,
-    tangential: TangentialProblem,
-    coupling: np.ndarray,
-    settings: Settings,
-    start: tuple[RawSolution, RawSolution],
-) -> tuple[RawSolution, RawSolution]:
-    """Pressures and tractions of the joint program (see `joint_program`) by splitting, see `refine_normal`."""
-    m, k, shape = normal.distance.size, int(normal.approach is None), tangential.rigid_shift.shape
-    shifts = normal.distance - (normal.approach or 0.0), tangential.rigid_shift.ravel()
-    splitting = Splitting.of(
-        np.block([[normal.operator.matrix, coupling], [coupling.T, tangential.operator.matrix]]),
-        np.concatenate(shifts),
-        Constraints.of_normal(normal).beside(Constraints.of_tangential(tangential)),
-    )
-
-    def under(p: np.ndarray) -> tuple[NormalProblem, TangentialProblem]:
-        return (
-            replace(normal, distance=normal.distance + coupling @ p[m:]),
-            replace(tangential, rigid_shift=tangential.rigid_shift + (coupling.T @ p[:m]).reshape(shape)),
-        )
-
-    def answer(p: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = _approach(normal, multipliers[:k]), _rigid_shift(tangential, multipliers[k:])
-        return p, np.concatenate(rigid)
-
-    def residual(p: np.ndarray, rigid: np.ndarray) -> float:
-        above, below = under(p)
-        errors = (
-            normal_residual(above, p[:m], rigid[:1]),
-            tangential_residual(below, p[m:].reshape(shape), rigid[1:]),
-        )
-        return float(np.max(errors))
-
-    pressure, traction = start
-    p = np.concatenate([pressure.traction, traction.traction.ravel()])
-    above, below = under(p)
-    shift = np.concatenate([_distance(above, pressure), below.shift(traction.traction, traction.rigid).ravel()])
-    found = splitting.refined(p, shift, answer, residual, settings)
-    return (
-        replace(found, traction=found.traction[:m], rigid=found.rigid[:1]),
-        replace(found, traction=found.traction[m:].reshape(shape), rigid=found.rigid[1:]),
-    )
-
-
-def _distance(problem: NormalProblem, at: RawSolution) -> np.ndarray:
-    return problem.distance - at.rigid[0] + problem.operator.apply(at.traction[None])[0]
-
-
-def _approach(problem: NormalProblem, multipliers: np.ndarray) -> np.ndarray:
-    return -multipliers if problem.approach is None else np.array([problem.approach])
-
-
-def _rigid_shift(problem: TangentialProblem, multipliers: np.ndarray) -> np.ndarray:
-    rigid = np.zeros(problem.components)
-    rigid[problem.free] = multipliers
-    return rigid

@@ -19,6 +19,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
+from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import (
@@ -30,8 +31,9 @@ from varcontact.solving.coupling import (
 )
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
 from varcontact.solving.pipeline import (
+    TO_REFINE,
+    UNPOLISHED,
     check_memory,
-    solve_joint_program,
     solve_normal,
     solve_tangential,
     without_noise,
@@ -184,7 +186,7 @@ class ContactSolver:
         """
         if self.plan.formulation == "complementary" and self.plan.programs:
             state = self._joint_program(disc, state)
-            if not self.polish or self.plan.convex:
+            if not (self.polish or self.plan.convex):
                 return state
         enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         state = self.traction(disc, state)
@@ -208,24 +210,25 @@ class ContactSolver:
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         check_memory("joint", self.plan.tangential, "complementary", size)
-        with self.stats.stage("joint"):
+        name, rough = self.plan.tangential, self.polish or self.plan.convex
+        settings = self._settings(TO_REFINE[0] if rough else UNPOLISHED * self.tol)
+        with self.stats.stage("joint"), self.stats.called(name):
             bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressures, tractions = solve_joint_program(
-                normal, tangential, coupling, self.plan, self.polish, self._settings(self.tol)
-            )
+            pressures, tractions = solve_joint(name, normal, tangential, coupling, settings)
+            self.stats.iterated(name, tractions.iterations)
         traction, rigid = tangential.on_grid(tractions.traction, tractions.rigid)
         pressures = without_noise(disc.normal_problem(traction), pressures)
         if not (np.isfinite(traction).all() and np.isfinite(pressures.traction).all()):
             raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {tractions.status}", np.inf)
-        by_program = replace(state, solved_by={**state.solved_by, "normal": pressures.solver})
+        by_program = replace(state, solved_by={**state.solved_by, "normal": name})
         return replace(
             state,
             pressure=pressures.traction.reshape(disc.grid.shape),
             approach=float(pressures.rigid[0]),
             traction=traction,
             rigid=rigid,
-            **_answered(by_program, "tangential", tractions),
+            **_answered(by_program, "tangential", replace(tractions, solver=name)),
         )
 
     def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:

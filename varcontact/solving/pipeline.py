@@ -23,11 +23,10 @@ from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
-from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
-from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
+from varcontact.solvers.splitting import refine_normal, refine_tangential
 from varcontact.system.process import SMALLER, need
 
 UNPOLISHED = 1e-2
@@ -297,29 +296,6 @@ def _refused(task: Task, best: RawSolution | None) -> RawSolution:
         "longer motion.dq"
     )
     raise SceneError("formulation", "gap", '"marching", or a longer motion.dq', message=message)
-
-
-def solve_joint_program(
-    normal: NormalProblem,
-    tangential: TangentialProblem,
-    coupling: np.ndarray,
-    plan: Plan,
-    polish: bool,
-    settings: Settings,
-) -> tuple[RawSolution, RawSolution]:
-    """Pressures and tractions by one program, refined by the method "convex"; polished ones may be rough."""
-    name, exact = plan.tangential, replace(settings, tol=UNPOLISHED * settings.tol)
-    with settings.stats.called(name):
-        asked = replace(settings, tol=TO_REFINE[0]) if polish or plan.convex else exact
-        pressures, tractions = solve_joint(name, normal, tangential, coupling, asked)
-        settings.stats.iterated(name, tractions.iterations)
-    if not plan.convex or not (_finite(pressures) and _finite(tractions)):
-        return replace(pressures, solver=name), replace(tractions, solver=name)
-    with settings.stats.called("splitting"):
-        nearer, near = refine_both(normal, tangential, coupling, exact, (pressures, tractions))
-        settings.stats.iterated("splitting", near.iterations)
-    answer = replace(near, iterations=tractions.iterations, solver="splitting")
-    return replace(nearer, solver="splitting"), answer
 
 
 def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:

@@ -244,13 +244,12 @@ def tang_safeguarded(
 
 
 def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
-    """Where else to begin, and the Newton steps that led there; of 600 random problems some need each."""
+    """Where else to begin, and the Newton steps that led there; of random problems some need each."""
     if problem.free:
         with settings.stats.called("tang"):
             rough = tang(problem, deadline=settings.deadline)
             settings.stats.iterated("tang", rough.iterations)
         yield Point(rough.traction, rough.rigid), rough.iterations
-        yield _balanced(problem, at), 0
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
         with settings.stats.called("splitting"):
@@ -272,43 +271,6 @@ def no_slip(problem: TangentialProblem) -> RawSolution:
 
 def _unloaded(problem: TangentialProblem) -> Point:
     return Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
-
-
-def _balanced(problem: TangentialProblem, at: Point, rounds: int = 20) -> Point:
-    """Rounds of ``p <- Proj_g(p - E/rho)``, each with the rigid shift at which the tractions have the prescribed force.
-
-    Where friction is so low that tractions hardly change the shift, nearly all slips, and no way through stick leads
-    to where forces balance; these rounds are there at once.
-    """
-    for _ in range(rounds):
-        known = shift_of(problem, replace(at, rigid=np.zeros_like(at.rigid))) - problem.operator.row_size * at.traction
-        rigid = _balance(problem, known)
-        at = Point(project(-(known + rigid[:, None]) / problem.operator.row_size, problem.bound), rigid)
-    return at
-
-
-def _balance(problem: TangentialProblem, known: np.ndarray) -> np.ndarray:
-    """The rigid shifts at which ``Proj_g(-(known + rigid)/rho)`` adds up to the forces: there a work is least."""
-    from scipy.optimize import minimize
-
-    free, row, total = problem.free, problem.operator.row_size, float(problem.bound.sum())
-    forces = np.array([F / problem.area for F in problem.force if F is not None])
-    unit = float(np.abs(known).max()) + row * float(problem.bound.max())
-
-    def moved(part: np.ndarray) -> np.ndarray:
-        rigid = np.zeros(problem.components)
-        rigid[free] = unit * part
-        return rigid
-
-    def work(part: np.ndarray) -> tuple[float, np.ndarray]:
-        """Of the bound against the shift, less where it sticks, and of the forces; its slope is the missing force."""
-        shift = known + moved(part)[:, None]
-        size, traction = magnitude(shift), project(-shift / row, problem.bound)
-        held = np.minimum(size, row * problem.bound)
-        lost = np.sum(held**2 / (2 * row) + problem.bound * (size - held)) / unit
-        return float(lost + forces @ part) / total, (forces - traction[free].sum(axis=1)) / total
-
-    return moved(minimize(work, np.zeros(len(free)), jac=True, tol=1e-12).x)
 
 
 def _trial(problem: TangentialProblem, at: Point) -> np.ndarray:
