@@ -14,7 +14,6 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding, along_rows, further_along
 from varcontact.discrete.residuals import gap, project, tangential_residual
-from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
@@ -38,7 +37,6 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
-    assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
     check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "NotANumber", False)
