@@ -57,16 +57,14 @@ def test_unlike_bodies(rolling, tangential, check_kkt):
         np.testing.assert_allclose(sol.pressure, single.pressure, atol=1e-8)
 
 
-def test_each_begins_from_the_nearest_before(rolling):
-    """Not from the last one: on the way back, creepages that were seen before take hardly any steps."""
+def test_each_begins_from_the_one_before(rolling):
+    """Creepages that were seen just before take hardly any steps."""
     scene = rolling(grid=vc.Grid(nx=14, ny=14))
-    there = [(0.02, 0.0, 0.0), (0.06, -0.02, 0.0), (0.06, -0.02, 0.2), (-0.1, 0.1, 0.0)]
-    back = [(vx, vy * (1 + 1e-6), spin) for vx, vy, spin in there[::-1]]
-    scanned = vc.scan(scene, there + back, tangential="newton")
-    first, again = (sum(sol.iterations["tangential"] for sol in part) for part in (scanned[1:4], scanned[5:]))
-    assert again <= 8 < first / 2
-    for one, other in zip(scanned[:4], scanned[:3:-1], strict=True):
-        np.testing.assert_allclose(one.traction, other.traction, rtol=0, atol=1e-5 * one.traction_bound.max())
+    creepages = [(0.02, 0.0, 0.0), (0.02, 1e-7, 0.0), (-0.1, 0.1, 0.0), (-0.1, 0.1000001, 0.0)]
+    scanned = vc.scan(scene, creepages, tangential="newton")
+    first, again, other, next_ = (sol.iterations["tangential"] for sol in scanned)
+    assert again < first / 2
+    assert next_ < other / 2
 
 
 def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):

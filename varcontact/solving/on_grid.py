@@ -108,7 +108,7 @@ def solve_contact(
     scene: Scene,
     solver: ContactSolver,
     known: Operators | None = None,
-    initial_guess: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    before: np.ndarray | None = None,
     near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it.
@@ -117,8 +117,8 @@ def solve_contact(
     the normal force.
     """
     if not isinstance(scene.surface, SampledDistance) or not scene.conformal:
-        return _solve_contact(scene, solver, known, initial_guess, near)
-    disc, state = _solve_contact(scene, solver, known, initial_guess, near)
+        return _solve_contact(scene, solver, known, before, near)
+    disc, state = _solve_contact(scene, solver, known, before, near)
     if scene.normal_force is not None:
         disc, state = _with_normal_force(disc, solver, state, solver.plan.coupling != "none")
     angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
@@ -161,14 +161,14 @@ def _solve_contact(
     scene: Scene,
     solver: ContactSolver,
     known: Operators | None = None,
-    initial_guess: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    before: np.ndarray | None = None,
     near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
-    `known` serve again on the same lattice. `initial_guess` gives a state without tractions those to begin with; a
-    solution `near`, on another grid, gives the place of the contact, its pressure and its tractions.
+    `known` serve again on the same lattice, and tractions from `before`, of like bodies, on as many elements. A solution
+    `near`, on another grid, gives the place of the contact, its pressure and its tractions.
     """
     closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
     with solver.stats.stage("grid"):
@@ -185,10 +185,12 @@ def _solve_contact(
             settled = coupled and moved > 0
             wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)
         if wanted is None:
-            if initial_guess is not None:
-                state = initial_guess(disc, state)
-            elif near is not None:
+            if near is not None:
                 state = _with_tractions_of(near, disc, state)
+            elif (
+                before is not None and before.shape == state.traction.shape and scene.motion is not None and disc.K == 0
+            ):
+                state = replace(state, traction=before)
             state = contact(disc, solver, state)
             if not coupled:
                 return disc, state

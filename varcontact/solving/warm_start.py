@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -24,18 +23,14 @@ from varcontact.solving.options import check_saturation
 from varcontact.solving.selection import check_fits
 from varcontact.system.process import one_blas_thread
 
-KEPT = 32
-"""Solved scenes whose tractions are kept, to begin from."""
-
 
 @dataclass
 class Series:
     """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and `certify` as of `solve`.
 
     Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
-    pressure serves again, too (where tractions do not change it). Each tangential problem begins, with methods that can
-    begin somewhere, from the tractions of that one of the last `KEPT` whose creepages are nearest. `operators` are
-    influence numbers from elsewhere, then those of the last scene.
+    pressure serves again, too (where tractions do not change it). Methods that can begin somewhere begin from the
+    tractions of the scene before. `operators` are influence numbers from elsewhere, then those of the last scene.
     """
 
     tol: float
@@ -44,7 +39,6 @@ class Series:
     progress: Callable[[str], None] | None = None
     operators: Operators | None = None
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
-    _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
     @one_blas_thread()
     def solve(self, scene: Scene, plan: Plan) -> Solution:
@@ -56,16 +50,15 @@ class Series:
         stats = SolveStats(self.progress)
         steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
         if moved is None:
-            disc, state = solve_contact(scene, steps, self.operators, self._warm)
+            before = None if self._last is None else self._last[-1].traction
+            disc, state = solve_contact(scene, steps, self.operators, before)
         else:
             disc, state = moved
-            state = contact(disc, steps, self._warm(disc, state))
+            state = contact(disc, steps, state)
         if self.operators is not disc.operators:
             self.forget()
         self.operators, self._last = disc.operators, (scene, plan, disc, state)
-        solution = finish(scene, disc, state, steps)
-        self._found.append((_creepages(disc), state.traction))
-        return solution
+        return finish(scene, disc, state, steps)
 
     def forget(self) -> None:
         """Let go of dense matrices and factors; influence numbers stay."""
@@ -85,18 +78,6 @@ class Series:
         assert not isinstance(scene.motion, Transient)
         state = replace(state, iterations={}, status={}, solved={}, friction=None)
         return disc.with_loading(motion=scene.motion), state
-
-    def _warm(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements.
-
-        Not for unlike bodies: their pressure without tractions comes first.
-        """
-        found = [(at, traction) for at, traction in self._found if traction.shape == state.traction.shape]
-        if not found or disc.loading.motion is None or disc.K != 0:
-            return state
-        distances = [float(np.linalg.norm(at - _creepages(disc))) for at, _ in found]
-        nearest = len(found) - 1 - int(np.argmin(distances[::-1]))  # the last of these
-        return replace(state, traction=found[nearest][1])
 
 
 def solve_in_turn(
@@ -127,10 +108,3 @@ def _same_but_motion(scene: Scene, other: Scene) -> bool:
         return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
 
     return all(same(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion")
-
-
-def _creepages(disc: Discretisation) -> np.ndarray:
-    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    motion = disc.loading.motion
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if motion is None else motion.rigid
-    return np.array([along_x, along_y, about_z * disc.scales.length / 2])
