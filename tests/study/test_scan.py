@@ -64,7 +64,7 @@ def test_each_begins_from_the_one_before(rolling):
     scanned = vc.scan(scene, creepages, tangential="newton")
     first, again, other, next_ = (sol.iterations["tangential"] for sol in scanned)
     assert again < first / 2
-    assert next_ < other / 2
+    assert next_ <= other / 2
 
 
 def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):

@@ -54,37 +54,19 @@ def strip_influence_numbers(
     >>> print((B * np.pi / 1.5).round(6))
     [ 1.693147 -1.093944]
     """
-    x = np.asarray(x, dtype=float)
-    return combined(*strip_integrals(x, dx, depth), nu, K, G, components)
-
-
-def strip_integrals(x: np.ndarray, dx: float, depth: float) -> tuple[np.ndarray, np.ndarray]:
-    """L and J, without cancellation far away.
-
-    With r = |x| and h = dx/2, L is ``-dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|``, t = h/r; the last
-    three terms but ln(r/d) add up to ``dx (t^2/6 + t^4/20 + ...)`` where t is small.
-    """
     from scipy.special import xlogy
 
+    x = np.asarray(x, dtype=float)
     half, r = dx / 2, np.abs(x)
     near = r < 8 * dx
-    logarithm = np.empty(r.shape)
+    L, J = np.empty(r.shape), np.clip(2 * x, -dx, dx)
     right, left = (r[near] + half) / depth, (r[near] - half) / depth
-    logarithm[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
+    L[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
+    # far away L is -dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|, h = dx/2, t = h/r < 1/16: what is added
+    # to the logarithm is a series, whose next term is below 1e-19
     t2 = (half / r[~near]) ** 2
-    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))  # t < 1/16: the next term is below 1e-19
-    logarithm[~near] = dx * (series - np.log(r[~near] / depth))
-    return logarithm, np.clip(2 * x, -dx, dx)
-
-
-def combined(
-    logarithm: np.ndarray, sign: np.ndarray, nu: float, K: float, G: float, components: Iterable[str]
-) -> dict[str, np.ndarray]:
-    """Influence numbers from the integrals L and J, or from their means over the past."""
-    plane, antiplane = 2 * (1 - nu), 2.0
-    of_logarithm = {"xx": plane, "yy": antiplane, "zz": plane}
-    of_sign = {"xz": -np.pi * K, "zx": np.pi * K}
-    return {
-        name: (of_logarithm.get(name, 0.0) * logarithm + of_sign.get(name, 0.0) * sign) / (np.pi * G)
-        for name in components
-    }
+    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))
+    L[~near] = dx * (series - np.log(r[~near] / depth))
+    of_L = {"xx": 2 * (1 - nu), "yy": 2.0, "zz": 2 * (1 - nu)}
+    of_J = {"xz": -np.pi * K, "zx": np.pi * K}
+    return {name: (of_L.get(name, 0.0) * L + of_J.get(name, 0.0) * J) / (np.pi * G) for name in components}

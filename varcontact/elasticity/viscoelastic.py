@@ -15,12 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import HalfSpaces, Medium
-from varcontact.elasticity.plane_strain import combined, strip_integrals
+from varcontact.elasticity.halfspace import Medium
 from varcontact.scene.grid import Grid
 
 FAR = 40.0
-"""Relaxation lengths after which the past counts no longer, and from which the asymptotic series is exact."""
+"""Relaxation lengths after which the past counts no longer."""
 NEAR = 5.0
 """Sides of an element up to which points of a Gauss's rule are dense about its edges."""
 BATCH = 100_000
@@ -79,8 +78,6 @@ class ViscoelasticMedium:
         for each in self.lagging:
             if each.length == 0:
                 later = each.medium.influence(grid, x, y, names)
-            elif grid.line and isinstance(each.medium, HalfSpaces):
-                later = _lagged_strip(each.length, each.medium, np.asarray(x, dtype=float), grid.sides[0], names)
             else:
                 later = _lagged_numbers(each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names)
             found = {name: found[name] + each.factor * later[name] for name in names}
@@ -111,43 +108,7 @@ def moved(fields: np.ndarray, columns: float) -> np.ndarray:
     return found
 
 
-# ----------------------------------------------------------------------------- strips
-
-
-def _lagged_strip(
-    length: float, bodies: HalfSpaces, x: np.ndarray, dx: float, names: list[str]
-) -> dict[str, np.ndarray]:
-    """In closed form: with L and J of the strip, ``L - l [[Lambda]]`` and ``J + l [[m]]`` at its two edges.
-
-    Lambda is the mean of ``ln|x + s|``, m that of ``sgn(x + s)``: 1 where x > 0, ``2 exp(x/l) - 1`` elsewhere.
-    """
-    logarithm, sign = strip_integrals(x, dx, bodies.depth)
-    right, left = x + dx / 2, x - dx / 2
-    logarithm = logarithm - length * (_mean_logarithm(right, length) - _mean_logarithm(left, length))
-    sign = sign + 2 * length * (np.expm1(np.minimum(right, 0) / length) - np.expm1(np.minimum(left, 0) / length))
-    return combined(logarithm, sign, bodies.nu, bodies.K, 1.0, names)
-
-
-def _mean_logarithm(x: np.ndarray, length: float) -> np.ndarray:
-    """Lambda less its value at x = 0, ``ln l - gamma``: ``ln|t| + gamma + exp(t) E1(t)``, t = x/l, E1(t) = -Ei(-t).
-
-    By a power series up to |t| = 1, so that nothing cancels where l is much longer than a strip, and by the asymptotic
-    one beyond `FAR`.
-    """
-    from scipy.special import exp1, expi, factorial
-
-    t, order = np.asarray(x / length), np.arange(18)
-    near = np.clip(np.where(t == 0, 1e-300, t), -1, 1)
-    powers = np.sum(-((-near[..., None]) ** order[1:]) / (order[1:] * factorial(order[1:])), axis=-1)
-    close = np.exp(near) * powers - (np.log(np.abs(near)) + np.euler_gamma) * np.expm1(near)
-    middle, far = np.clip(np.abs(t), 1, FAR), np.where(np.abs(t) < FAR, FAR, t)[..., None]
-    series = np.sum((-1.0) ** order * factorial(order) / far ** (order + 1), axis=-1)
-    between = np.where(t > 0, np.exp(middle) * exp1(middle), -np.exp(-middle) * expi(middle))
-    away = np.log(np.maximum(np.abs(t), 1)) + np.euler_gamma + np.where(np.abs(t) < FAR, between, series)
-    return np.where(np.abs(t) < 1, close, away)
-
-
-# ----------------------------------------------------------------------------- rectangles, and strips on layers
+# ----------------------------------------------------------------------------- means over what lies ahead
 
 
 def _lagged_numbers(each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]) -> dict[str, np.ndarray]:

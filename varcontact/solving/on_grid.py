@@ -167,8 +167,8 @@ def _solve_contact(
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
-    `known` serve again on the same lattice, and tractions from `before`, of like bodies, on as many elements. A solution
-    `near`, on another grid, gives the place of the contact, its pressure and its tractions.
+    `known` serve again on the same lattice. Tractions of like bodies begin from those `before`, on as many elements. A
+    solution `near`, on another grid, gives the place of the contact, its pressure and its tractions.
     """
     closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
     with solver.stats.stage("grid"):
@@ -187,10 +187,8 @@ def _solve_contact(
         if wanted is None:
             if near is not None:
                 state = _with_tractions_of(near, disc, state)
-            elif (
-                before is not None and before.shape == state.traction.shape and scene.motion is not None and disc.K == 0
-            ):
-                state = replace(state, traction=before)
+            elif before is not None and solver.plan.has_friction and disc.K == 0:
+                state = replace(state, traction=before) if before.shape == state.traction.shape else state
             state = contact(disc, solver, state)
             if not coupled:
                 return disc, state
