@@ -6,7 +6,6 @@ Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine ange
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Protocol
@@ -267,18 +266,29 @@ def semi_axes(
     Rx: np.ndarray, Ry: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Semi-axes along x and y of many contacts at once, as of `hertz`, with combined constants G and nu."""
-    from scipy.special import elliprd, elliprg
+    from scipy.special import elliprg
 
-    log_radii = np.abs(np.log(Rx / Ry))
-    log_ratio, change = -0.5 * log_radii, 1.0
-    while change > 4 * np.finfo(float).eps * (1 + log_radii.max()):  # contracts by a third or more
-        k2 = np.exp(2 * log_ratio)
-        new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
-        change, log_ratio = np.abs(new - log_ratio).max(), np.minimum(new, 0.0)
-    ratio = np.exp(log_ratio)
+    ratio = _axial_ratios(np.abs(np.log(Rx / Ry)))
     E, curvature = 2 * elliprg(0, ratio**2, 1), 0.5 / Rx + 0.5 / Ry
     minor = (3 * (1 - nu) / (2 * math.pi * G) * force * E * ratio / curvature) ** (1 / 3)
     return np.where(Rx <= Ry, minor, minor / ratio), np.where(Rx <= Ry, minor / ratio, minor)
+
+
+def _axial_ratios(log_radii: np.ndarray | float) -> np.ndarray | float:
+    """m' from logarithms of the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
+    from scipy.special import elliprd
+
+    log_ratio, change = -0.5 * log_radii, 1.0
+    while change > 4 * np.finfo(float).eps * (1 + np.max(log_radii)):  # contracts by a third or more
+        k2 = np.exp(2 * log_ratio)
+        new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
+        change, log_ratio = np.abs(new - log_ratio).max(), np.minimum(new, 0.0)
+    return np.exp(log_ratio)
+
+
+@lru_cache(maxsize=64)
+def _axial_ratio(radius_ratio: float) -> float:
+    return float(_axial_ratios(math.log(radius_ratio)))
 
 
 def approaches(a: np.ndarray, b: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -343,45 +353,6 @@ def _normal_constant(bodies: CombinedConstants) -> float:
     """3 (1 - nu) / (2 pi G), the constant of (92)-(94)."""
     elastic(bodies)
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
-
-
-@lru_cache(maxsize=64)
-def _axial_ratio(radius_ratio: float) -> float:
-    """m' from the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
-    if radius_ratio == 1:
-        return 1.0
-
-    def mismatch(log_ratio: float) -> float:
-        integrals = elliptic_integrals(math.exp(log_ratio))
-        return math.log(integrals.B / integrals.D) - 2 * log_ratio - math.log(radius_ratio)
-
-    low = -0.5 * math.log(radius_ratio) - 1.0  # B/D <= 1, hence m' <= radius_ratio^(-1/2) <= 1
-    while mismatch(low) < 0:
-        low -= 1.0
-    return math.exp(_root_between(mismatch, low, 0.0))
-
-
-def _root_between(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a continuous function of different signs at the ends is zero: false position, Anderson and Bjoerck (1973).
-
-    SciPy's `brentq` does the same, but to import `scipy.optimize` takes longer than to solve many scenes.
-    """
-    at_low, at_high, root = function(low), function(high), high
-    for _ in range(200):
-        root = high - at_high * (high - low) / (at_high - at_low)
-        if not min(low, high) < root < max(low, high):
-            break
-        there = function(root)
-        if there == 0:
-            break
-        if (there < 0) != (at_high < 0):
-            low, at_low = high, at_high
-        elif abs(there) < abs(at_high):
-            at_low *= 1 - there / at_high
-        else:
-            at_low /= 2
-        high, at_high = root, there
-    return root
 
 
 def _contact(

@@ -104,30 +104,20 @@ def line_contact(
         message = "give exactly one of force, a and approach"
         raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
     if approach is not None:
+        from scipy.special import lambertw
+
         if depth is None:
             raise SceneError("depth", None, "given: the approach is measured from a depth")
-        a = _half_width(R, positive("approach", approach), positive("depth", depth))
+        approach, depth = positive("approach", approach), positive("depth", depth)
+        if approach >= depth**2 / R:
+            allowed = f"far below depth^2/R = {depth**2 / R:.6g}, where plane strain ends"
+            raise SceneError("approach", approach, allowed)
+        # approach = a^2/(2 R) (ln(2 d/a) + 1/2), which grows with a up to a = 2 d: by Lambert's function
+        a = 2 * depth * math.exp((1 + float(lambertw(-approach * R / (depth**2 * math.e), -1).real)) / 2)
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
     a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)
     peak_pressure = stiffness * a / (2 * R)
     return LineContact(a, math.pi / 2 * a * peak_pressure if force is None else float(force), peak_pressure, R, bodies)
-
-
-def _half_width(R: float, approach: float, depth: float) -> float:
-    """The half-width from ``approach = a^2/(2 R) (ln(2 d/a) + 1/2)``, which grows with a up to a = 2 d."""
-    from scipy.optimize import brentq
-
-    if approach >= depth**2 / R:
-        raise SceneError("approach", approach, f"far below depth^2/R = {depth**2 / R:.6g}, where plane strain ends")
-
-    def excess(log_part: float) -> float:
-        part = math.exp(log_part)
-        return 2 * log_part + math.log(0.5 - math.log(part / 2)) - math.log(2 * R * approach / depth**2)
-
-    low = 0.5 * math.log(R * approach / depth**2) - 1.0
-    while excess(low) > 0:
-        low -= 1.0
-    return depth * math.exp(brentq(excess, low, math.log(2), xtol=1e-15, rtol=1e-15))
 
 
 def friction_limit(contact: LineContact, friction: float) -> float:
