@@ -362,7 +362,7 @@ def test_growth_with_receptances():
         (lambda sol: vc.solve(without_slip(motion=vc.Harmonic(wave_number=1e3))), "motion.wave_number"),
         (lambda sol: vc.plan(without_slip()), "motion"),
         (lambda sol: vc.sweep(without_slip(), over={"motion.vx": [0.0, 1.0]}), "scenes.motion"),
-        (lambda sol: vc.compare(without_slip()), "motion of scene 'scene'"),
+        (lambda sol: vc.compare(without_slip()), "scenes.motion"),
         (lambda sol: vc.converge(without_slip(), [8, 16]), "motion"),
     ],
 )

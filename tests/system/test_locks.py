@@ -101,7 +101,7 @@ def tree(root, files):
     return root
 
 
-VERSION_2 = {
+LIMITED = {
     "proc/self/cgroup": "0::/user.slice/job\n",
     "sys/fs/cgroup/user.slice/job/memory.max": "max\n",
     "sys/fs/cgroup/user.slice/job/memory.current": "500\n",
@@ -109,22 +109,13 @@ VERSION_2 = {
     "sys/fs/cgroup/user.slice/memory.current": "1200\n",
     "sys/fs/cgroup/user.slice/memory.stat": "anon 900\ninactive_file 300\n",
 }
-VERSION_1 = {
-    "proc/self/cgroup": "5:cpu,cpuacct:/docker/abc\n4:memory:/docker/abc\n",
-    "sys/fs/cgroup/memory/memory.limit_in_bytes": "9223372036854771712\n",
-    "sys/fs/cgroup/memory/memory.usage_in_bytes": "7000\n",
-    "sys/fs/cgroup/memory/docker/abc/memory.limit_in_bytes": "4000\n",
-    "sys/fs/cgroup/memory/docker/abc/memory.usage_in_bytes": "1000\n",
-    "sys/fs/cgroup/memory/docker/abc/memory.stat": "cache 10\ntotal_inactive_file 50\n",
-}
 
 
 @pytest.mark.parametrize(
     ("files", "left"),
     [
-        (VERSION_2, 2100),  # of the group above: its own has no limit
-        (VERSION_2 | {"sys/fs/cgroup/user.slice/job/memory.max": "1500\n"}, 1000),
-        (VERSION_1, 3050),
+        (LIMITED, 2100),  # of the group above: its own has no limit
+        (LIMITED | {"sys/fs/cgroup/user.slice/job/memory.max": "1500\n"}, 1000),
         ({"proc/self/cgroup": "0::/\n"}, math.inf),
         ({}, math.inf),
     ],

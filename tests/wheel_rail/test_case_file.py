@@ -147,17 +147,6 @@ def test_a_table_goes_on_where_positions_come_again(tmp_path):
     assert solve_cases(longer, store)[["position", "y"]].to_numpy().tolist() == [[1, 0], [2, 1], [3, 2], [4, 1]]
 
 
-def test_a_table_without_errors_goes_on(tmp_path):
-    """As an earlier version wrote it."""
-    file, store = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "1.0")), tmp_path / "table.csv"
-    table = solve_cases(file, store)
-    errors = ["error_Fx", "error_Fs", "error_FN"]
-    table.drop(columns=errors).to_csv(store, index=False)
-    again = solve_cases(file, store)
-    assert again["Fx"].tolist() == table["Fx"].tolist()
-    assert again[errors].isna().all(axis=None)
-
-
 def test_a_table_of_other_cases_is_refused(tmp_path):
     one = CASE.replace("[1.0, 2.0, 9e2]", "1.0")
     solve_cases(read(tmp_path, one), tmp_path / "table.csv")

@@ -118,7 +118,11 @@ def make_table_book(
     degree = checks.whole("degree", degree, least=3, most=25)
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
-    nodes, directions, t = ratio_nodes(least, greatest, ratios), direction_nodes(degree), magnitudes(steps)
+    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
+    nodes = np.exp(
+        middle - half * np.cos(math.pi * np.arange(ratios) / (ratios - 1))
+    )  # Chebyshev's, both ends included
+    directions, t = direction_nodes(degree), magnitudes(steps)
     path = None if out is None else checks.file_name("out", out)
     if path is not None:
         check_out("out", path, overwrite)
@@ -257,12 +261,6 @@ def magnitudes(count: int) -> np.ndarray:
         below = places(middle) < wanted
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return (low + high) / 2
-
-
-def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
-    """Chebyshev's points in log(a/b), both ends included."""
-    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
-    return np.asarray(np.exp(middle - half * np.cos(math.pi * np.arange(count) / (count - 1))))
 
 
 def direction_nodes(degree: int) -> np.ndarray:

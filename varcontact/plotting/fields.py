@@ -106,7 +106,11 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
     lengths, field = lengths_of(sol), finest_fields(sol)
-    state = _without_leading_edge(field.state) if isinstance(sol.motion, Steady) else field.state
+    state = field.state
+    if isinstance(sol.motion, Steady):  # slip at the leading edge, before elements that stick, is grid error
+        around = np.pad(state, ((0, 0), (1, 1)))
+        leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
+        state = np.where(leading & (state == SLIP), STICK, state)
     for number, (name, look) in list(style.LOOKS.items())[: 2 + (sol.plastic is not None)]:
         outline = _elements_path(state == number, field.grid, lengths.factor)
         ax.add_patch(PathPatch(outline, gid=name, **look))
@@ -125,13 +129,6 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     ax.set_title(f"Tangential traction on body 1{corrected(field)}")
     _frame(ax, sol, lengths, shown)
     style.legend_below(ax, handles, columns=2)
-
-
-def _without_leading_edge(state: np.ndarray) -> np.ndarray:
-    """States with stick at the leading edge where the element behind sticks: slip there is grid error."""
-    around = np.pad(state, ((0, 0), (1, 1)))
-    leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
-    return np.where(leading & (state == SLIP), STICK, state)
 
 
 def draw_field(ax: Axes, sol: Solution, name: str) -> None:

@@ -108,7 +108,10 @@ def corrugation_growth(
     rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
     traction = sol.traction[:, iy, ix] / scales.pressure
     smooth = sol.power_density.sum(axis=1) * grid.sides[0]
-    rigid = _rigid_shifts(problem)
+    motion = problem.disc.loading.motion
+    assert isinstance(motion, Steady)
+    shifts = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
+    rigid = shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
     steady = np.concatenate([*traction, sol.pressure.ravel()[problem.pressed] / scales.pressure, [0.0]])[:, None]
     given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
     shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
@@ -143,14 +146,6 @@ def corrugation_growth(
     if sol.scene.units is not None:
         dataset.attrs["length"] = sol.scene.units.length
     return dataset.assign(wear=((*dims, "y"), by_rows), smooth=("y", smooth))
-
-
-def _rigid_shifts(problem: Linearised) -> np.ndarray:
-    """Rigid shifts in a step by unit creepages where the elements are, (2 n, creepages)."""
-    motion = problem.disc.loading.motion
-    assert isinstance(motion, Steady)
-    shifts = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
-    return shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
 
 
 def _mean_shift(problem: Linearised, k: float, changes: np.ndarray) -> np.ndarray:

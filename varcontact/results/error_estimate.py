@@ -125,14 +125,9 @@ class ErrorEstimate:
     def from_plain(cls, record: dict[str, Any]) -> ErrorEstimate:
         """From its `record`, as `plain` gives it; ValueError if it is something else."""
         try:
-            solves = tuple(Solve(int(each["nx"]), int(each["ny"]), float(each["seconds"])) for each in record["solves"])
-            values, errors, on_grid, bars = (
-                {str(name): float(value) for name, value in record.get(part, {}).items()} for part in BY_NAME
-            )
-            accuracy, budget = (
-                None if record[name] is None else float(record[name]) for name in ("accuracy", "time_budget")
-            )
-            return cls(values, errors, str(record["how"]), solves, accuracy, budget, on_grid, bars)
+            solves = tuple(Solve(**each) for each in record["solves"])
+            named = {part: {name: float(value) for name, value in record.get(part, {}).items()} for part in BY_NAME}
+            return cls(**{**record, **named, "solves": solves})
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"an estimate of the error that is none ({error})") from None
 

@@ -88,8 +88,12 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
 
 def power(sol: Solution) -> float:
     """Work put in by creepages and by the pressure, by distance rolled."""
-    if sol.scene.conformal or getattr(sol.motion, "rigid_slip", None) is not None:
-        return rolling_resistance(sol) + power_of_elements(sol)
+    if sol.scene.conformal or getattr(sol.motion, "rigid_slip", None) is not None:  # of each element in its own frame
+        disc, (vx, vy, spin) = discretise(sol.scene, sol.grid), sol.creepage
+        x, y = np.meshgrid(sol.grid.x, sol.grid.y)
+        given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
+        slip = given + np.array([vx - spin * y, vy + spin * x])
+        return rolling_resistance(sol) + (0.0 - float(np.sum(sol.traction * slip) * sol.grid.area))
     loads, motion = np.array([*sol.force, sol.moment]), np.array(sol.creepage)
     moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
     return rolling_resistance(sol) - float(loads[moved] @ motion[moved])
@@ -119,14 +123,6 @@ def rolling_resistance(sol: Solution) -> float:
         twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
-
-
-def power_of_elements(sol: Solution) -> float:
-    """Work of the rigid motion on the tractions of all elements, each in its own frame, by distance rolled [force]."""
-    disc, (vx, vy, spin) = discretise(sol.scene, sol.grid), sol.creepage
-    x, y = np.meshgrid(sol.grid.x, sol.grid.y)
-    given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
-    return 0.0 - float(np.sum(sol.traction * (given + np.array([vx - spin * y, vy + spin * x]))) * sol.grid.area)
 
 
 @dataclass(frozen=True)

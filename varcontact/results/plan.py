@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -74,13 +75,6 @@ class Sizes:
     def peak(self) -> float:
         """Bytes at the peak of the problem that needs most."""
         return max(self.memory.values())
-
-    @classmethod
-    def of_record(cls, record: dict[str, Any]) -> Sizes:
-        """From what `dataclasses.asdict` and JSON made of it."""
-        sides = record["sides"]
-        lists = {"grid": tuple(record["grid"]), "sides": None if sides is None else tuple(sides)}
-        return cls(**{**record, **lists, "matrices": tuple(Matrix(**one) for one in record["matrices"])})
 
 
 @dataclass(frozen=True)
@@ -223,11 +217,8 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
-        record = asdict(self)
-        for name in ("special", "costs", "doubts"):
-            record[name] = list(record[name])
+        record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         if self.sizes is not None:
-            record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
             record["sizes"]["peak"] = self.sizes.peak
         return record
 
@@ -238,11 +229,8 @@ class Plan:
             raise ValueError("a plan without methods and reasons")
         if not isinstance(record.get("left_out", 0.0), (int, float)):
             raise ValueError("a plan whose left_out is no number")
-        sizes = dict(record["sizes"]) if record.get("sizes") else None
-        if sizes is not None:
-            sizes.pop("peak", None)  # follows from the stages
-        lists = {"special": tuple(record.get("special", ())), "costs": (), "doubts": ()}  # these stand beside
-        return cls(**{**record, **lists, "sizes": None if sizes is None else Sizes.of_record(sizes)})
+        beside = {"sizes": None, "costs": (), "doubts": ()}
+        return cls(**{**record, **beside, "special": tuple(record.get("special", ()))})
 
     def __str__(self) -> str:
         """The plan in words."""

@@ -19,7 +19,10 @@ from varcontact.system.process import one_blas_thread
 
 @one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
-    """Derivatives of the forces by the creepages, see `Solution.sensitivity`."""
+    """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at their solution.
+
+    Unknowns are those of `Directions` and, for unlike bodies, the pressures and the approach.
+    """
     scene, plan = sol.scene, sol.plan
     check_linear(sol)
     if scene.shift_undetermined and not isinstance(scene.motion, Steady):
@@ -32,7 +35,33 @@ def sensitivity(sol: Solution) -> np.ndarray:
         return np.zeros((2, 3))
     disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
     with_pressure = contact if disc.K != 0 else np.zeros(0, dtype=int)
-    slopes = _slopes(disc, sol, bearing, with_pressure, unit_shifts(disc)[:, :, bearing])
+    shifts = unit_shifts(disc)[:, :, bearing]
+    may = directions(disc, sol, bearing)
+    slip, scales = may.slip, disc.scales
+    n, m, first = bearing.size, with_pressure.size, may.size
+    slips, pressures = np.arange(first - slip.size, first), slice(first, first + m)
+    bears = np.searchsorted(with_pressure, bearing)
+    columns = np.pad(may.tractions(np.eye(first)), ((0, 0), (0, m + (m > 0))))
+    if m:  # where it slips the traction grows with the pressure
+        columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = may.by_pressure
+
+    elastic = disc.tangential_on(bearing).matrix @ columns
+    if m:
+        by_pressures = disc.pressure_to_shift.dense(with_pressure).reshape(2, m, m)
+        elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
+    system, right = may.equations(elastic), -may.equations(shifts.reshape(len(shifts), -1).T)
+    system[slips, slips] += may.turning  # it turns with the traction it opposes: |E| by the change of direction
+    if m:  # contact stays closed, and the force or the approach stays what it is
+        normal = np.zeros((m + 1, first + m + 1))
+        by_tractions = disc.operators.traction_to_distance.dense(with_pressure).reshape(m, 2, m)
+        normal[:m] = by_tractions[:, :, bears].reshape(m, -1) @ columns
+        normal[:m, pressures] += disc.operators.normal.dense(with_pressure)
+        normal[:m, -1] = -1.0
+        normal[-1, pressures if disc.loading.normal_force is not None else -1] = 1.0
+        system, right = np.concatenate([system, normal]), np.concatenate([right, np.zeros((m + 1, len(shifts)))])
+    change = columns @ np.linalg.solve(system, right)
+    totals = np.array([change[:n].sum(axis=0), change[n:].sum(axis=0)])
+    slopes = totals * disc.lattice.area * scales.force
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
@@ -115,38 +144,3 @@ def directions(disc: Discretisation, sol: Solution, bearing: np.ndarray) -> Dire
     shift = sol.slip.reshape(2, -1)[:, bearing[slip]] * rolled / scales.displacement
     by_pressure = traction / (sol.pressure.ravel()[bearing[slip]] / scales.pressure)
     return Directions(stick, slip, np.array([-traction[1], traction[0]]) / size, np.hypot(*shift) / size, by_pressure)
-
-
-def _slopes(
-    disc: Discretisation, sol: Solution, bearing: np.ndarray, with_pressure: np.ndarray, shifts: np.ndarray
-) -> np.ndarray:
-    """Change of (Fx, Fy) by each rigid shift (k, 2, n), physical: (2, k), with given areas at their solution.
-
-    Unknowns: those of `Directions` and, for unlike bodies, the pressures and the approach.
-    """
-    may = directions(disc, sol, bearing)
-    slip, scales = may.slip, disc.scales
-    n, m, first = bearing.size, with_pressure.size, may.size
-    slips, pressures = np.arange(first - slip.size, first), slice(first, first + m)
-    bears = np.searchsorted(with_pressure, bearing)
-    columns = np.pad(may.tractions(np.eye(first)), ((0, 0), (0, m + (m > 0))))
-    if m:  # where it slips the traction grows with the pressure
-        columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = may.by_pressure
-
-    elastic = disc.tangential_on(bearing).matrix @ columns
-    if m:
-        by_pressures = disc.pressure_to_shift.dense(with_pressure).reshape(2, m, m)
-        elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
-    system, right = may.equations(elastic), -may.equations(shifts.reshape(len(shifts), -1).T)
-    system[slips, slips] += may.turning  # it turns with the traction it opposes: |E| by the change of direction
-    if m:  # contact stays closed, and the force or the approach stays what it is
-        normal = np.zeros((m + 1, first + m + 1))
-        by_tractions = disc.operators.traction_to_distance.dense(with_pressure).reshape(m, 2, m)
-        normal[:m] = by_tractions[:, :, bears].reshape(m, -1) @ columns
-        normal[:m, pressures] += disc.operators.normal.dense(with_pressure)
-        normal[:m, -1] = -1.0
-        normal[-1, pressures if disc.loading.normal_force is not None else -1] = 1.0
-        system, right = np.concatenate([system, normal]), np.concatenate([right, np.zeros((m + 1, len(shifts)))])
-    change = columns @ np.linalg.solve(system, right)
-    totals = np.array([change[:n].sum(axis=0), change[n:].sum(axis=0)])
-    return np.asarray(totals * disc.lattice.area * scales.force)

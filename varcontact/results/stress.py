@@ -15,7 +15,7 @@ from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
-from varcontact.system.process import need
+from varcontact.system.process import SMALLER, need
 
 BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
 
@@ -155,7 +155,7 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
             f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)",
         )
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
-    field = _at(flat, solution, side)
+    field = _field(flat, solution, side, below=False)
     return _of_body(solution, side, given, field)
 
 
@@ -200,21 +200,15 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
         raise checks.wrong_shape("depths", below.shape, "a number or several")
     if np.any(below < 0):
         raise SceneError("depths", float(below.min()), "zero or positive: distances from the surface")
-    size = solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size)
-    need(
-        "the stress below the surface",
-        size,
-        "fewer depths at a time would fit" if below.size > 1 else "a grid with fewer elements would fit",
-    )
-    field = _below(below, solution, side)
+    smaller = "fewer depths at a time would fit" if below.size > 1 else SMALLER
+    need("the stress below the surface", solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size), smaller)
+    field = _field(below, solution, side, below=True)
     z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
     return _of_body(solution, side, np.stack([x, y, z]), field)
 
 
 def one_solution(given: Any) -> Solution:
     """The argument, if it is a single Solution."""
-    from varcontact.results.solution import Solution
-
     if not isinstance(given, Solution):
         raise SceneError("solution", given, "a Solution; of a History, one of its steps")
     return given
@@ -227,46 +221,22 @@ def side_of(body: int | str) -> int:
     return BODIES[body if isinstance(body, str) else int(body)]
 
 
-def _tractions(solution: Solution, side: int) -> np.ndarray:
-    """On the body, x, y and into it, shape (3, ny, nx): the lower body is seen in the mirror z -> -z."""
+def _field(where: np.ndarray, solution: Solution, side: int, *, below: bool) -> ElasticField:
+    """The field of a body, `below` all elements at depths or at points; the lower is seen in the mirror z -> -z."""
+    grid, bodies = solution.grid, solution.scene.bodies
     tangential = solution.traction if side == 1 else -solution.traction
-    return np.concatenate([tangential, solution.pressure[None]])
-
-
-def _constants(solution: Solution, side: int) -> dict[str, float]:
-    bodies = solution.scene.bodies
-    G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
-    return {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
-
-
-def _stack(solution: Solution, side: int) -> Stack | None:
-    """The body where it has layers."""
-    bodies = solution.scene.bodies
-    if isinstance(bodies, Bodies):
-        return None
-    body = (bodies.upper, bodies.lower)[side - 1]
+    tractions = np.concatenate([tangential, solution.pressure[None]])
+    body: Any = bodies if isinstance(bodies, Bodies) else (bodies.upper, bodies.lower)[side - 1]
     if isinstance(body, Bodies):
-        return None
+        G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
+        constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
+        return (field_below if below else field_at)(where, grid, tractions, **constants)
     if not isinstance(body, Layered):
-        raise SceneError(
-            "body", side, "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
-        )
+        allowed = "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
+        raise SceneError("body", side, allowed)
     base = body.base if isinstance(body.base, str) else body.base[:2]
-    return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
-
-
-def _at(points: np.ndarray, solution: Solution, side: int) -> ElasticField:
-    stack, tractions = _stack(solution, side), _tractions(solution, side)
-    if stack is None:
-        return field_at(points, solution.grid, tractions, **_constants(solution, side))
-    return layered_field_at(points, solution.grid, tractions, stack=stack)
-
-
-def _below(depths: np.ndarray, solution: Solution, side: int) -> ElasticField:
-    stack, tractions = _stack(solution, side), _tractions(solution, side)
-    if stack is None:
-        return field_below(depths, solution.grid, tractions, **_constants(solution, side))
-    return layered_field_below(depths, solution.grid, tractions, stack=stack)
+    stack = Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
+    return (layered_field_below if below else layered_field_at)(where, grid, tractions, stack=stack)
 
 
 def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticField) -> SubsurfaceStress:

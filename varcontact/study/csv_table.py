@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,9 +21,6 @@ from varcontact.system.process import imported
 
 if TYPE_CHECKING:
     import pandas as pd
-
-LATER_COLUMNS = ("calls", "error_Fx", "error_Fs", "error_FN")
-"""Columns that tables of earlier versions may lack."""
 
 
 def identity(scene: Scene, tol: float) -> str:
@@ -91,8 +87,6 @@ def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: 
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **exact)
-        for name in (name for name in LATER_COLUMNS if name in columns and name not in table):
-            table[name] = "" if name in words else math.nan
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
         for name in set(columns) - set(words):

@@ -60,26 +60,16 @@ def left_by_control_groups(root: Path = Path("/")) -> float:
     """Bytes that the control groups of this process leave to it, those above it included; infinite without limits."""
     left = [math.inf]
     for line in _lines(root / "proc/self/cgroup"):
-        _, controllers, name = line.split(":", 2)
-        if controllers not in ("", "memory"):
-            continue
-        top = root / "sys/fs/cgroup" / controllers
-        limit, usage, files = _NAMES[controllers]
+        number, _, name = line.split(":", 2)
         group = Path(name.lstrip("/"))
-        for folder in (top / group, *(top / each for each in group.parents)):
-            most, taken = _lines(folder / limit), _lines(folder / usage)
+        for folder in (group, *group.parents) if number == "0" else ():  # of version 2
+            place = root / "sys/fs/cgroup" / folder
+            most, taken = _lines(place / "memory.max"), _lines(place / "memory.current")
             if most and taken and most[0] != "max":
-                statistics = dict(entry.split() for entry in _lines(folder / "memory.stat"))
-                dropped = int(statistics.get(files, 0))  # copies of files, which make room when it is needed
+                statistics = dict(entry.split() for entry in _lines(place / "memory.stat"))
+                dropped = int(statistics.get("inactive_file", 0))  # copies of files, which make room when needed
                 left.append(float(most[0]) - float(taken[0]) + dropped)
     return min(left)
-
-
-_NAMES = {
-    "": ("memory.max", "memory.current", "inactive_file"),
-    "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
-}
-"""Files of the limit and of what is taken, and the entry of `memory.stat`, by version: 2 has no controller's name."""
 
 
 def _lines(path: Path) -> list[str]:

@@ -75,8 +75,6 @@ COLUMNS = (
 """Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
 OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
 """Columns where wheel sets are solved, a row for each patch of both wheels."""
-SINCE = ("curve_radius", "left", "right", "stiffness", "left_rail", "right_rail")
-"""Entries of a track that earlier tables do not know."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,20 +276,10 @@ def solve_cases(
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
     """A few digits that identify one wheel with its settings."""
-    settings: list[Any] = [
-        type(case.friction).__name__,
-        file.options,
-        file.archard and dataclasses.asdict(file.archard),
-    ]
-    said = dataclasses.asdict(case)
-    usual = Track(rail=case.track.rail)
-    for name in SINCE:
-        if getattr(case.track, name) == getattr(usual, name):
-            del said["track"][name]
-    for name in ("s", "pitch"):
-        if getattr(case.position, name) == 0:
-            del said["position"][name]
-    described = json.dumps([said, settings + ["fast"] * file.fast], sort_keys=True, default=np.ndarray.tolist)
+    archard = file.archard and dataclasses.asdict(file.archard)
+    settings: list[Any] = [type(case.friction).__name__, file.options, archard]
+    said = [dataclasses.asdict(case), settings + ["fast"] * file.fast]
+    described = json.dumps(said, sort_keys=True, default=np.ndarray.tolist)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 

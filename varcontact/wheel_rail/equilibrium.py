@@ -72,14 +72,13 @@ class _Balance:
         values = self.values(x)
         moved = self.case.moved(values)
         z = values["z"] if self.case.z is None else self.case.z
-        left, right = (self._pressed(moved.wheel(side, z), solver) for side in SIGN)
-        return left, right
-
-    def _pressed(self, wheel: WheelOnRail, solver: Solver) -> WheelForces:
-        above = wheel.touching - (wheel.z or 0.0)
-        if above < 0:
-            return solver(wheel)
-        return _Lifted(wheel, wheel.z or 0.0, (), self.load / 2 * above / self.depth)
+        found: list[WheelForces] = []
+        for side in SIGN:
+            wheel = moved.wheel(side, z)
+            above = wheel.touching - z
+            lifted = _Lifted(wheel, z, (), self.load / 2 * above / self.depth)
+            found.append(solver(wheel) if above < 0 else lifted)
+        return found[0], found[1]
 
     def left_over(self, wheels: tuple[WheelForces, WheelForces]) -> dict[str, float]:
         """Of each load, what the rails do not bear; by the load of the axle."""

@@ -91,16 +91,12 @@ class PatchSolution:
         grid, pressure = self.solution.grid, self.solution.pressure * self.solution.grid.area
         surface = self.solution.scene.surface
         if isinstance(surface, SampledDistance) and surface.inclination is not None:
-            return self._moment_of(surface) - np.array([0.0, 0.0, self.moment])
+            x = np.meshgrid(grid.x, grid.y)[0]
+            tangential, normal = surface.along_axes(grid, self.solution.traction, self.solution.pressure)
+            force = np.concatenate([tangential, normal[None]]) * grid.area
+            points = np.array([x, *(np.broadcast_to(each[:, None], x.shape) for each in self.rows)])
+            return np.cross(points, force, axis=0).sum(axis=(1, 2)) - np.array([0.0, 0.0, self.moment])
         return np.array([pressure.sum(axis=1) @ grid.y, -pressure.sum(axis=0) @ grid.x, 0.0])
-
-    def _moment_of(self, surface: SampledDistance) -> np.ndarray:
-        """Moment about the frame's origin, on a surface curved along y."""
-        solution, x = self.solution, np.meshgrid(self.solution.grid.x, self.solution.grid.y)[0]
-        tangential, normal = surface.along_axes(solution.grid, solution.traction, solution.pressure)
-        force = np.concatenate([tangential, normal[None]]) * solution.grid.area
-        points = [x, *(np.broadcast_to(each[:, None], x.shape) for each in self.rows)]
-        return np.asarray(np.cross(np.array(points), force, axis=0).sum(axis=(1, 2)))
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:

@@ -300,13 +300,18 @@ class WheelOnRail(OnTrack):
                 grid=grid if with_grid else "auto",
                 units=MM_N,
             )
+            if self._constant:
+                rolling_radius = self.wheelset.radius + float(self.wheelset.profile.z_at(float(on_wheel[0])))
+            else:
+                section, y = self.sections(frame.origin, on_wheel)["wheel"]
+                rolling_radius = float(section.points(section.at(np.array([y])))[0, 1])
             patch = ContactPatch(
                 location=frame.origin,
                 angle=tangent.angle,
                 frame=frame,
                 on_rail=self.track.on_rail(frame.origin[1:], self.side),
                 on_wheel=on_wheel,
-                rolling_radius=self._rolling_radius(frame.origin, on_wheel),
+                rolling_radius=rolling_radius,
                 creepage=rolled,
                 approach=approach,
                 scene=scene,
@@ -314,12 +319,6 @@ class WheelOnRail(OnTrack):
             )
             patches.append(patch)
         return tuple(patches)
-
-    def _rolling_radius(self, location: np.ndarray, on_wheel: np.ndarray) -> float:
-        if self._constant:
-            return self.wheelset.radius + float(self.wheelset.profile.z_at(float(on_wheel[0])))
-        curve, y = self.sections(location, on_wheel)["wheel"]
-        return float(curve.points(curve.at(np.array([y])))[0, 1])
 
     def _friction(
         self, frame: Frame, grid: Grid, turned: np.ndarray | float, with_grid: bool
