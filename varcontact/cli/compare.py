@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import names_of
 from varcontact.cli.terminal import check_outputs, study
@@ -32,18 +33,14 @@ def compare(
     as_json: opt.AsJson = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
-    from varcontact.data.benchmark_scenes import standard_bank
-    from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.studies import plot_comparison
-    from varcontact.study.compare import compare as compare_methods
     from varcontact.study.compare import summary
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.study.methods import DEFAULT_METHODS
 
     files = scenes or []
     check_outputs(out, plot, files, force)
-    known = standard_bank() if bank else {}
-    read = {name: read_scene(path) for name, path in by_name(files, set(known)).items()}
+    known = vc.standard_bank() if bank else {}
+    read = {name: vc.read_scene(path) for name, path in by_name(files, set(known)).items()}
     described = {name: scene for name, (scene, _) in read.items()} | known
     if not described:
         message = "no scenes to compare: name a scene file or give --bank"
@@ -54,12 +51,12 @@ def compare(
         options = _accuracy_of_files([settings for _, settings in read.values()])
     options |= {"tol": tol, "store": out, "workers": workers}
     study(
-        lambda progress: compare_methods(described, chosen, progress=progress, **options),
+        lambda progress: vc.compare(described, chosen, progress=progress, **options),
         table_as_json if as_json else summary,
         out,
         "--out FILE.csv",
         "scenes",
-        plot_comparison,
+        vc.plot_comparison,
         plot,
     )
 
@@ -98,21 +95,17 @@ def converge(
     as_json: opt.AsJson = False,
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
-    from varcontact.io.scene_toml import read_scene
-    from varcontact.study.converge import converge as converge_on
-    from varcontact.study.convergence import Convergence
-
     check_outputs(store, plot, [scene], force, name_of_out="--store")
-    described, _ = read_scene(scene)
+    described, _ = vc.read_scene(scene)
     grids: list[Any] = [int(n) if n.strip().isdecimal() and len(n) < 20 else n for n in cells.split(",")]
     options: dict[str, Any] = {"offsets": offsets, "tol": tol, "store": store}
     study(
-        lambda progress: converge_on(described, grids, names_of(method), progress=progress, **options),
-        Convergence.to_json if as_json else Convergence.report,
+        lambda progress: vc.converge(described, grids, names_of(method), progress=progress, **options),
+        vc.Convergence.to_json if as_json else vc.Convergence.report,
         store,
         "--store FILE.csv",
         "solves",
-        Convergence.plot,
+        vc.Convergence.plot,
         plot,
     )
 
@@ -140,25 +133,22 @@ def tradeoff(
     """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
     from varcontact import checks
     from varcontact.data.benchmark_scenes import CLASSES
-    from varcontact.study.references import continuum_values
-    from varcontact.study.tradeoff import Tradeoff
-    from varcontact.study.tradeoff import tradeoff as measure
 
     check_outputs(out, plot, [], force)
     if kind is not None:
         checks.choice("class", kind, CLASSES)
-    bank = {name: each for name, each in continuum_values().items() if kind in (None, each.kind)}
+    bank = {name: each for name, each in vc.continuum_values().items() if kind in (None, each.kind)}
     chosen = None if methods is None else names_of(methods)
     try:
         numbers = [int(n) for n in cells.split(",")]
     except ValueError:
         raise SceneError("cells", cells, "whole numbers separated by commas") from None
     study(
-        lambda progress: measure(bank, chosen, cells=numbers, store=out, progress=progress),
-        Tradeoff.to_json if as_json else Tradeoff.report,
+        lambda progress: vc.tradeoff(bank, chosen, cells=numbers, store=out, progress=progress),
+        vc.Tradeoff.to_json if as_json else vc.Tradeoff.report,
         out,
         "--out FILE.csv",
         "scenes",
-        Tradeoff.plot,
+        vc.Tradeoff.plot,
         plot,
     )

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
+import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given, names_of, values_of
-from varcontact.cli.terminal import check_outputs, show, with_progress
+from varcontact.cli.terminal import check_outputs, draw, show, with_progress
 from varcontact.errors import SceneError
-
-if TYPE_CHECKING:
-    from varcontact.results.solution import Solution
 
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
 HEADINGS = (b"vx,vy,spin,Fx,Fy,Mz,", b"ux,uy,rotation,Fx,Fy,Mz,")
@@ -50,14 +48,13 @@ def scan(
     Creepages that are not given are taken from the scene. The first failure ends the scan; what was solved before is
     printed and written. See also `curve` (several methods, fast theories) and `sweep` (other entries).
     """
-    from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import creepages_over, scanned
     from varcontact.system.files import begins_with, check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
         check_replaceable("--out", out, (".csv",), "table", lambda path: begins_with(path, *HEADINGS), force)
-    described, options = read_scene(scene)
+    described, options = vc.read_scene(scene)
     for name in ("start", "refine"):
         if name in options:
             raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
@@ -70,7 +67,7 @@ def scan(
         raise SceneError("--creepages", creepages, "left out where --vx, --vy or --spin are given")
     else:
         triples = _table_of_triples(creepages)
-    found: list[Solution] = []
+    found: list[vc.Solution] = []
 
     def work(progress: Any) -> None:
         for solution in scanned(described, triples, **options):
@@ -98,26 +95,23 @@ def _table_of_triples(path: Path) -> np.ndarray:
     return triples
 
 
-def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
+def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
     import pandas as pd
 
-    from varcontact.plotting.studies import plot_curve
-    from varcontact.plotting.style import write_picture
-    from varcontact.study.csv_table import as_json as table_as_json
+    from varcontact.study import csv_table
     from varcontact.system.files import write_whole
 
     rows = [_row(solution) for solution in found]
     table = pd.DataFrame(rows)
     try:
-        show(table_as_json(table) if as_json else _table(found, rows))
+        show(csv_table.as_json(table) if as_json else _table(found, rows))
     finally:  # what was computed is not lost with its reader
         if out is not None:
             write_whole("--out", out, table.to_csv(index=False).encode())
-        if plot is not None:
-            write_picture(plot_curve(found), plot)
+        draw(plot, vc.plot_curve, found)
 
 
-def _row(solution: Solution) -> dict[str, Any]:
+def _row(solution: vc.Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
 
     figures = {
@@ -136,8 +130,8 @@ def _row(solution: Solution) -> dict[str, Any]:
     return {**{name: float(value) for name, value in figures.items()}, **solution.elements}
 
 
-def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
-    from varcontact.study.csv_table import cell_with_bar, columns_of_text
+def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
+    from varcontact.study import csv_table
 
     names = [*list(rows[0])[:3], *PRINTED]
     cells = []
@@ -145,12 +139,12 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
         arms = {"Fx": 1.0, "Fy": 1.0, "Mz": math.sqrt(sol.areas["contact"])}
         noise = [name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm]
         shown = row | dict.fromkeys(noise, 0.0)
-        cells.append([cell_with_bar(shown[name], row.get(f"{name}_error")) for name in names])
+        cells.append([csv_table.cell_with_bar(shown[name], row.get(f"{name}_error")) for name in names])
     units, line = found[0].scene.units, found[0].scene.line
     shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
     said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
-    return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
+    return "\n".join([", ".join([count, *said]), *csv_table.columns_of_text([names, *cells], left=0)])
 
 
 def curve(
@@ -170,23 +164,17 @@ def curve(
 
     Creepages that are not given are taken from the scene.
     """
-    from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.studies import plot_curve
-    from varcontact.plotting.style import write_picture
-    from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.study.csv_table import columns_of_text
-    from varcontact.study.scan import creep_curve
+    from varcontact.study import csv_table
     from varcontact.system.files import write_whole
 
     check_outputs(out, plot, [scene], force, (".nc",))
-    described, _ = read_scene(scene)
+    described, _ = vc.read_scene(scene)
     ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
-    found = with_progress(lambda progress: creep_curve(described, names_of(methods), progress=progress, **ranges))
+    found = with_progress(lambda progress: vc.creep_curve(described, names_of(methods), progress=progress, **ranges))
     if out is not None:
         write_whole("--out", out, bytes(found.to_netcdf(engine="scipy")))
-    if plot is not None:
-        write_picture(plot_curve(found, normalised=bool(found.limit > 0)), plot)
+    draw(plot, vc.plot_curve, found, normalised=bool(found.limit > 0))
     columns = ["theory", "vx", "vy", "spin", "Fx", "Fy", "Mz"]
     table = found.to_dataframe().reset_index()[columns]
     cells = [[name, *(f"{each:.5g}" for each in numbers)] for name, *numbers in table.to_numpy().tolist()]
-    show(table_as_json(table) if as_json else "\n".join(columns_of_text([columns, *cells], 1)))
+    show(csv_table.as_json(table) if as_json else "\n".join(csv_table.columns_of_text([columns, *cells], 1)))

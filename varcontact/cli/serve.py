@@ -16,6 +16,7 @@ from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import varcontact as vc
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError, shortened
 
@@ -140,15 +141,13 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     """Results by wheel, in which an error is that wheel's alone."""
     from varcontact.io.scene_toml import scene_from
     from varcontact.io.toml_tables import table_of
-    from varcontact.scene.transient import Transient
-    from varcontact.study.many import solve_many
 
     common = table_of("scene", message.get("scene", {}))
     scenes, results = {}, {}
     for wheel, own in message["wheels"].items():
         try:
             scenes[wheel] = scene = scene_from(_merged(common, table_of("wheel", own)))
-            if isinstance(scene.motion, Transient):
+            if isinstance(scene.motion, vc.Transient):
                 raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
         except VarcontactError as error:
             scenes.pop(wheel, None)
@@ -163,13 +162,13 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
         start = before.found.isel(scene=[before.wheels.index(wheel) for wheel in scenes])
     now = None
     try:
-        found = solve_many(scenes.values(), fields=True, start=start, **options)
+        found = vc.solve_many(scenes.values(), fields=True, start=start, **options)
         if found["ok"].all() and len(lattices) == 1:
             now = Before(tuple(scenes), lattices.pop(), found)
     except SceneError as error:
         if error.field != "fields":  # of scenes that are on no common lattice
             raise
-        found = solve_many(scenes.values(), **options)
+        found = vc.solve_many(scenes.values(), **options)
     columns = {name: values.values.tolist() for name, values in found.data_vars.items() if values.dims == ("scene",)}
     for k, wheel in enumerate(scenes):
         row = {name: values[k] for name, values in columns.items()}

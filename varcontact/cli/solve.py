@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
-from varcontact.cli.terminal import check_outputs, show, stop, with_progress
+from varcontact.cli.terminal import check_outputs, draw, show, stop, with_progress
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-
-if TYPE_CHECKING:
-    from varcontact.scene.scene import Scene
 
 MOVING = (".gif", ".mp4")
 """Endings of the moving pictures of histories."""
@@ -57,15 +55,13 @@ def solve(
     from varcontact.io.solution import ENDINGS, check_solution_file
     from varcontact.plotting.history import check_animation
     from varcontact.plotting.style import check_picture
-    from varcontact.scene.transient import Transient
     from varcontact.solving.options import SolveOptions
-    from varcontact.solving.solve import solve as solve_scene
     from varcontact.system.files import check_ending
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
     described, options = _read(scene, case)
-    moves = isinstance(described.motion, Transient)
+    moves = isinstance(described.motion, vc.Transient)
     if plot is not None and may_move:
         check = partial(check_animation, "--plot") if moves else check_picture
         check(plot, [scene] if out is None else [scene, out], force)
@@ -83,7 +79,7 @@ def solve(
     elif out is not None:
         check_solution_file("--out", out, force)
     try:
-        solution = with_progress(lambda progress: solve_scene(described, **options, progress=progress))
+        solution = with_progress(lambda progress: vc.solve(described, **options, progress=progress))
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
             deliver(stopped.partial, out, plot, force, as_json)
@@ -96,15 +92,13 @@ def solve(
     deliver(solution, out, plot, force, as_json)
 
 
-def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
-    from varcontact.io.contact_input import read_contact_input
-    from varcontact.io.scene_toml import read_scene
+def _read(path: Path, case: int | None) -> tuple[vc.Scene, dict[str, Any]]:
 
     if path.suffix.lower() != ".inp":
         if case is not None:
             raise SceneError("--case", case, "left out: only an input file of CONTACT (.inp) has several scenes")
-        return read_scene(path)
-    scenes = read_contact_input(path)
+        return vc.read_scene(path)
+    scenes = vc.read_contact_input(path)
     number = 1 if case is None and len(scenes) == 1 else case
     if number is None or not 1 <= number <= len(scenes):
         instead = "" if number is None else f", not {number}"
@@ -117,20 +111,18 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
     """Print a solution or a history, and write it and its picture to their files."""
     from varcontact.io.solution import save
     from varcontact.plotting.history import animate
-    from varcontact.plotting.style import write_picture
-    from varcontact.results.history import History
 
     try:
         show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
     finally:  # what was computed is not lost with its reader
-        if out is not None and isinstance(solution, History):
+        if out is not None and isinstance(solution, vc.History):
             solution.save(out, overwrite=force)
         elif out is not None:
             save(solution, out, "--out", force)
-        if plot is not None and plot.suffix.lower() in MOVING and isinstance(solution, History):
+        if plot is not None and plot.suffix.lower() in MOVING and isinstance(solution, vc.History):
             animate(solution, plot, field="--plot", overwrite=force)
-        elif plot is not None:
-            write_picture(solution.plot(), plot)
+        else:
+            draw(plot, solution.plot)
 
 
 def plan(
@@ -145,15 +137,14 @@ def plan(
     """Show what a scene, or the first one of a sweep, requires, and why: methods, elements, matrices, memory."""
     from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.solving.plan_report import check_planned
-    from varcontact.solving.plan_report import plan as plan_scene
-    from varcontact.study.parameters import Swept
+    from varcontact.study.parameters import scenes_over
 
     described, over, options = read_sweep_scene(scene, varies=False)
-    scenes = Swept.of(described, over).scenes if over else (described,)
+    scenes = scenes_over(described, over)[1] if over else [described]
     choices = ("method", "normal", "tangential", "coupling", "formulation")
     options = {name: options[name] for name in choices if name in options}
     options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
-    planned = plan_scene(scenes[0], **options)
+    planned = vc.plan(scenes[0], **options)
     if as_json:
         many = {"scenes": len(scenes)} if over else {}
         show(json.dumps({**many, **planned.summary()}, indent=2, allow_nan=False))

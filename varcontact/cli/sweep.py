@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, cluster, fail, progress_bar, show, stop
@@ -48,7 +49,6 @@ def sweep(
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
     from varcontact.io.scene_toml import read_sweep_scene
-    from varcontact.study.sweep import sweep as sweep_over
 
     check_outputs(out, None, [scene], False, (".nc",))
     described, over, options = read_sweep_scene(scene)
@@ -62,7 +62,7 @@ def sweep(
     try:
         with cluster(dask, workers) as executor, progress_bar() as progress:
             options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
-            swept = sweep_over(described, over, **options)
+            swept = vc.sweep(described, over, **options)
     except Interrupted as stopped:
         stop(stopped, out, "--out FILE.nc", "scenes")
     except WorkersLost as lost:

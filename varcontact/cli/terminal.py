@@ -67,12 +67,10 @@ def study(
     store: Path | None,
     option: str,
     what: str,
-    draw: Callable[[Any], Any] | None = None,
+    picture: Callable[[Any], Any] | None = None,
     plot: Path | None = None,
 ) -> Any:
     """Run a study with its progress, print its result and draw it; after Ctrl-C what is finished, and how to resume."""
-    from varcontact.plotting.style import write_picture
-
     try:
         result = with_progress(work)
     except Interrupted as stopped:
@@ -80,9 +78,17 @@ def study(
             show(written(stopped.partial))
         stop(stopped, store, option, what)
     show(written(result))
-    if draw is not None and plot is not None:
-        write_picture(draw(result), plot)
+    if picture is not None:
+        draw(plot, picture, result)
     return result
+
+
+def draw(path: Path | None, picture: Callable[..., Any], *drawn: Any, **options: Any) -> None:
+    """Write a picture, if one is wanted."""
+    from varcontact.plotting.style import write_picture
+
+    if path is not None:
+        write_picture(picture(*drawn, **options), path)
 
 
 @contextlib.contextmanager

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import varcontact as vc
 from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, Workers, given
-from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, study
+from varcontact.cli.terminal import NOT_SOLVED, check_outputs, draw, fail, study
 from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from varcontact.wheel_rail.case_file import CaseFile
-    from varcontact.wheel_rail.result import WheelRailSolution
-    from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 PRINTED = (
     "position", "side", "y", "on_rail", "on_wheel", "angle", "vx", "vy", "spin", "FN", "Fx", "Fs", "peak_pressure"
@@ -49,19 +46,19 @@ def wheelrail(
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
-    from varcontact.wheel_rail.contact_input import read_contact_input
+    from varcontact.wheel_rail.plots import plot_positions
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
     if case.suffix.lower() == ".inp":
-        wheels = read_contact_input(case)
+        wheels = vc.wheel_rail.read_contact_input(case)
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
     read.options.update(given(tangential=tangential, accuracy=accuracy, time_budget=time_budget))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
-    found: deque[WheelRailSolution | WheelSetSolution] = deque(maxlen=1)
+    found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
     table = study(
         lambda progress: solve_cases(read, out, progress, found.append, workers=workers),
         table_as_json if as_json else _report,
@@ -69,35 +66,18 @@ def wheelrail(
         "--out FILE.csv",
         "wheels",
     )
-    _draw(read, table, found, plot, plot_wear)
+    if len(read.cases) > 1:
+        draw(plot, plot_positions, table)
+    elif plot is not None or plot_wear is not None:
+        solution = found[0] if found else read.cases[0].solve(**read.options)  # unless the table had it from last time
+        draw(plot, solution.plot)
+        if plot_wear is not None:
+            if not isinstance(solution, vc.wheel_rail.WheelRailSolution):
+                raise SceneError("--plot-wear", str(plot_wear), "left out: it is for one wheel, not for a wheel set")
+            draw(plot_wear, vc.wheel_rail.wear(solution, read.archard).plot)
     failed = int((table["outcome"] != "solved").sum())
     if failed:
         fail(f"{failed} of {len(read.cases)} wheels are not solved, see the table", NOT_SOLVED)
-
-
-def _draw(
-    read: CaseFile,
-    table: pd.DataFrame,
-    found: Sequence[WheelRailSolution | WheelSetSolution],
-    plot: Path | None,
-    plot_wear: Path | None,
-) -> None:
-    """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
-    from varcontact.plotting.style import write_picture
-    from varcontact.wheel_rail.plots import plot_positions
-    from varcontact.wheel_rail.result import WheelRailSolution, wear
-
-    if len(read.cases) > 1:
-        if plot is not None:
-            write_picture(plot_positions(table), plot)
-    elif plot is not None or plot_wear is not None:
-        solution = found[0] if found else read.cases[0].solve(**read.options)
-        if plot is not None:
-            write_picture(solution.plot(), plot)
-        if plot_wear is not None:
-            if not isinstance(solution, WheelRailSolution):
-                raise SceneError("--plot-wear", str(plot_wear), "left out: it is for one wheel, not for a wheel set")
-            write_picture(wear(solution, read.archard).plot(), plot_wear)
 
 
 def _report(table: pd.DataFrame) -> str:

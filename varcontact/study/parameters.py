@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from itertools import product
 from typing import Any, TypeVar
 
@@ -20,25 +20,16 @@ SCENE = "scene"
 """The dimension of scenes that are given one by one."""
 
 
-@dataclass(frozen=True)
-class Swept:
-    """Scenes on a grid of parameters: values by dimension, the last of which varies fastest."""
-
-    coordinates: dict[str, list[Any]]
-    scenes: tuple[Scene, ...]
-
-    @classmethod
-    def of(cls, scenes: Any, over: Any) -> Swept:
-        """The scenes, with numbers replaced by values by name, as ``{"motion.vx": [0.0, 1e-3]}``."""
-        named = named_scenes(scenes)
-        varied = varied_values({} if over is None else over)
-        made = [
-            changed(scene, dict(zip(varied, point, strict=True)))
-            for scene in named.values()
-            for point in product(*varied.values())
-        ]
-        single = isinstance(scenes, Scene)
-        return cls(varied if single else {SCENE: list(named)} | varied, tuple(made))
+def scenes_over(scenes: Any, over: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
+    """Values by dimension, the last of which varies fastest, and scenes with these, as ``{"motion.vx": [0.0]}``."""
+    named = named_scenes(scenes)
+    varied = varied_values({} if over is None else over)
+    made = [
+        changed(scene, dict(zip(varied, point, strict=True)))
+        for scene in named.values()
+        for point in product(*varied.values())
+    ]
+    return varied if isinstance(scenes, Scene) else {SCENE: list(named)} | varied, made
 
 
 def named_scenes(given: Any) -> dict[Any, Scene]:
@@ -90,7 +81,7 @@ def varied_values(over: Any, *, numbers: bool = True) -> dict[str, list[Any]]:
 
 
 def changed(owner: Owner, values: Mapping[str, Any], what: str = "scene") -> Owner:
-    """A scene, or a wheel set, with entries replaced, named as `Swept.of` names them."""
+    """A scene, or a wheel set, with entries replaced, named as `scenes_over` names them."""
     given: Any = owner
     parts: dict[str, dict[str, Any]] = {}
     for name, value in values.items():

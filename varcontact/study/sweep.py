@@ -47,7 +47,7 @@ from varcontact.solving.warm_start import Series
 from varcontact.study.many import figures_of
 from varcontact.study.methods import failure, outcome
 from varcontact.study.parallel import CHUNK, opened, results
-from varcontact.study.parameters import Swept
+from varcontact.study.parameters import scenes_over
 from varcontact.system.process import imported
 
 if TYPE_CHECKING:
@@ -181,11 +181,11 @@ def sweep(
     >>> print((swept["Fx"] / 106.7e3).sel(friction=0.4).values.round(3))
     [-0.07  -0.133 -0.362]
     """
-    swept = Swept.of(scenes, over)
+    varied, every = scenes_over(scenes, over)
     options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
     options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
     options |= {"accuracy": accuracy, "time_budget": time_budget}
-    settings = _settings(options, swept.scenes)
+    settings = _settings(options, every)
     options |= {name: settings[name] for name in ("tol", "polish", "certify")}
     chunk = checks.whole("chunk", chunk)
     checks.progress(progress)
@@ -193,9 +193,9 @@ def sweep(
     with ExitStack() as held:
         pool = held.enter_context(opened(executor, workers))  # first: processes take a while to start
         imported("xarray")  # now: after Ctrl-C it would be waited for
-        coordinates, described = _described(swept, {**settings, "chunk": chunk})
+        coordinates, described = _described(varied, every, {**settings, "chunk": chunk})
         kind = record_type(settings, coordinates)
-        records = blank(len(swept.scenes), kind)
+        records = blank(len(every), kind)
         file = None
         if path is not None:
             file = held.enter_context(SweepFile.opened(path, records, coordinates, described))
@@ -204,7 +204,7 @@ def sweep(
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
-        tasks = [(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
+        tasks = [(options, kind, every[first : first + chunk]) for first in firsts]
         started, before = time.monotonic(), int(np.sum(records["outcome"] != b""))
         try:
             if progress is not None:
@@ -341,23 +341,25 @@ def _in_batches(given: dict[str, Any], records: np.ndarray, scenes: Sequence[Sce
     return solved
 
 
-def _described(swept: Swept, settings: dict[str, Any]) -> tuple[xr.Coordinates, dict[str, Any]]:
+def _described(
+    varied: dict[str, list[Any]], scenes: list[Scene], settings: dict[str, Any]
+) -> tuple[xr.Coordinates, dict[str, Any]]:
     """The coordinates; and what tells one sweep from others, with the units that all scenes have in common."""
     import xarray as xr
 
-    named, motions = {scene.units for scene in swept.scenes}, {type(scene.motion) for scene in swept.scenes}
+    named, motions = {scene.units for scene in scenes}, {type(scene.motion) for scene in scenes}
     unit = named.pop() if len(named) == 1 else None
     units: dict[str, str] = {}
     if unit is not None:
-        line, shift = any(scene.line for scene in swept.scenes), motions == {Shift}
+        line, shift = any(scene.line for scene in scenes), motions == {Shift}
         known = ["force", "length", "moment", "pressure", "area", "spin", "1"]
         if shift or motions == {Steady}:
             known += ["creepage", "spin creepage", "work"]
         units = {each: unit.of(each, line, shift) for each in known}
     columns = {
         name: (name, values, {"units": units[ENTRIES[name]]} if ENTRIES.get(name) in units else {})
-        for name, values in swept.coordinates.items()
+        for name, values in varied.items()
     }
-    scenes = json.dumps([swept.coordinates, *(scene_to(scene) for scene in swept.scenes)], sort_keys=True)
-    digest = hashlib.sha256(scenes.encode()).hexdigest()[:16]
+    told = json.dumps([varied, *(scene_to(scene) for scene in scenes)], sort_keys=True)
+    digest = hashlib.sha256(told.encode()).hexdigest()[:16]
     return xr.Dataset(coords=columns).coords, {"scenes": digest, "settings": settings, "units": units}
