@@ -30,12 +30,14 @@ def html_page(sol: Solution) -> bytes:
     plot(sol).savefig(picture, format="png", dpi=150, bbox_inches="tight")
     image = base64.b64encode(picture.getvalue()).decode()
     title = escape(headline(sol))
+    plan, accuracy = sol.plan, None if sol.error_estimate is None else sol.error_estimate.accuracy
+    how = f"--normal {plan.normal}" + (f" --tangential {plan.tangential}" if plan.has_friction else "")
+    if accuracy is not None:
+        how = f"--accuracy {accuracy:g}"
     try:
-        estimate = sol.error_estimate
-        chosen = estimate is not None and estimate.accuracy is not None
-        scene = scene_text(replace(sol.scene, grid="auto") if chosen else sol.scene)
+        scene = scene_text(sol.scene if accuracy is None else replace(sol.scene, grid="auto"))
         repeat = f"<p>To repeat it, save this scene as scene.toml:</p><pre>{escape(scene)}</pre>"
-        repeat += f"<pre>{escape(_command(sol))}</pre>"
+        repeat += f"<pre>varcontact solve scene.toml {escape(how)} --plot picture.png</pre>"
     except SceneError as error:
         repeat = f"<p>The scene cannot be shown as a file: {escape(str(error))}</p>"
     body = [
@@ -47,13 +49,3 @@ def html_page(sol: Solution) -> bytes:
         "</body></html>\n",
     ]
     return HEAD + "\n".join(body).encode()
-
-
-def _command(sol: Solution) -> str:
-    """The command that solves the scene in the same way."""
-    estimate, plan = sol.error_estimate, sol.plan
-    if estimate is not None and estimate.accuracy is not None:
-        how = f" --accuracy {estimate.accuracy:g}"
-    else:
-        how = f" --normal {plan.normal}" + (f" --tangential {plan.tangential}" if plan.has_friction else "")
-    return f"varcontact solve scene.toml{how} --plot picture.png"

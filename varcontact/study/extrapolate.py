@@ -161,7 +161,14 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         return float(values.mean()), float(np.ptp(values))
     h, count = h / h.max(), h.size
-    fits = [_terms_fitted(h, values, terms) for terms in TERMS if count - len(terms) >= 3]
+    weights, fits = h**-USUAL_NOISE, []
+    for terms in TERMS:
+        if count - len(terms) >= 3:
+            columns = np.column_stack([np.ones_like(h), *(h**power for power in terms)]) * weights[:, None]
+            found, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
+            square, size = float(np.sum((columns @ found - values * weights) ** 2)), columns.shape[1]
+            variance = square / (count - size) * np.linalg.inv(columns.T @ columns)[0, 0]
+            fits.append((found[0], variance**0.5, square, size))
     limits, errors, squares, unknowns = np.array(fits).T
     criterion = count * np.log(np.maximum(squares, np.finfo(float).tiny)) + unknowns * np.log(count)
     likelihood = np.exp(-(criterion - criterion.min()) / 2)
@@ -170,17 +177,6 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
     variance = float(likelihood @ (errors**2 + (limits - value) ** 2))
     freedom = count - unknowns[int(np.argmax(likelihood))]
     return value, float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * variance**0.5
-
-
-def _terms_fitted(h: np.ndarray, values: np.ndarray, terms: tuple[float, ...]) -> tuple[float, float, float, int]:
-    """Limit of a fit with some powers of h, its standard error, the weighted sum of squares, number of unknowns."""
-    weights = h**-USUAL_NOISE
-    columns = np.column_stack([np.ones_like(h), *(h**power for power in terms)]) * weights[:, None]
-    found, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
-    square = float(np.sum((columns @ found - values * weights) ** 2))
-    unknowns = columns.shape[1]
-    variance = square / (h.size - unknowns) * np.linalg.inv(columns.T @ columns)[0, 0]
-    return float(found[0]), float(variance) ** 0.5, square, unknowns
 
 
 def _noise_order(sizes: np.ndarray, group: np.ndarray, values: np.ndarray, staircase: np.ndarray) -> float:

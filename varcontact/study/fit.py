@@ -139,7 +139,13 @@ def fit_creep_curve(
     """
     if not isinstance(parameters, Mapping) or not parameters:
         raise SceneError("parameters", parameters, "a dict of (first guess, least, largest) by name, at least one")
-    first, low, high = (np.array(each, float) for each in zip(*map(_range, parameters.items()), strict=True))
+    ranges = []
+    for name, each in parameters.items():
+        own = checks.numbers(f"parameters[{name!r}]", each).ravel()
+        if own.size != 3 or not own[1] <= own[0] <= own[2] or own[1] == own[2]:
+            raise SceneError(f"parameters[{name!r}]", each, "(first guess, least, largest), in this range")
+        ranges.append(own)
+    first, low, high = np.array(ranges).T
     names, known = list(parameters), OPTIONS.get(method, ())
     creepages = {"vx": vx, "vy": vy, "spin": spin}
     given: dict[str, Any] = {
@@ -198,12 +204,3 @@ def fit_creep_curve(
         options=options,
         curve=curve,
     )
-
-
-def _range(item: tuple[str, Any]) -> tuple[float, float, float]:
-    name, given = item
-    values = checks.numbers(f"parameters[{name!r}]", given).ravel()
-    if values.size != 3 or not values[1] <= values[0] <= values[2] or values[1] == values[2]:
-        raise SceneError(f"parameters[{name!r}]", given, "(first guess, least, largest), in this range")
-    first, low, high = values.tolist()
-    return first, low, high

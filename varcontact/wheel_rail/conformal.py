@@ -15,7 +15,7 @@ from varcontact.kinematics import Frame, RigidBody
 from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.locus import Overlap
-from varcontact.wheel_rail.patches import Seams, Tangent, grid_over, too_rough, wheel_heights
+from varcontact.wheel_rail.patches import Tangent, grid_over, too_rough, wheel_heights
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +33,12 @@ class CurvedSurface:
     lateral: np.ndarray
     on_wheel: np.ndarray
 
-    @property
-    def flat(self) -> tuple[Grid, np.ndarray, float]:
-        """Potential contact, distance and approach."""
-        return self.grid, self.distance, self.approach
-
     def rigid_slip(self, frame: Frame, body: RigidBody, speed: float) -> np.ndarray:
         """Velocity of the rail over the wheel in the frames of the elements, divided by a speed, (2, ny, nx)."""
         along = self.grid.x[:, None] * frame.axes[:, 0]
         velocity = -body.velocity_at(self.on_wheel[:, None] + along) @ frame.axes / speed
         c, s = np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
         return np.array([velocity[..., 0], c * velocity[..., 1] + s * velocity[..., 2]])
-
-    def by_arc_length(self, seams: Seams) -> Seams:
-        """Seams at their arc lengths, from those in the plane."""
-        known = np.isfinite(self.lateral)
-        return tuple((float(np.interp(y, self.lateral[known], self.grid.y[known])), weight) for y, weight in seams)
 
 
 def curved_surface(
@@ -66,7 +56,12 @@ def curved_surface(
     """
     frame = tangent.frame
     origin, along, normal = frame.origin[1:], frame.axes[1:, 1], frame.axes[1:, 2]
-    on_rail, on_wheel = rail.single_valued(float(rail.at(origin[:1])[0]), along), _section(overlaps[0], frame)
+    on_rail = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+    # the wheel's part around the origin that grows along the plane: its contact locus, in track coordinates
+    locus = overlaps[0].locus
+    places = (locus.points + (overlaps[0].points[0] - locus.points[overlaps[0].run][0]))[:, 1:]
+    run = growing(places @ along, int(np.hypot(*(places - origin).T).argmin()))
+    on_wheel = spline(places[run], np.zeros(0, dtype=int), 0.0)
     begins = [float(curve.at(np.array([along @ origin]), along)[0]) for curve in (on_rail, on_wheel)]
     if not np.isfinite(begins).all():
         raise too_rough(float(origin[0]))
@@ -88,7 +83,7 @@ def curved_surface(
     inclination = np.interp(grid.y, grid.y[known], (np.arctan2(down, to_right) - tangent.angle)[known])
     lateral, height = ((middle - origin) @ frame.axes[1:, 1:]).T
     rail_heights = (on_rail.points(on_rail.at(lateral + along @ origin, along)) - origin) @ normal
-    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre)
+    heights = wheel_heights(locus, wheel, frame, (grid.x, lateral), axle, centre)
     gap = (rail_heights[:, None] - heights) * np.cos(inclination)[:, None]
     inside = np.isfinite(gap)
     if not inside.any() or gap[inside].min() >= 0:
@@ -98,12 +93,3 @@ def curved_surface(
     opposite = [0.0 * height, lateral - np.sin(inclination) * away, height + np.cos(inclination) * away]
     opposite_points = frame.globally(np.nan_to_num(np.stack(opposite, axis=1)))
     return CurvedSurface(grid, gap - gap.min(), -float(gap.min()), inclination, lateral, opposite_points)
-
-
-def _section(overlap: Overlap, frame: Frame) -> Curve:
-    """The wheel's part around the origin that grows along the plane: its contact locus, (y, z) in track coordinates."""
-    lowered = overlap.points[0] - overlap.locus.points[overlap.run][0]
-    points = overlap.locus.points + lowered
-    across = points[:, 1:] @ frame.axes[1:, 1]
-    run = growing(across, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
-    return spline(points[run, 1:], np.zeros(0, dtype=int), 0.0)

@@ -277,13 +277,18 @@ class WheelOnRail(OnTrack):
             surface = None
             if curved and isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
                 surface = curved_surface(group, tangent, self.wheel, self.rail, body.rotation, body.position, sides)
-            grid, distance, approach = undeformed_distance(group, frame, *known) if surface is None else surface.flat
+            if surface is None:
+                grid, distance, approach = undeformed_distance(group, frame, *known)
+            else:
+                grid, distance, approach = surface.grid, surface.distance, surface.approach
             rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
             motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
             seams = seams_of(group, frame, self.join, self.separate)
             if surface is not None:
                 motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
-                seams = surface.by_arc_length(seams)
+                inside = np.isfinite(surface.lateral)  # seams are at their arc lengths
+                at = np.interp([y for y, _ in seams], surface.lateral[inside], grid.y[inside]).tolist()
+                seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
             turned = 0.0 if surface is None else surface.inclination
             friction = self._friction(frame, grid, tangent.angle + turned, with_grid)
             scene = Scene(
