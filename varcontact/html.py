@@ -32,3 +32,17 @@ def html_text(text: str) -> str:
     '<pre>1 &lt; 2</pre>'
     """
     return f"<pre>{escape(text)}</pre>"
+
+
+class Reported:
+    """What prints as its report, in notebooks too."""
+
+    def report(self) -> str:
+        """The report."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def _repr_html_(self) -> str:
+        return html_text(self.report())

@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR
 from varcontact.discrete.temperature import Heat, temperatures_in_time
 from varcontact.errors import SceneError
-from varcontact.html import html_text
+from varcontact.html import Reported
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -47,7 +47,7 @@ def heat_before(start: Solution | None) -> list[Heat]:
 
 
 @dataclass(frozen=True, eq=False)
-class History(Sequence[Solution]):
+class History(Reported, Sequence[Solution]):
     """The steps of a transient scene that are solved: ``history[k]`` is the Solution of step k, from 0.
 
     Attributes
@@ -246,12 +246,6 @@ class History(Sequence[Solution]):
         from varcontact.results.report import report_history
 
         return report_history(self)
-
-    def __str__(self) -> str:
-        return self.report()
-
-    def _repr_html_(self) -> str:
-        return html_text(self.report())
 
     def __repr__(self) -> str:
         return f"History({len(self)} of {self._motion.steps} steps)"

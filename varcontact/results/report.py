@@ -36,7 +36,11 @@ def report_rows(sol: Solution) -> list[tuple[str, str]]:
     """What a report says, by name, first of what is doubtful in the scene; empty rows part it."""
     warnings = [("WARNING", words) for words in (*sol.scene.doubts, *sol.warnings)]
     exactness = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
-    return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *exactness, ("", ""), *_methods(sol)]
+    count = sol.elements
+    text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{_unit(sol)('area')}" + " wide" * sol.scene.line
+    if sol.scene.motion is not None:
+        text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
+    return [*warnings, *_loads(sol), ("contact", text), ("", ""), *exactness, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
@@ -103,15 +107,6 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         where = f"x = {sol.grid.x[column]:.4g}" + ("" if sol.scene.line else f", y = {sol.grid.y[row]:.4g}")
         rows.append(("temperature", f"at most {found.max():.4g} in the contact, at {where}{unit('length')}"))
     return rows
-
-
-def _areas(sol: Solution) -> list[tuple[str, str]]:
-    count, unit = sol.elements, _unit(sol)
-    size = f"{sol.areas['contact']:.4g}{unit('area')}" + (" wide" if sol.scene.line else "")
-    text = f"{count['contact']} elements, {size}"
-    if sol.scene.motion is not None:
-        text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
-    return [("contact", text)]
 
 
 def _refinement(sol: Solution) -> list[tuple[str, str]]:
@@ -241,19 +236,17 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
             each.append(f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else ""))
         rows.append(("solver calls" if problem == next(iter(sol.calls)) else "", f"{problem}: {', '.join(each)}"))
     if sol.branch:
-        rows.append(("friction law", _law(sol)))
+        count, found = len(sol.passes), _coefficients(sol)
+        passes = (
+            f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
+        )
+        values = "" if found is None else ": coefficient {:.4g} to {:.4g} in the slip area".format(*found)
+        assert isinstance(sol.scene.friction, Law)
+        law = f"{kind_of(sol.scene.friction)}, solution found from {BRANCHES[sol.branch]}{values}{passes}"
+        rows.append(("friction law", law))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
     return rows
-
-
-def _law(sol: Solution) -> str:
-    count = len(sol.passes)
-    passes = f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
-    found = _coefficients(sol)
-    values = "" if found is None else ": coefficient {:.4g} to {:.4g} in the slip area".format(*found)
-    assert isinstance(sol.scene.friction, Law)
-    return f"{kind_of(sol.scene.friction)}, solution found from {BRANCHES[sol.branch]}{values}{passes}"
 
 
 def _unit(sol: Solution) -> Callable[[str], str]:

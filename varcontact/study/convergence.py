@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.html import html_text
+from varcontact.html import Reported
 from varcontact.study.csv_table import cell, columns_of_text, plain_rows
 from varcontact.study.extrapolate import HIDDEN, SAME, extrapolate
 
@@ -34,7 +34,7 @@ WORDS = ("method", "outcome", "reason", "identity")
 
 
 @dataclass(frozen=True, eq=False)
-class Convergence:
+class Convergence(Reported):
     """A study of convergence.
 
     Attributes
@@ -110,12 +110,6 @@ class Convergence:
     def report(self) -> str:
         """The tables in words and figures, for people: a block for each method."""
         return "\n\n".join(_block(self, name) for name in dict.fromkeys(self.runs["method"]))
-
-    def __str__(self) -> str:
-        return self.report()
-
-    def _repr_html_(self) -> str:
-        return html_text(self.report())
 
     def __repr__(self) -> str:
         cells, methods = (list(dict.fromkeys(self.runs[name])) for name in ("cells", "method"))

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.html import html_text
+from varcontact.html import Reported
 from varcontact.results.error_estimate import with_bar
 from varcontact.scene.scene import Scene
 from varcontact.study.parameters import changed
@@ -29,7 +29,7 @@ SEEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class CreepCurveFit:
+class CreepCurveFit(Reported):
     """Fitted parameters, with their standard errors.
 
     Attributes
@@ -64,12 +64,6 @@ class CreepCurveFit:
         }
         lines = [f"{name} = {with_bar(value, self.errors[name])}{unknown[name]}" for name, value in self.values.items()]
         return "\n".join([*lines, f"residual {self.rms:.3g} (root mean square of the forces)"])
-
-    def __str__(self) -> str:
-        return self.report()
-
-    def _repr_html_(self) -> str:
-        return html_text(self.report())
 
 
 def fit_creep_curve(

@@ -16,6 +16,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
+from varcontact.html import Reported
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -243,7 +244,7 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Tradeoff:
+class Tradeoff(Reported):
     """Errors against the continuum, and costs.
 
     Attributes
@@ -339,9 +340,6 @@ class Tradeoff:
             lines += [_cells(row) for row in self.front(kind).to_dict("records")]
             blocks.append("\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))]))
         return "\n\n".join(blocks)
-
-    def __str__(self) -> str:
-        return self.report()
 
     def __repr__(self) -> str:
         return f"Tradeoff({self.runs['scene'].nunique()} scenes, {self.runs['way'].nunique()} ways)"
