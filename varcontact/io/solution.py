@@ -18,7 +18,8 @@ from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, refinement_to, with_pressure
+from varcontact.io.subgrid_fields import FIELDS as ON_PARTS
+from varcontact.io.subgrid_fields import PRESSURE, refinement_from, refinement_to, with_pressure
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.plan import Plan

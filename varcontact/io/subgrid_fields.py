@@ -13,8 +13,15 @@ from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 
-ON_PARTS = ("traction_on_parts", "slip_on_parts", "slip_correction", "bound_share")
-"""The variables of a refinement; files written before pressures were solved for are without the last."""
+PARTS, ELEMENTS = ("component", "y_parts", "x_parts"), ("component", "y", "x")
+FIELDS = {
+    "traction_on_parts": ("traction", PARTS, "pressure", "tangential traction on body 1, on parts of elements"),
+    "slip_on_parts": ("slip", PARTS, "slip", "relative slip of the continuum, means over parts of elements"),
+    "slip_correction": ("correction", ELEMENTS, "slip", "added to the rigid slip of the elements"),
+    "bound_share": ("share", ("y", "x"), "1", "what the traction bound of the elements was multiplied by"),
+}
+"""Variables of a refinement, by name its entry; files written before pressures were solved for are without the last."""
+SERIES = ("forces", "creepages", "estimate", "creepage_estimate")
 PRESSURE = "pressure_on_parts"
 ROUNDED = 1e-9
 """Relative difference between forces or means as stored and as summed that counts as rounding."""
@@ -24,23 +31,9 @@ def refinement_to(
     found: Refinement,
 ) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray, str, str]], dict[str, Any]]:
     """Fields of a refinement by name, with dimensions, quantity and description; and its record."""
-    parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
-    fields = {
-        "traction_on_parts": (parts, found.traction, "pressure", "tangential traction on body 1, on parts of elements"),
-        "slip_on_parts": (parts, found.slip, "slip", "relative slip of the continuum, means over parts of elements"),
-        "slip_correction": (elements, found.correction, "slip", "added to the rigid slip of the elements"),
-        "bound_share": (("y", "x"), found.share, "1", "what the traction bound of the elements was multiplied by"),
-    }
-    record = {
-        "kind": found.kind,
-        "grid": vars(found.grid),
-        "forces": found.forces.tolist(),
-        "creepages": found.creepages.tolist(),
-        "estimate": found.estimate.tolist(),
-        "creepage_estimate": found.creepage_estimate.tolist(),
-        "seconds": list(found.seconds),
-    }
-    return fields, record
+    fields = {name: (dims, getattr(found, entry), *said) for name, (entry, dims, *said) in FIELDS.items()}
+    series = {name: getattr(found, name).tolist() for name in SERIES}
+    return fields, {"kind": found.kind, "grid": vars(found.grid), **series, "seconds": list(found.seconds)}
 
 
 def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
@@ -62,28 +55,16 @@ def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
 
 def refinement_from(data: Mapping[str, Any], record: dict[str, Any], sol: Solution) -> Refinement:
     """A refinement from its file."""
-    fields = {name: data[name] for name in ON_PARTS if name in data}
-    fields.setdefault("bound_share", np.ones(sol.grid.shape))
-    names = ("forces", "creepages", "estimate", "creepage_estimate")
-    forces, creepages, estimate, of_creepages = (np.array(record[name], dtype=float) for name in names)
+    fields = {entry: data[name] for name, (entry, *_) in FIELDS.items() if name in data}
+    fields.setdefault("share", np.ones(sol.grid.shape))
+    series = {name: np.array(record[name], dtype=float) for name in SERIES}
     grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
     (ny, nx), (rows, columns), passes = grid.shape, sol.grid.shape, len(seconds)
-    found = [each.shape for each in (*fields.values(), forces, creepages, estimate, of_creepages)]
     on_parts = [(2, ny, nx), (2, ny, nx), (2, rows, columns), (rows, columns)]
-    if ny % rows or nx % columns or found != [*on_parts, (passes + 1, 3), (passes + 1, 2), (3,), (2,)]:
+    arrays = [*fields.values(), *series.values()]
+    shapes = [*on_parts, (passes + 1, 3), (passes + 1, 2), (3,), (2,)]
+    if ny % rows or nx % columns or [each.shape for each in arrays] != shapes:
         raise ValueError("a refinement that is not on parts of the elements")
-    if not all(np.isfinite(each).all() for each in (*fields.values(), forces, creepages, estimate, of_creepages)):
+    if not all(np.isfinite(each).all() for each in arrays):
         raise ValueError("a refinement that is not of finite numbers")
-    return Refinement(
-        kind=str(record["kind"]),
-        grid=grid,
-        traction=fields["traction_on_parts"],
-        slip=fields["slip_on_parts"],
-        correction=fields["slip_correction"],
-        share=fields["bound_share"],
-        forces=forces,
-        creepages=creepages,
-        estimate=estimate,
-        creepage_estimate=of_creepages,
-        seconds=seconds,
-    )
+    return Refinement(kind=str(record["kind"]), grid=grid, **fields, **series, seconds=seconds)

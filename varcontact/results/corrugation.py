@@ -161,24 +161,17 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
     frequencies = wave_numbers[:, None] * np.atleast_1d(speed)
     try:  # the user's own code runs here
         if callable(given):
-            numbers = np.array([complex(given(float(each))) for each in frequencies.flat])
+            values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(frequencies.shape)
         else:
-            table, numbers = np.asarray(given[0], float), np.asarray(given[1], complex)
+            table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
+            if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
+                raise ValueError("frequencies increase, and there are as many receptances")
+            values = np.interp(frequencies, table, numbers, left=np.nan, right=np.nan)
     except Exception as error:
         allowed = f"a function, or frequencies and receptances ({type(error).__name__}: {error})"
         raise SceneError(name, given, allowed) from error
-    if callable(given):
-        values = numbers.reshape(frequencies.shape)
-    else:
-        checks.numbers(f"{name}[0]", table)
-        if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
-            raise SceneError(name, given, "frequencies that increase, and as many receptances")
-        for each in frequencies[(frequencies < table[0]) | (frequencies > table[-1])]:
-            raise SceneError(
-                name, float(each), f"a table that covers it, and it ends at {table[0]:.6g} and {table[-1]:.6g}"
-            )
-        values = np.interp(frequencies, table, numbers)
     for frequency, value in zip(frequencies.flat, values.flat, strict=True):
         if not np.isfinite(value):
-            raise SceneError(name, value, f"a finite receptance at the circular frequency {frequency:.6g}")
+            allowed = f"a finite receptance at the circular frequency {frequency:.6g}, which a table has to cover"
+            raise SceneError(name, value, allowed)
     return np.asarray(values)

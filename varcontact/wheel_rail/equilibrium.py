@@ -349,15 +349,17 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
         assert case.z is not None
         load = 2 * stiffness * max(case.z - max(touching), 1e-3) ** 1.5
     depth = (load / 2 / stiffness) ** (2 / 3)
-    origin = {"z": float(np.mean(touching)) + depth, "roll": roll, "y": case.position.y, "yaw": case.position.yaw}
-    origin |= {
-        "lateral": case.velocity.lateral,
-        "yaw_rate": case.velocity.yaw_rate,
-        "pitch_rate": -speed / rolling,  # not what is given: creep forces may be saturated there
-        "speed": speed,
+    slow = CREEPAGE * speed
+    unknown = {  # where the search begins, and the unit
+        "z": (float(np.mean(touching)) + depth, depth),
+        "roll": (roll, depth / half),
+        "y": (case.position.y, SIDEWAYS),
+        "yaw": (case.position.yaw, CREEPAGE),
+        "lateral": (case.velocity.lateral, slow),
+        "yaw_rate": (case.velocity.yaw_rate, slow / half),
+        "pitch_rate": (-speed / rolling, slow / radius),  # not what is given: creep forces may be saturated there
+        "speed": (speed, slow),
     }
-    units = {"z": depth, "roll": depth / half, "y": SIDEWAYS, "yaw": CREEPAGE, "lateral": CREEPAGE * speed}
-    units |= {"yaw_rate": CREEPAGE * speed / half, "pitch_rate": CREEPAGE * speed / radius, "speed": CREEPAGE * speed}
     names = (*(["z"] if case.z is None else []), *case.free)
     loads = tuple(BALANCED[name] for name in names if BALANCED[name] != without[1])
     names = tuple(name for name in names if name != without[0])
@@ -365,7 +367,7 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
         for side in SIGN:
             for name, each, pushed in zip("yz", case.track.stiffness, (0.0, load / 2), strict=True):
                 names = (*names, f"{side}_{name}")
-                origin[f"{side}_{name}"], units[f"{side}_{name}"] = pushed / each, depth
-        origin["z"] += load / 2 / case.track.stiffness[1]
-    chosen = [np.array([table[name] for name in names]) for table in (origin, units)]
-    return _Balance(case, names, loads, load, float(depth), *chosen)
+                unknown[f"{side}_{name}"] = pushed / each, depth
+        unknown["z"] = unknown["z"][0] + load / 2 / case.track.stiffness[1], depth
+    origin, units = np.array([unknown[name] for name in names]).reshape(-1, 2).T
+    return _Balance(case, names, loads, load, float(depth), origin, units)
