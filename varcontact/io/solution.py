@@ -66,6 +66,8 @@ AT_TIMES = {
 
 ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", *AT_TIMES)
 """Fields that are read back; files of earlier versions have no power density."""
+AS_IT_IS = ("converged", "iterations", "status", "timing")
+"""Entries of the record that are those of a solution."""
 READ = (*ON_ELEMENTS, *ON_PARTS, PRESSURE, "approach", "creepage")
 
 
@@ -125,12 +127,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
     """How a solution was found: its plan, iterations, times and certificate, as plain data."""
     return {
         "certificate": sol.certificate.plain(),
-        "converged": sol.converged,
-        "iterations": sol.iterations,
-        "status": sol.status,
-        "timing": sol.timing,
-        "passes": sol.passes,
-        "branch": sol.branch,
+        **{name: getattr(sol, name) for name in (*AS_IT_IS, "passes", "branch")},
         "warnings": list(sol.warnings),
         "solved_by": sol.solved_by,
         "calls": plain_calls(sol.calls),
@@ -237,10 +234,7 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
         approach=float(found["approach"]),
         creepage=(vx, vy, spin),
         certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
-        converged=record["converged"],
-        iterations=record["iterations"],
-        status=record["status"],
-        timing=record["timing"],
+        **{name: record[name] for name in AS_IT_IS},
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
         warnings=tuple(str(warning) for warning in record.get("warnings", [])),

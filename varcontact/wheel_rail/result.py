@@ -126,6 +126,12 @@ class PatchSolution:
         return self.solution.plot()
 
 
+def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
+    """Forces [N] in kN, with their error bars."""
+    pairs = zip(names.split(), values / 1e3, errors / 1e3, strict=True)
+    return ", ".join(f"{name} = {with_bar(value, error)} kN" for name, value, error in pairs)
+
+
 @dataclass(frozen=True, eq=False)
 class WheelForces:
     """What a solution and an estimate of a wheel on a rail have in common."""
@@ -205,20 +211,16 @@ class WheelRailSolution(WheelForces):
         """
         at = self.case.position
 
-        def forces(names: str, values: np.ndarray, errors: np.ndarray) -> str:
-            pairs = zip(names.split(), values / 1e3, errors / 1e3, strict=True)
-            return ", ".join(f"{name} = {with_bar(value, error)} kN" for name, value, error in pairs)
-
         lines = [
             f"{self.case.side} wheel, y = {at.y:.6g} mm, roll = {at.roll:.6g}, yaw = {at.yaw:.6g}, "
             f"height of the axle {self.z:.6g} mm",
-            f"forces on the rail: {forces('Fx Fy Fz', self.force, self.error)}",
+            f"forces on the rail: {forces_in_words('Fx Fy Fz', self.force, self.error)}",
         ]
         for k, each in enumerate(self.patches, 1):
             lines += [
                 f"patch {k} at y = {each.patch.location[1]:.6g} mm, angle {each.patch.angle:.4g}, "
                 f"largest pressure {each.peak_pressure:.4g} N/mm^2",
-                f"  {forces('Fx Fs FN', each.force, each.error)}",
+                f"  {forces_in_words('Fx Fs FN', each.force, each.error)}",
             ]
             bound = each.solution.certificate.force_bound
             if np.isfinite(bound[:2]).all():

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.position import Position, Velocity
-from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
+from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
 from varcontact.wheel_rail.track import SIGN, Side, Track
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
@@ -153,14 +153,9 @@ class WheelSetSolution:
         values = {"y": at.y, "roll": at.roll, "yaw": at.yaw, "lateral": moving.lateral, "yaw_rate": moving.yaw_rate}
         values |= {"z": self.z, "pitch_rate": moving.pitch_rate or 0.0, "speed": moving.speed}
         found = [f"{name} = {with_bar(values[name], each)}" for name, each in self.errors.items() if name in values]
-        names = ("Fx", "Fy", "Fz")
-        forces = [
-            f"{name} = {with_bar(value, bar)} kN"
-            for name, value, bar in zip(names, self.force / 1e3, self.error / 1e3, strict=True)
-        ]
         lines = [f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, z = {self.z:.6g} mm"]
         lines += [f"found: {', '.join(found)}"] if found else []
-        lines += [f"forces on the rails: {', '.join(forces)}"]
+        lines += [f"forces on the rails: {forces_in_words('Fx Fy Fz', self.force, self.error)}"]
         for side in SIGN:
             wheel = getattr(self, side)
             ratios = f"{side}: Y/Q = {self.y_over_q(side):.4g}"
