@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -68,6 +69,50 @@ ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
 
 
+@dataclass(frozen=True, eq=False)
+class ContactOnGrid:
+    """A contact with pressure and tractions that has not been judged yet."""
+
+    scene: Scene
+    disc: Discretisation
+    state: ContactState
+    solver: ContactSolver
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        options: SolveOptions,
+        progress: Callable[[str], None] | None = None,
+        final: bool = True,
+        near: Solution | None = None,
+        known: Operators | None = None,
+        deadline: float = math.inf,
+    ) -> ContactOnGrid:
+        """See `solve_on_grid`; operators that are `known` serve again."""
+        plan = options.plan_for(scene)
+        if final:  # a coarse grid fits where a finer one does
+            check_fits(scene, plan)
+        certify, tol = options.exactness(final)
+        continuum = options.target is not None or options.refine
+        stats, start = SolveStats(progress), options.start
+        solver = ContactSolver(plan, tol, options.polish, stats, start, certify, final, continuum, deadline)
+        way = defect_correction.loosely(solver) if options.refine else solver
+        return cls(scene, *solve_contact(scene, way, known, near=near), solver)
+
+    @cached_property
+    def rough(self) -> Solution:
+        """Without a certificate."""
+        return finish_coarse(self.scene, self.disc, self.state, self.solver)
+
+    def solution(self) -> Solution:
+        solution = finish(self.scene, self.disc, self.state, self.solver)
+        if not isinstance(self.scene.surface, SampledDistance):
+            return solution
+        warning = noise_warning(self.scene, self.disc, self.state, self.solver)
+        return replace(solution, warnings=(warning,)) if warning else solution
+
+
 def solve_on_grid(
     scene: Scene,
     options: SolveOptions,
@@ -81,27 +126,14 @@ def solve_on_grid(
     Where it is not the `final` grid, without a certificate and to a loose tolerance; a solution `near` is of the same
     scene on another grid. Solvers raise `OutOfTime` at the `deadline`, by `time.perf_counter` [s].
     """
-    plan = options.plan_for(scene)
-    if final:  # a coarse grid fits where a finer one does
-        check_fits(scene, plan)
-    certify, tol = options.exactness(final)
-    continuum = options.target is not None or options.refine
-    stats = SolveStats(progress)
-    solver = ContactSolver(plan, tol, options.polish, stats, options.start, certify, final, continuum, deadline)
-    disc, state = solve_contact(scene, defect_correction.loosely(solver) if options.refine else solver, near=near)
+    found = ContactOnGrid.of(scene, options, progress, final, near, deadline=deadline)
     try:
-        if not final:
-            return finish_coarse(scene, disc, state, solver)
-        if options.refine:
-            disc, state, refinement = defect_correction.run(scene, disc, state, solver)
-            return finish(scene, disc, state, solver, refinement)
-        solution = finish(scene, disc, state, solver)
-        if not isinstance(scene.surface, SampledDistance):
-            return solution
-        warning = noise_warning(scene, disc, state, solver)
-        return replace(solution, warnings=(warning,)) if warning else solution
+        if final and options.refine:
+            disc, state, refinement = defect_correction.run(scene, found.disc, found.state, found.solver)
+            return finish(scene, disc, state, found.solver, refinement)
+        return found.solution() if final else found.rough
     finally:
-        disc.operators.forget()
+        found.disc.operators.forget()
 
 
 def solve_contact(
@@ -212,8 +244,9 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
     spec, surface = known_grid(scene), scene.surface
     if near is not None and not solver.plan.closed_form:
         found = _Found(near.grid, near.pressure, near.approach)
-        grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
-        return within(grid, surface), found
+        if spec.explicit:
+            return spec, found
+        return within(spec.spread(contact_box(found.grid, found.pressure)), surface), found
     if spec.explicit:
         return spec, None
     if not isinstance(surface, SampledDistance):

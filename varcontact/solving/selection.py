@@ -411,6 +411,10 @@ def _elements_in_contact(scene: Scene) -> tuple[float, float]:
         return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
     dx, dy = grid.sides
     if hertz is None:
+        surface, approach = scene.surface, scene.approach
+        if type(scene.bodies) is Bodies and isinstance(surface, SampledDistance) and isinstance(approach, float):
+            # half of the elements that overlap are in contact in Hertz's, and fewer in line contact
+            return float(np.count_nonzero(surface.distance(grid) < approach)) / 2, dx
         return grid.size, dx
     return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
 

@@ -31,20 +31,22 @@ class Curve:
     coefficients: np.ndarray
 
     @cached_property
-    def _derivatives(self) -> tuple[Any, Any, Any]:
-        """The curve and its first two derivatives."""
+    def _curve(self) -> Any:
         from scipy.interpolate import PPoly
 
-        curve = PPoly(self.coefficients, self.s)
-        return curve, curve.derivative(1), curve.derivative(2)
+        return PPoly(self.coefficients, self.s)
+
+    @cached_property
+    def _direction(self) -> Any:
+        return self._curve.derivative()
 
     def points(self, s: np.ndarray) -> np.ndarray:
         """(y, z) at parameters, shape (..., 2)."""
-        return np.asarray(self._derivatives[0](s))
+        return np.asarray(self._curve(s))
 
     def directions(self, s: np.ndarray) -> np.ndarray:
         """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
-        return np.asarray(self._derivatives[1](s))
+        return np.asarray(self._direction(s))
 
     def angles(self, s: np.ndarray) -> np.ndarray:
         """Inclination atan2(dz, dy) at parameters [rad]."""
@@ -53,7 +55,7 @@ class Curve:
 
     def curvatures(self, s: np.ndarray) -> np.ndarray:
         """Signed curvature at parameters [1/mm]: positive where the inclination grows along the curve."""
-        first, second = self.directions(s), np.asarray(self._derivatives[2](s))
+        first, second = self.directions(s), np.asarray(self._curve(s, 2))
         turn = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
         return np.asarray(turn / np.hypot(first[..., 0], first[..., 1]) ** 3)
 
@@ -100,17 +102,20 @@ class Curve:
 
         Newton's method, kept within the cubic that has the value.
         """
-        s = np.interp(value, self.points(self.s) @ direction, self.s, left=np.nan, right=np.nan)
+        cubics = self.coefficients @ direction
+        ends = np.append(cubics[3], self.points(self.s[-1:]) @ direction)
+        s = np.interp(value, ends, self.s, left=np.nan, right=np.nan)
         inside = np.isfinite(s)
         wanted, found = np.asarray(value)[inside], s[inside]
         cell = np.clip(np.searchsorted(self.s, found, side="right") - 1, 0, self.s.size - 2)
-        low, high = self.s[cell], self.s[cell + 1]
+        (a, b, c, d), low, width = cubics[:, cell], self.s[cell], np.diff(self.s)[cell]
+        t = found - low
         for _ in range(STEPS):
-            step = (self.points(found) @ direction - wanted) / (self.directions(found) @ direction)
-            found = np.clip(found - step, low, high)
+            step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
+            t = np.clip(t - step, 0.0, width)
             if step.size == 0 or np.abs(step).max() <= CLOSE * (self.s[-1] - self.s[0]):
                 break
-        s[inside] = found
+        s[inside] = low + t
         return s
 
 

@@ -91,10 +91,10 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve | RailSurface, separate
         if apart < turn:
             together = float(angles[two] @ loads[two] / loads[two].sum())
             turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
-    return [
-        Tangent(Frame(each.frame.origin, rotation(roll=angle, pitch=each.slope)), angle, each.slope)
-        for each, angle in zip(found, turned.tolist(), strict=True)
-    ]
+    for i in np.flatnonzero(turned != angles).tolist():
+        angle, slope = float(turned[i]), found[i].slope
+        found[i] = Tangent(Frame(found[i].frame.origin, rotation(roll=angle, pitch=slope)), angle, slope)
+    return found
 
 
 def undeformed_distance(
@@ -186,19 +186,20 @@ def wheel_heights(
 ) -> np.ndarray:
     """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for (theta, s) of each.
 
-    It begins with the locus at the rows of the grid; NaN where that does not reach.
+    It begins with the locus at the rows of the grid, turned by x; NaN where that does not reach.
     """
     points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
-    across = (points - frame.origin) @ frame.axes[:, 1]
+    along, across, _ = ((points - frame.origin) @ frame.axes).T
     run = growing(across, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
     grid_x, grid_y = lines
     shape = grid_y.size, grid_x.size
-    rows = [np.interp(grid_y, across[run], each[run], left=np.nan, right=np.nan) for each in (locus.s, locus.theta)]
-    known = np.broadcast_to(np.isfinite(rows[0])[:, None], shape)
+    by_row = locus.s, locus.theta, along, locus.radii
+    rows = [np.interp(grid_y, across[run], each[run], left=np.nan, right=np.nan)[:, None] for each in by_row]
+    known = np.broadcast_to(np.isfinite(rows[0]), shape)
     heights = np.full(shape, np.nan)
     if not known.any():
         return heights
-    starts: Sequence[np.ndarray] = (rows[0][:, None], rows[1][:, None], grid_x[None, :], grid_y[:, None])
+    starts: Sequence[np.ndarray] = (rows[0], rows[1] + (grid_x - rows[2]) / rows[3], grid_x, grid_y[:, None])
     s, theta, x, y = (np.broadcast_to(each, shape)[known] for each in starts)
     axes = frame.axes.T @ axle  # of the frame, along the axle's
     middle = frame.axes.T @ (centre - frame.origin)
@@ -210,8 +211,10 @@ def wheel_heights(
         determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
         theta = theta + (off_x * by_s[1] - off_y * by_s[0]) / determinant
         s = s + (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
+    else:
+        point, *_ = _surface(wheel, theta, s, axes, middle)
     inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (np.hypot(off_x, off_y) < 1e3 * CLOSE)
-    heights[known] = np.where(inside, _surface(wheel, theta, s, axes, middle)[0][2], np.nan)
+    heights[known] = np.where(inside, point[2], np.nan)
     return heights
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,7 +59,7 @@ class Position:
         checks.entries(self, "position", checks.moderate, "y", "s", "pitch")
         checks.entries(self, "position", angle, "roll", "yaw")
 
-    @property
+    @cached_property
     def rotation(self) -> np.ndarray:
         """The axle's axes in track coordinates, shape (3, 3)."""
         return rotation(roll=self.roll, yaw=self.yaw)

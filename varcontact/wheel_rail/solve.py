@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,8 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solving.options import BY_DEFAULT, CertifyName
+from varcontact.solving.on_grid import ContactOnGrid
+from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
@@ -52,6 +53,13 @@ START = 0.5, 0.125
 """Sides of elements [mm] for the first height, where grids are chosen for an accuracy."""
 START_TOL = 1e-3
 """Relative error of the load at that height."""
+FAR, NEAR, LEFT = 0.05, 1e-4, 0.2
+"""Parts of the load that may be missing where tractions are solved for: at first, and later on; or of what was missing
+when they were solved for last."""
+POWERS = 0.2, 5.0
+"""Least and largest power of normal forces that the vertical force is taken for."""
+LITTLE = 1e-4
+"""Change of the depth, relative, below which the slope is that of a larger one: forces are rounded by solvers."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
 WEAK_ROUNDS, WEAK_CLOSE = 40, 1e-6
@@ -149,23 +157,47 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
 
 
 def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
-    """On elements of dx and dy."""
-
-    @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
-    def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        found = [(patch, _solve_patch(patch, certify, methods)) for patch in case.patches(z)]
-        return tuple(PatchSolution(*each, _load_error(case, found)) for each in found)
-
-    def vertical(z: float) -> float:
-        if (
-            case.with_friction or case.bodies.K != 0 or case.conformal is True
-        ):  # tractions bear a part, or change the pressure
-            return _vertical(case, solved(z, None))
+    """On elements of dx and dy; each height begins with what was found at the one before."""
+    search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
+    pressed: list[ContactOnGrid] = []
+    found: list[ContactOnGrid] = []
+    for z in search:
         patches = case.patches(z)
-        return _vertical(case, tuple(PatchSolution(each, _solve_pressure(_scene(each), methods)) for each in patches))
+        scenes = [_scene(patch) for patch in patches]
+        if case.z is None:
+            pressed = _contacts([_frictionless(scene) for scene in scenes], None, _for_pressure(methods), pressed)
+            if not search.pressed(_pressing(patches, [each.rough for each in pressed])):
+                continue
+        if by_theory:
+            solutions = [_by_theory(scene, certify, methods) for scene in scenes]
+        else:
+            found = _contacts(scenes, certify, methods, found or pressed)
+            solutions = [each.rough for each in found]
+        search.borne(_vertical(case, tuple(map(PatchSolution, patches, solutions))))
+    if found:
+        solutions = [each.solution() for each in found]
+        for each in (*pressed, *found):
+            each.disc.operators.forget()
+    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions))
 
-    z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
-    return z, rounds, solved(z, certify)
+
+def _contacts(
+    scenes: list[Scene], certify: CertifyName | None, methods: dict[str, Any], before: list[ContactOnGrid]
+) -> list[ContactOnGrid]:
+    """The contacts of patches, from those of another height, if there are as many."""
+    progress = methods.get("progress")
+    methods = {name: value for name, value in methods.items() if name != "progress"}
+    found = []
+    for scene, near in zip(scenes, before if len(before) == len(scenes) else [None] * len(scenes), strict=True):
+        options = SolveOptions.checked(scene, certify=certify, **methods)
+        if near is None:
+            found.append(ContactOnGrid.of(scene, options, progress))
+        else:
+            known = near.disc.operators
+            found.append(ContactOnGrid.of(scene, options, progress, near=near.rough, known=known))
+            if found[-1].disc.operators is not known:
+                known.forget()
+    return found
 
 
 def _to_accuracy(
@@ -207,21 +239,21 @@ def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | Non
             force_errors.append(_estimate(pressed).errors["normal_force"])
         forces.append(pressed.normal_force)
 
-    @lru_cache(maxsize=1)
-    def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        found = []
-        for patch, force in zip(patches, forces, strict=True):
-            deeper = max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0)
-            scene = replace(patch.scene, approach=None, normal_force=force * deeper**1.5)
-            found.append((patch, solve(scene, certify=certify, **methods)))
+    search = BearingHeight(case, tol, near)
+    for z in search:
+        deeper = [max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0) ** 1.5 for patch in patches]
+        loads = [force * more for force, more in zip(forces, deeper, strict=True)]
+        if case.z is None and not search.pressed(float(np.cos([each.angle for each in patches]) @ loads)):
+            continue
+        scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
+        found = [
+            (patch, solve(scene, certify=certify, **methods)) for patch, scene in zip(patches, scenes, strict=True)
+        ]
         known = _load_error(case, found)
         errors = [error if known is None else known for error in force_errors]
-        return tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
-
-    if case.z is not None:
-        return near, 0, solved(near, certify)
-    z, rounds = bearing_height(case, tol, lambda z: _vertical(case, solved(z, None)), near)
-    return z, rounds, solved(z, certify)
+        solved = tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
+        search.borne(_vertical(case, solved))
+    return search.z, search.rounds, solved
 
 
 def _estimate(solution: Solution) -> ErrorEstimate:
@@ -259,74 +291,115 @@ def _sampled_scenes(case: WheelOnRail, z: float) -> list[tuple[ContactPatch, Sce
     return found
 
 
-def bearing_height(
-    case: WheelOnRail, tol: float, vertical: Callable[[float], float], start: float | None = None
-) -> tuple[float, int]:
-    """The height at which the vertical force bears the load, and the number of heights tried.
+class BearingHeight:
+    """The heights to try until one bears the load; of a case with a height, that alone.
 
-    The secant method for force^(2/3), which is nearly straight, between heights that bear less and more.
+    At each, `pressed` may be told the vertical part of the normal forces, and says whether it is worth solving for the
+    rest; `borne` is told the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
+    straight, between heights that bear less and more; the vertical force is nearly a power of what normal forces bear.
     """
-    load = case.vertical_force
-    assert load is not None
-    low, high = case.touching, np.inf
-    last, last_value = low, -(load ** (2 / 3))  # no force
-    stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
-    z = low + (load / stiffness) ** (2 / 3) if start is None else start
-    for rounds in range(1, ROUNDS + 1):
-        force = vertical(z)
-        if abs(force - load) <= tol * load:
-            return z, rounds
+
+    def __init__(self, case: WheelOnRail, tol: float, start: float | None = None) -> None:
+        self.rounds, self._case, self._tol, self._load = 0, case, tol, case.vertical_force or math.nan
+        stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
+        given = case.z if start is None else start
+        self.z: float = case.touching + (self._load / stiffness) ** (2 / 3) if given is None else given
+        self._tried, self._slope = [(case.touching, 0.0)], math.nan
+        self._known, self._power = (1.0, 1.0), 1.0  # normal forces, and what they bear with the rest
+        self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True  # tractions bear a part
+        self._near, self._excess, self._borne = FAR if self._mixed else tol, math.inf, False
+
+    def __iter__(self) -> Iterator[float]:
+        if self._case.z is not None:
+            yield self.z
+            return
+        for self.rounds in range(1, ROUNDS + 1):
+            self._borne = False
+            yield self.z
+            if self._borne and abs(self._excess) <= self._tol:
+                return
+            before, self.z = self.z, self._next()
+            if self.z == before:
+                break
+        missed = f"no height of the axle was found that bears {self._load:g} N"
+        if self._tol * (self.z - self._case.touching) < ROUNDING * self._case.wheelset.radius:
+            rounded = f"to within tol = {self._tol:g}: heights are rounded more coarsely than that"
+            missed += f" {rounded}; give a larger load, or tol"
+        raise NotConverged(missed, abs(self._excess))
+
+    def pressed(self, force: float) -> bool:
+        self._tried.append((self.z, force))
+        normal, known = self._known
+        self._excess = known * (force / normal) ** self._power / self._load - 1
+        return self._case.z is not None or abs(self._excess) <= self._near
+
+    def borne(self, force: float) -> None:
+        if self._case.z is not None:
+            return
         if force <= 0:
+            deep = self.z - self._case.touching
             reason = (
-                f"vertical_force = {load:g} N: no height of the axle bears it. {z - case.touching:.3g} mm below the "
-                "height where the wheel touches, friction lifts it by more than its normal force presses it down "
-                f"(together {force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of "
-                "friction, z instead of the force, or with_friction = False for a force of normal forces alone"
+                f"vertical_force = {self._load:g} N: no height of the axle bears it. {deep:.3g} mm below the height "
+                "where the wheel touches, friction lifts it by more than its normal force presses it down (together "
+                f"{force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of friction, z "
+                "instead of the force, or with_friction = False for a force of normal forces alone"
             )
-            raise SceneError("vertical_force", load, message=reason)
-        value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
-        low, high = (z, high) if value < 0 else (low, z)
-        slope = (value - last_value) / (z - last)
-        step = z - value / slope if slope > 0 else np.inf
-        last, last_value = z, value
+            raise SceneError("vertical_force", self._load, message=reason)
+        if self._tried[-1][0] != self.z:
+            self._tried.append((self.z, force))
+        normal, (before, known) = self._tried[-1][1], self._known
+        if before != 1.0 and abs(normal / before - 1) > LITTLE:
+            self._power = float(np.clip(math.log(force / known) / math.log(normal / before), *POWERS))
+        self._known, self._excess, self._borne = (normal, force), force / self._load - 1, True
+        if self._mixed:
+            self._near = max(NEAR, LEFT * abs(self._excess))
+
+    def _next(self) -> float:
+        heights, forces = np.array(self._tried).T
+        normal, known = self._known
+        goal = normal * (self._load / known) ** (1 / self._power)
+        values, touching = forces ** (2 / 3) - goal ** (2 / 3), self._case.touching
+        moved = self.z - heights[-2]
+        if abs(moved) > LITTLE * (self.z - touching):
+            self._slope = (values[-1] - values[-2]) / moved
+        step = self.z - values[-1] / self._slope if self._slope > 0 else math.inf
+        low, high = heights[values < 0].max(), heights[values >= 0].min(initial=math.inf)
         if np.isinf(high):
-            z = min(step, case.touching + GROWTH * (z - case.touching))
-        else:
-            z = step if low < step < high else (low + high) / 2
-        if z == last:
-            break
-    missed = f"no height of the axle was found that bears {load:g} N"
-    if tol * (z - case.touching) < ROUNDING * case.wheelset.radius:
-        missed += f" to within tol = {tol:g}: heights are rounded more coarsely than that; give a larger load, or tol"
-    raise NotConverged(missed, abs(force - load) / load)
+            return float(min(step, touching + GROWTH * (self.z - touching)))
+        return float(step if low < step < high else (low + high) / 2)
 
 
 def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
     """The vertical force on the rail; without friction that of the normal forces."""
     if case.with_friction:
         return float(sum(each.force_on_track[2] for each in solved))
-    return float(sum(each.normal_force * np.cos(each.patch.angle) for each in solved))
+    return _pressing([each.patch for each in solved], [each.solution for each in solved])
+
+
+def _pressing(patches: Sequence[ContactPatch], solved: Sequence[Solution]) -> float:
+    """The vertical part of the normal forces."""
+    return float(sum(each.normal_force * np.cos(patch.angle) for patch, each in zip(patches, solved, strict=True)))
 
 
 def _frictionless(scene: Scene) -> Scene:
     return replace(scene, motion=None, friction=None)
 
 
+def _for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
+    """What concerns the normal problem alone."""
+    return {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
+
+
 def _solve_pressure(scene: Scene, methods: dict[str, Any]) -> Solution:
-    """The normal problem alone."""
-    for_pressure = {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
-    return solve(_frictionless(scene), certify=None, **for_pressure)
+    return solve(_frictionless(scene), certify=None, **_for_pressure(methods))
 
 
 def _scene(patch: ContactPatch) -> Scene:
     return weakened(patch.scene, patch.seams) if patch.seams else patch.scene
 
 
-def _solve_patch(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
-    """A patch on its grid; a theory is evaluated on an ellipse with its normal force."""
-    scene = _scene(patch)
-    if methods.get("tangential") not in THEORIES:
-        return solve(scene, certify=certify, **methods)
+def _by_theory(scene: Scene, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
+    """A patch by a theory, on an ellipse with its normal force."""
     normal = _solve_pressure(scene, methods)
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid, weights = normal.grid, normal.pressure / normal.pressure.sum()

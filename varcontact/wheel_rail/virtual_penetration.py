@@ -35,7 +35,7 @@ from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.result import WheelForces
-from varcontact.wheel_rail.solve import bearing_height
+from varcontact.wheel_rail.solve import BearingHeight
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
@@ -167,8 +167,10 @@ def estimate_wheel_on_rail(
         angles = [tangent_of(group, case.rail).angle for group in groups]
         return float(np.cos(angles) @ [_ellipse(case, group, z, normal).normal_force for group in groups])
 
-    z = bearing_height(case, tol, vertical)[0] if case.z is None else case.z
-    return FastWheel(case, z, patches(z))
+    search = BearingHeight(case, tol)
+    for z in search if case.z is None else ():
+        search.borne(vertical(z))
+    return FastWheel(case, search.z, patches(search.z))
 
 
 def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
