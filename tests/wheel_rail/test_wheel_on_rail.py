@@ -81,6 +81,20 @@ def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     assert again.force == pytest.approx(plain.force, rel=1e-9)
 
 
+@pytest.mark.parametrize("more", [{}, {"z": 0.25, "vertical_force": None}], ids=["load", "height"])
+def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
+    common = {"yaw": 0.003, "dx": 1.0, "dy": 1.0, **more}
+    case = wheel(3.0, **common)
+    alone = case.solve(tol=1e-9)
+    for y in (-1.0, 2.99):
+        found = case.solve(tol=1e-9, start=wheel(y, **common).solve())
+        assert found.z == pytest.approx(alone.z, abs=1e-9)
+        assert found.force == pytest.approx(alone.force, rel=1e-7)
+    assert found.rounds <= alone.rounds
+    counts = [each.patches[0].solution.iterations["tangential"] for each in (found, alone)]
+    assert counts[0] <= counts[1]
+
+
 def test_a_flange_contact_takes_few_heights():
     """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power of the depth."""
     case = wheel(-7.0, -6e-4, 0.026, side="left", vertical_force=65e3, dx=1.0, dy=1.0)

@@ -16,7 +16,7 @@ from varcontact.system.process import one_blas_thread
 REMEMBERED = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""
 
-FEW, FEW_OF_SOME = 160, 600
+FEW = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than one by FFT."""
 
 KEPT_NUMBERS = 40_000
@@ -262,10 +262,7 @@ class RestrictedOperator:
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Displacements (rows, n) by tractions (columns, n): on the whole grid, or by a small matrix that is there."""
-        known: np.ndarray | None = self.__dict__.get("matrix")
-        if known is not None and tractions.size <= FEW_OF_SOME:
-            return (known @ tractions.ravel()).reshape(-1, self.elements.size)
+        """Displacements (rows, n) by tractions (columns, n), as a product on the whole grid."""
         ny, nx = self.grid_operator.shape
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions

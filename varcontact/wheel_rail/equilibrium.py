@@ -168,13 +168,19 @@ def solve_wheel_set(
 
     surfaces: dict[str, Any] = {}  # whether curved is chosen once: forces jump where that changes
 
+    last: dict[str, WheelRailSolution] = {}
+
+    def found(wheel: WheelOnRail, certify: CertifyName | None, methods: dict[str, Any]) -> WheelForces:
+        wheel = replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal))
+        last[wheel.side] = wheel.solve(certify=certify, **{"start": last.get(wheel.side), **methods})
+        return last[wheel.side]
+
     def solver(wheel: WheelOnRail) -> WheelForces:
-        return replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal)).solve(certify=certify, **methods)
+        return found(wheel, certify, methods)
 
     def on_elements(wheel: WheelOnRail) -> WheelForces:
         usual = {name: value for name, value in methods.items() if name not in TARGETS}
-        chosen = surfaces.get(wheel.side, wheel.conformal)
-        return replace(wheel, dx=case.dx or ELEMENT, dy=case.dy or ELEMENT, conformal=chosen).solve(**usual)
+        return found(replace(wheel, dx=case.dx or ELEMENT, dy=case.dy or ELEMENT), None, usual)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

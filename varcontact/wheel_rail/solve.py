@@ -25,6 +25,7 @@ from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
+from varcontact.solving.selection import MANY_PRESSURES
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
@@ -53,7 +54,7 @@ START = 0.5, 0.125
 """Sides of elements [mm] for the first height, where grids are chosen for an accuracy."""
 START_TOL = 1e-3
 """Relative error of the load at that height."""
-FAR, NEAR, LEFT = 0.05, 1e-4, 0.2
+FAR, NEAR, LEFT = 0.05, 5e-4, 0.2
 """Parts of the load that may be missing where tractions are solved for: at first, and later on; or of what was missing
 when they were solved for last."""
 POWERS = 0.2, 5.0
@@ -97,6 +98,7 @@ def solve_wheel_on_rail(
         reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
         raise SceneError("tangential", methods["tangential"], message=reason)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
+    near = methods.pop("start") if isinstance(methods.get("start"), WheelRailSolution) else None
     # by default grids are chosen where no argument determines them, and the answer of a grid has an error
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
     has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
@@ -110,9 +112,9 @@ def solve_wheel_on_rail(
         except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
             if isinstance(error, SceneError) and str(error) != VARIES:
                 raise
-            found = _on_elements(case, tol, certify, methods)
+            found = _on_elements(case, tol, certify, methods, near)
     else:
-        found = _on_elements(case, tol, certify, methods)
+        found = _on_elements(case, tol, certify, methods, near)
     chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
     if chosen and any(too_wide(case, each) for each in found[2]):
         case, found = _curved(case, found, tol, certify, methods, target)
@@ -156,22 +158,38 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
     return target
 
 
-def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
-    """On elements of dx and dy; each height begins with what was found at the one before."""
+def _on_elements(
+    case: WheelOnRail,
+    tol: float,
+    certify: CertifyName | None,
+    methods: dict[str, Any],
+    near: WheelRailSolution | None = None,
+) -> Solved:
+    """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`."""
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
+    before: list[Solution] = []
+    if near is not None:
+        before = [each.solution for each in near.patches]
+        pressing = _pressing([each.patch for each in near.patches], before)
+        search.begin(near.z - near.case.touching, pressing, _vertical(near.case, near.patches))
     pressed: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
         patches = case.patches(z)
         scenes = [_scene(patch) for patch in patches]
         if case.z is None:
-            pressed = _contacts([_frictionless(scene) for scene in scenes], None, _for_pressure(methods), pressed)
-            if not search.pressed(_pressing(patches, [each.rough for each in pressed])):
+            bare = [_frictionless(scene) for scene in scenes]
+            pressed = _contacts(bare, None, _for_pressure(methods), [each.rough for each in pressed] or before, pressed)
+            slope = sum(
+                _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, pressed, strict=True)
+            )
+            if not search.pressed(_pressing(patches, [each.rough for each in pressed]), slope):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, certify, methods) for scene in scenes]
         else:
-            found = _contacts(scenes, certify, methods, found or pressed)
+            beside = [each.rough for each in found] or before or [each.rough for each in pressed]
+            found = _contacts(scenes, certify, methods, beside, pressed)
             solutions = [each.rough for each in found]
         search.borne(_vertical(case, tuple(map(PatchSolution, patches, solutions))))
     if found:
@@ -182,22 +200,36 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
 
 
 def _contacts(
-    scenes: list[Scene], certify: CertifyName | None, methods: dict[str, Any], before: list[ContactOnGrid]
+    scenes: list[Scene],
+    certify: CertifyName | None,
+    methods: dict[str, Any],
+    near: list[Solution],
+    last: list[ContactOnGrid],
 ) -> list[ContactOnGrid]:
-    """The contacts of patches, from those of another height, if there are as many."""
-    progress = methods.get("progress")
+    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
+    progress, found = methods.get("progress"), []
     methods = {name: value for name, value in methods.items() if name != "progress"}
-    found = []
-    for scene, near in zip(scenes, before if len(before) == len(scenes) else [None] * len(scenes), strict=True):
+    for k, scene in enumerate(scenes):
         options = SolveOptions.checked(scene, certify=certify, **methods)
-        if near is None:
-            found.append(ContactOnGrid.of(scene, options, progress))
-        else:
-            known = near.disc.operators
-            found.append(ContactOnGrid.of(scene, options, progress, near=near.rough, known=known))
-            if found[-1].disc.operators is not known:
-                known.forget()
+        start = near[k] if len(near) == len(scenes) else None
+        known = last[k].disc.operators if len(last) == len(scenes) else None
+        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=known))
+    kept = [each.disc.operators for each in found]
+    for each in last:
+        if each.disc.operators not in kept:
+            each.disc.operators.forget()
     return found
+
+
+def _stiffness(pressed: ContactOnGrid) -> float:
+    """Of a contact without tractions, along its normal [N/mm]; NaN where its matrix is none of a few elements."""
+    from scipy.linalg import cho_solve
+
+    disc, elements = pressed.disc, np.flatnonzero(pressed.state.pressure)
+    if elements.size > MANY_PRESSURES or disc.conformal or not disc.normal_problem().symmetric:
+        return math.nan
+    added = cho_solve(disc.operators.normal.on(elements).cholesky, np.ones(elements.size)).sum()
+    return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement)
 
 
 def _to_accuracy(
@@ -304,10 +336,16 @@ class BearingHeight:
         stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
         given = case.z if start is None else start
         self.z: float = case.touching + (self._load / stiffness) ** (2 / 3) if given is None else given
-        self._tried, self._slope = [(case.touching, 0.0)], math.nan
+        self._tried, self._slope, self._tangent = [(case.touching, 0.0)], math.nan, math.nan
         self._known, self._power = (1.0, 1.0), 1.0  # normal forces, and what they bear with the rest
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True  # tractions bear a part
         self._near, self._excess, self._borne = FAR if self._mixed else tol, math.inf, False
+
+    def begin(self, depth: float, pressed: float, borne: float) -> None:
+        """From a depth and forces of another position."""
+        if self._case.z is None:
+            self.z = self._case.touching + depth
+            self._known, self._near = (pressed, borne), NEAR if self._mixed else self._tol
 
     def __iter__(self) -> Iterator[float]:
         if self._case.z is not None:
@@ -327,8 +365,9 @@ class BearingHeight:
             missed += f" {rounded}; give a larger load, or tol"
         raise NotConverged(missed, abs(self._excess))
 
-    def pressed(self, force: float) -> bool:
+    def pressed(self, force: float, stiffness: float = math.nan) -> bool:
         self._tried.append((self.z, force))
+        self._tangent = 2 / 3 * force ** (-1 / 3) * stiffness
         normal, known = self._known
         self._excess = known * (force / normal) ** self._power / self._load - 1
         return self._case.z is not None or abs(self._excess) <= self._near
@@ -360,7 +399,9 @@ class BearingHeight:
         goal = normal * (self._load / known) ** (1 / self._power)
         values, touching = forces ** (2 / 3) - goal ** (2 / 3), self._case.touching
         moved = self.z - heights[-2]
-        if abs(moved) > LITTLE * (self.z - touching):
+        if len(heights) == 2 and np.isfinite(self._tangent):
+            self._slope = self._tangent
+        elif abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
         step = self.z - values[-1] / self._slope if self._slope > 0 else math.inf
         low, high = heights[values < 0].max(), heights[values >= 0].min(initial=math.inf)

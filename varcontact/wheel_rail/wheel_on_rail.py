@@ -382,9 +382,10 @@ class WheelOnRail(OnTrack):
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
-            Other arguments of `varcontact.solve`, for all patches. With `accuracy` or `time_budget`, for which `dx` and
-            `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated on
-            Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
+            Other arguments of `varcontact.solve`, for all patches; `start` may be the solution of another position,
+            near which this one is found sooner where there is a grid. With `accuracy` or `time_budget`, for which `dx`
+            and `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated
+            on Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
 
         Raises
         ------
