@@ -8,9 +8,11 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from matplotlib.figure import Figure
 
 import varcontact as vc
 from tests.command import run
+from varcontact.plotting.style import check_picture, write_picture
 from varcontact.system.files import only_writer, replacing, write_whole
 
 SCENE = """
@@ -129,16 +131,14 @@ def test_what_varcontact_wrote_is_written_again(folder, command):
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg", "eps"])
-def test_pictures_are_known_by_what_they_say(folder, ending):
-    """One that varcontact drew is drawn again; one that matplotlib drew for somebody else needs force."""
-    from matplotlib.figure import Figure
-
-    command = ("solve", "pressed.toml", "--plot", f"a.{ending}")
-    assert [run(*command, folder=folder).returncode for _ in range(2)] == [0, 0]
-    Figure().savefig(folder / f"a.{ending}")
-    before = (folder / f"a.{ending}").read_bytes()
-    refused(run(*command, folder=folder), f"--plot = 'a.{ending}': exists already and is no picture of varcontact's")
-    assert (folder / f"a.{ending}").read_bytes() == before
+def test_pictures_are_known_by_what_they_say(tmp_path, ending):
+    """One that varcontact drew may be drawn again; one that matplotlib drew for somebody else needs force."""
+    path = tmp_path / f"a.{ending}"
+    write_picture(Figure(), path)
+    check_picture(path, [], overwrite=False)
+    Figure().savefig(path)
+    with pytest.raises(vc.OutputError, match="exists already and is no picture of varcontact's"):
+        check_picture(path, [], overwrite=False)
 
 
 def test_a_history_is_not_written_over_by_a_solution(folder):

@@ -8,7 +8,7 @@ import pytest
 
 import varcontact as vc
 
-STEPS = 30
+STEPS = 12
 SCENE = f"""
 import varcontact as vc
 scene = vc.Scene(

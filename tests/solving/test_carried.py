@@ -91,7 +91,7 @@ def test_crests_of_a_corrugation_wear_most(length, known, off):
     scene = roller(cells, carried=waves(length, 0.2, cells), steps=1)
     lead, period = 3 * scene.grid.nx, round(length * cells / 2)
     motion = replace(scene.motion, steps=lead + period + scene.grid.nx)
-    work = vc.solve(replace(scene, motion=motion)).work_along()[0, lead : lead + period]
+    work = vc.solve(replace(scene, motion=motion), certify="none").work_along()[0, lead : lead + period]
     wave = np.exp(-2j * np.pi * work.X.values / length)
     first = 2 * np.mean(work.values * wave) / float(work.mean())
     amplitude = 0.2 / R * (length / (2 * np.pi)) ** 2
@@ -239,12 +239,12 @@ def test_bad_heights_are_refused(field, given):
 
 def test_passages_wear_a_corrugation_away_as_linear_theory_says():
     """Each takes work times a factor off the rail; its amplitude then falls by growth times the mean depth."""
-    cells, length = 60, 4.0
+    cells, length = 40, 4.0
     rail, scene = waves(length, 0.2, cells), roller(cells, steps=1)
     growth = vc.corrugation_growth(vc.solve(replace(scene, motion=vc.Steady(Fx=scene.motion.Fx))), length)
     lead, period = 3 * scene.grid.nx, rail.x.size
     first, expected = abs(np.fft.rfft(rail.height)[1]), 1.0
-    for _ in range(3):
+    for _ in range(2):
         motion = replace(scene.motion, carried=rail, steps=lead + period + scene.grid.nx)
         work = vc.solve(replace(scene, motion=motion), certify="none").work_along()[0, lead : lead + period]
         depth = 0.15 / abs(float(growth.growth[0])) * work / work.mean()

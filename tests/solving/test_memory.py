@@ -91,7 +91,7 @@ def test_histories_without_end():
 
 def test_a_history_that_does_not_fit_into_memory_is_sent_to_a_file(rolling, built):
     """And is refused before its steps are looked at one by one."""
-    scene = rolling(surface=vc.Paraboloids(1.0, 0.8), motion=vc.Transient(steps=10**6, vx=0.01))
+    scene = rolling(surface=vc.Paraboloids(1.0, 0.8), motion=vc.Transient(steps=10**5, vx=0.01))
     scene = rolling(surface=scene.surface, motion=scene.motion, grid=vc.Grid(nx=900, ny=900))
     with pytest.raises(vc.TooLarge, match=r"the history in memory needs about .* with store = a file"):
         vc.solve(scene)

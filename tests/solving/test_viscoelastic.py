@@ -110,7 +110,7 @@ def test_contact_of_a_sphere_on_another_material(options):
 def test_slow_and_fast_rolling_are_elastic(line):
     """Relaxed bodies, and glassy ones."""
     for speed, G in ((1e-7, 0.4), (1e7, 1.0)):
-        sol = vc.solve(roller(speed=speed, cells=16, line=line, vx=0.01))
+        sol = vc.solve(roller(speed=speed, cells=12, line=line, vx=0.01))
         scene = replace(sol.scene, bodies=vc.Bodies(G, 0.3), motion=vc.Steady(vx=0.01), grid=sol.grid)
         elastic = vc.solve(scene, normal="norm")
         np.testing.assert_allclose(sol.pressure, elastic.pressure, atol=1e-4 * elastic.max_pressure)
@@ -157,7 +157,7 @@ def test_a_viscoelastic_layer_on_a_rigid_base(line):
     layers, found = [vc.Layer(0.1, 1.0, 0.45)], []
     soft = vc.Layered(layers, base="rigid", relaxations=[(1.0, 0.1)])
     for speed, G in ((1e-6, 0.5), (1.0, None), (1e6, 1.0)):
-        sol = vc.solve(roller(("rigid", soft), speed=speed, cells=16, line=line, vx=0.01))
+        sol = vc.solve(roller(("rigid", soft), speed=speed, cells=12, line=line, vx=0.01))
         assert sol.certificate.normal_relative_gap < 1e-9
         found.append(sol.rolling_resistance / sol.normal_force)
         if G is not None:

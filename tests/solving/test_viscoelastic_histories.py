@@ -66,7 +66,7 @@ def test_relaxation_under_a_step_of_approach(surface):
 @pytest.mark.parametrize(("surface", "bodies"), [(LINE, (SOLID, OTHER)), (BALL, SOLID)], ids=["line", "ball"])
 def test_a_long_history_tends_to_steady_rolling(bodies, surface):
     """To that by influence numbers that lag: resistance and approach to second order in the step."""
-    off, rolled = [], 40 if surface is LINE else 5
+    off, rolled = [], 20 if surface is LINE else 5
     for cells in (9, 18):
         grid = vc.solve(scene(bodies, surface, cells, friction=0.0, steps=1, dt=1.0)).grid
         dx, given = grid.sides[0], {"vx": 0.02, "vy": 0.01}

@@ -95,9 +95,9 @@ def test_no_slip_coefficients(motion, quantity, name, cap):
 
 
 def test_closed_forms_are_within_the_error_bars():
-    """In 19 of 20 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's force."""
+    """In 11 of 12 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's force."""
     rng, inside, ratios = np.random.default_rng(6), [], []
-    for case in range(20):
+    for case in range(12):
         cells = np.sort(rng.choice(np.arange(6, 17), size=4, replace=False))
         part = rng.uniform(0.5, 0.9)
         if case % 4 == 0:
@@ -116,7 +116,7 @@ def test_closed_forms_are_within_the_error_bars():
         row = vc.converge(scene, cells, method).limit(quantity)
         inside.append(abs(row["value"] - exact) <= row["error"])
         ratios.append(row["error"] / abs(exact))
-    assert sum(inside) >= 19
+    assert sum(inside) >= 11
     assert np.max(ratios) < 0.03, "bars wide enough for anything would hold everything"
 
 
