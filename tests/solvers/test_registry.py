@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.conditions import violations
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 
 ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-exact")
@@ -149,7 +150,7 @@ def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescri
 
 @pytest.mark.parametrize(
     ("name", "kind", "formulation", "prescribed"),
-    cases([t for t in TANGENTIAL if states_programs(t[0])], ("creepages", "both")),
+    cases([t for t in TANGENTIAL if states_programs(t[0])], ["both"]),
 )
 def test_polished_tangential_methods(rolling, check_kkt, name, kind, formulation, prescribed):
     scene = rolling(motion=motions(rolling, kind)[prescribed], grid=GRIDS[kind])
@@ -173,8 +174,7 @@ def test_unlike_bodies_by_any_pair_of_methods(rolling, check_kkt, normal, tangen
 
 
 @pytest.mark.parametrize("motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1)])
-@pytest.mark.parametrize("field", ["pressure", "shared", "turned", "slid", "short", "approach", "creepage"])
-def test_the_conditions_notice(rolling, check_kkt, motion, field):
+def test_the_conditions_notice(rolling, check_kkt, motion):
     """The judge is no friend: small changes of each kind do not pass."""
     sol = vc.solve(rolling(motion=motion, grid=CELLS), normal="norm")
     check_kkt(sol, 1e-9)
@@ -187,9 +187,9 @@ def test_the_conditions_notice(rolling, check_kkt, motion, field):
         "short": {"traction": sol.traction * np.where(slips, 0.9999, 1.0)},
         "approach": {"approach": sol.approach * 1.0001},
         "creepage": {"creepage": (sol.creepage[0] + 1e-5, *sol.creepage[1:])},
-    }[field]
-    with pytest.raises(AssertionError):
-        check_kkt(dataclasses.replace(sol, **wrong), 1e-6)
+    }
+    for name, fields in wrong.items():
+        assert violations(dataclasses.replace(sol, **fields), 1e-6), name
 
 
 # ----------------------------------------------------------------------------- refusals

@@ -132,7 +132,8 @@ def test_a_surface_that_is_not_inclined_is_the_plane():
 def test_units_do_not_matter():
     metres = vc.Grid(nx=GRID.nx, ny=GRID.ny, dx=4e-4, dy=4e-4, x0=GRID.x0 / 1e3, y0=GRID.y0 / 1e3)
     motion = vc.Steady(vx=MOTION.vx, vy=MOTION.vy, spin=MOTION.spin * 1e3, dq=4e-4)
-    one, other = vc.solve(uneven()), vc.solve(uneven(grid=metres, h=DISTANCE / 1e3, G=82e9, motion=motion))
+    one, scaled = uneven(), {"grid": metres, "h": DISTANCE / 1e3, "G": 82e9, "motion": motion}
+    one, other = vc.solve(one), vc.solve(scene(one.surface.inclination, **scaled))
     np.testing.assert_allclose(other.force, one.force, rtol=1e-9)
 
 

@@ -78,23 +78,3 @@ def test_samples_by_elements(rolling, cells, friction, methods):
         rolling(**{"motion": None} | motion, surface=SAMPLES, friction=friction, grid=vc.Grid(nx=cells, ny=cells))
     )
     assert (plan.normal, plan.tangential) == methods
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"motion": vc.Steady(Fx=-0.2, spin=0.05)},
-        {"motion": vc.Shift(ux=0.05, uy=-0.02)},
-        {"surface": SAMPLES},
-        {"bodies": UNLIKE},
-        {"friction": vc.ExponentialFalling(static=0.4, kinetic=0.3, half_velocity=0.05)},
-    ],
-)
-def test_both_have_the_same_answer(rolling, monkeypatch, changes):
-    monkeypatch.setattr("varcontact.solving.selection.MANY", 100)
-    scene = rolling(grid=vc.Grid(nx=16, ny=16), **changes)
-    many, few = vc.solve(scene), vc.solve(scene, method="active-set")
-    assert many.solved_by["tangential"] == "newton"
-    np.testing.assert_allclose(many.traction, few.traction, rtol=0, atol=1e-7 * few.traction_bound.max())
-    np.testing.assert_allclose(many.force, few.force, rtol=0, atol=1e-8 * 0.3 * few.normal_force)
