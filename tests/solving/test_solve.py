@@ -306,7 +306,7 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
     x = np.linspace(-1.0, 1.0, 81)
     near = x**2 / 2 + x[:, None] ** 2 / 2
     changes = {"normal_force": None, "motion": None, "friction": None, "grid": vc.Grid(nx=8, ny=8)}
-    with pytest.raises(vc.SceneError, match="is measured from a level too far from the contact") as refusal:
+    with pytest.raises(vc.SceneError, match="counted from a level near the contact") as refusal:
         vc.solve(rolling(surface=vc.SampledDistance(1 + near, x, x), **{**changes, **load}))
     assert refusal.value.field == "surface.h"
     sphere = rolling(surface=vc.Paraboloids(1.0, 1.0), **{**changes, "approach": 1e-9})

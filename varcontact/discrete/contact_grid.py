@@ -106,7 +106,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             f"grid is too coarse: the contact at {place} falls between the centres of the elements"
             f"{if_noise(scene, grid)}"
         )
-        raise TooCoarse("grid", grid, "finer", message=message)
+        raise TooCoarse("grid", grid, message=message)
     if spec.explicit:
         message = (
             f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
@@ -114,16 +114,11 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
             "with a large distance"
         )
-        raise SceneError(
-            "grid", _rounded(grid.box, grid.line), "a potential contact that contains the contact", message=message
-        )
+        raise SceneError("grid", _rounded(grid.box, grid.line), message=message)
     surface = scene.surface
     if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
-        message = (
-            "surface: the contact reaches the edge of the samples, "
-            f"{_rounded(surface.box, grid.line)}; sample a larger region"
-        )
-        raise SceneError("surface", _rounded(surface.box, grid.line), "sampled beyond the contact", message=message)
+        allowed = "a larger region: the contact reaches the edge of the samples"
+        raise SceneError("surface", _rounded(surface.box, grid.line), allowed)
     inner = contact_box(grid, pressure)
     along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
     left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
@@ -190,19 +185,13 @@ def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) 
             x, y = left, bottom
     if not (left <= x <= right and bottom <= y <= top):
         box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
-        return SceneError(
-            "grid",
-            box,
-            "a potential contact that contains the contact",
-            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
+        message = (
+            f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}"
         )
-    return TooCoarse(
-        "grid",
-        grid,
-        "fine enough to hold one contact element",
-        message="grid is too coarse to hold one contact element: no element's centre is in contact",
-    )
+        return SceneError("grid", box, message=message)
+    message = "grid is too coarse to hold one contact element: no element's centre is in contact"
+    return TooCoarse("grid", grid, message=message)
 
 
 def same_lattice(one: Grid, other: Grid) -> bool:

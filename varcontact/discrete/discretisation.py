@@ -336,9 +336,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         if not scene.line:
             size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
         message = f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}"
-        raise TooCoarse(
-            "grid", dx if scene.line else (dx, dy), "fine enough to hold one contact element", message=message
-        )
+        raise TooCoarse("grid", dx if scene.line else (dx, dy), message=message)
     distance = undeformed_distance(scene.surface, hertz, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
     if hertz is not None:
@@ -358,15 +356,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
     if not largest < RANGE:
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
-        message = (
-            f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to 1e{RANGE}; choose other units"
-        )
-        raise SceneError(
-            "scene",
-            sizes,
-            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
-            message=message,
-        )
+        raise SceneError("scene", sizes, f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}")
     free = None if depth is None else depth / length
     medium = medium_of(scene.bodies, length, free, coupled, scene.speed)
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:

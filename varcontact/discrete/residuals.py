@@ -338,5 +338,4 @@ def potential_energy(
 
 def _refuse_rolling(problem: NormalProblem | TangentialProblem) -> None:
     if isinstance(problem, TangentialProblem) and not problem.symmetric:
-        message = "problem: steady rolling has a gap, and no energy; give the problem of a shift or a step"
-        raise SceneError("problem", "steady rolling", "of a shift, or of a step", message=message)
+        raise SceneError("problem", "steady rolling", "of a shift, or of a step: others have a gap, and no energy")

@@ -101,8 +101,7 @@ def line_contact(
     R = positive("R", R)
     elastic(bodies)
     if sum(value is not None for value in (force, a, approach)) != 1:
-        message = "give exactly one of force, a and approach"
-        raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
+        raise SceneError("force, a", (force, a), "exactly one of force, a and approach")
     if approach is not None:
         from scipy.special import lambertw
 

@@ -61,6 +61,8 @@ class Sizes:
         Bytes at the peak of each problem, "normal" and "tangential".
     exact : bool
         Whether elements are known; otherwise they, and what follows from them, are upper bounds.
+    mirrored : bool
+        Whether one side of a line of symmetry was solved alone, by an earlier version.
     """
 
     grid: tuple[int, int]
@@ -70,6 +72,7 @@ class Sizes:
     matrices: tuple[Matrix, ...]
     memory: dict[str, float]
     exact: bool
+    mirrored: bool = False
 
     @property
     def peak(self) -> float:

@@ -319,17 +319,13 @@ def check_third_body(scene: Scene) -> None:
         return
     _instance("third_body", layer, (ThirdBody,))
     if layer.k_tau < 0 and isinstance(motion, Steady):
-        message = (
-            "third_body.k_tau: a layer that softens has no unique steady state; solve a history (Transient), or give "
-            "the stress that is left as tau_c0, with k_tau = 0"
-        )
-        raise SceneError("third_body.k_tau", layer.k_tau, "zero or positive in steady rolling", message=message)
+        allowed = "zero or positive in steady rolling: a layer that softens has a history (Transient)"
+        raise SceneError("third_body.k_tau", layer.k_tau, allowed)
     if layer.yields and scene.no_slip:
         raise SceneError("friction", math.inf, "finite with a third_body that yields")
     second_order = scene.edge == "softened" or getattr(motion, "slip_difference", "first-order") != "first-order"
     if second_order and layer.k_tau != 0:
-        message = 'third_body.k_tau: second-order elements and slip are for k_tau = 0; use "centres" and "first-order"'
-        raise SceneError("third_body.k_tau", layer.k_tau, "0 with second-order discretisations", message=message)
+        raise SceneError("third_body.k_tau", layer.k_tau, '0, or grid.edge "centres" and slip_difference "first-order"')
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:

@@ -214,12 +214,9 @@ class SampledDistance:
             )
         turn, widest = float(np.ptp(angles)), float(np.max(np.abs(np.diff(angles)), initial=0.0))
         if turn > MOST_TURN or widest > MOST_TURN_OF_A_ROW:
-            message = (
-                f"surface.inclination turns by {turn:.3g} rad, and by up to {widest:.3g} from row to row: radii of "
-                f"curvature must not be small beside the contact, with at most {MOST_TURN:.3g} rad across the samples "
-                f"and {MOST_TURN_OF_A_ROW:g} from row to row"
-            )
-            raise SceneError("surface.inclination", turn, f"at most {MOST_TURN:.3g} rad in all", message=message)
+            given = f"a turn by {turn:.3g} rad, and by up to {widest:.3g} from row to row"
+            allowed = f"at most {MOST_TURN:.3g} rad across the samples, and {MOST_TURN_OF_A_ROW:g} from row to row"
+            raise SceneError("surface.inclination", given, allowed)
         object.__setattr__(self, "inclination", angles)
 
     @property

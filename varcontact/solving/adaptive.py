@@ -103,11 +103,8 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
             if isinstance(error, NotConverged):
                 raise
-            message = (
-                f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
-                "give more time, or an accuracy, which has no limit of time"
-            )
-            raise SceneError("time_budget", budget, "more seconds", message=message) from None
+            allowed = "more seconds, or an accuracy: the steps of this history take longer even on the coarsest grids"
+            raise SceneError("time_budget", budget, allowed) from None
         last, estimate = levels[-1], estimated(levels, target) if len(levels) >= GRIDS else None
         if estimate is not None and target.accuracy is not None and estimate.largest <= target.accuracy:
             return with_values(last.answer, estimate)

@@ -51,11 +51,7 @@ def with_coefficients(disc: Discretisation, state: ContactState, start: str | So
     law, grid = _law(disc), disc.grid
     if isinstance(start, Solution):
         if start.grid.shape != grid.shape:
-            message = (
-                f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid has shape {grid.shape}"
-            )
-            given, allowed = f"Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}"
-            raise SceneError("start", given, allowed, message=message)
+            raise SceneError("start", f"a Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}")
         friction = _known(law, start)
     else:
         friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)

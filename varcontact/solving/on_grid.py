@@ -156,11 +156,10 @@ def solve_contact(
     angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
     turn = float(np.ptp(angles)) if angles.size else 0.0
     if turn > WIDEST:
-        message = (
-            f"surface.inclination turns by {turn:.3g} rad over the contact, more than {WIDEST:g}: its radius "
-            "of curvature is smaller than half the width of the contact, and no influence numbers hold for that"
+        allowed = (
+            f"at most {WIDEST:g} rad over the contact: no influence numbers hold for a smaller radius of curvature"
         )
-        raise SceneError("surface.inclination", turn, f"at most {WIDEST:g} rad over the contact", message=message)
+        raise SceneError("surface.inclination", turn, allowed)
     return disc, state
 
 
@@ -364,12 +363,8 @@ def finish(
     plan, tol = solver.plan, solver.tol
     approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
-        message = (
-            "surface.h is measured from a level too far from the contact: distances of "
-            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by only {approach:.3g}; subtract a constant"
-        )
-        raise SceneError("surface.h", disc.base, "counted from a level near the contact", message=message)
+        rounded = f"it is rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies approach by only {approach:.3g}"
+        raise SceneError("surface.h", disc.base, f"counted from a level near the contact, less a constant: {rounded}")
     if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.matrix_free and solver.certify == "auto"

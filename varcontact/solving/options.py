@@ -142,8 +142,8 @@ class SolveOptions:
             allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
             raise SceneError("store", store, allowed)
         if store is not None and getattr(scene.motion, "control", None) is not None:
-            message = "store: a file cannot hold the function motion.control; leave store out, and save the answer"
-            raise SceneError("store", store, "left out", message=message)
+            allowed = "left out: a file cannot hold the function motion.control; save the answer"
+            raise SceneError("store", store, allowed)
         return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target)
 
     def exactness(self, final: bool) -> tuple[str, float]:
@@ -201,8 +201,7 @@ def _target(
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
     if accuracy is not None and time_budget is not None:
-        message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
-        raise SceneError("time_budget", time_budget, "left out", message=message)
+        raise SceneError("time_budget", time_budget, "left out where accuracy is given: each decides on the grid")
     if accuracy is not None:
         field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
         if accuracy >= 1:
@@ -219,64 +218,40 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
     """Why a scene has a grid already, or needs one, or the error of its answer is not that of a grid."""
     motion = scene.motion
     if isinstance(scene.grid, Grid):
-        message = f"grid: the grid is chosen for the {field}; leave the grid out, or {field}"
-        yield SceneError("grid", scene.grid, '"auto"', message=message)
+        yield SceneError("grid", scene.grid, f"left out: it is chosen for the {field}")
     if isinstance(motion, Transient):
+        several = f"left out: with {field} a history is solved on several grids"
         if motion.dq is None:
-            message = f"motion.dq: the length of the steps is an element's, unless it is given; with {field} give it"
-            yield SceneError("motion.dq", None, "a length, or one for each step", message=message)
+            yield SceneError("motion.dq", None, f"given: with {field} the length of the steps is not an element's")
         if motion.start is not None:
-            message = (
-                f"motion.start: a solution belongs to its own grid, and {field} chooses one; leave one of them out"
-            )
-            yield SceneError("motion.start", motion.start, "left out", message=message)
+            yield SceneError("motion.start", "a Solution", f"{several}, and it belongs to its own")
         if store is not None:
-            message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
-            yield SceneError("store", store, "left out", message=message)
+            yield SceneError("store", store, f"{several}; save the answer")
         if motion.control is not None:
-            message = f"motion.control: with {field} a history is solved on several grids, and a control is asked once"
-            yield SceneError("motion.control", "a function", "left out", message=message)
+            yield SceneError("motion.control", "a function", several)
         if scene.bodies.relaxes:
-            message = f"bodies: no {field} is for histories of viscoelastic bodies; give a grid, or leave {field} out"
-            yield SceneError("bodies", "Viscoelastic", "elastic in a history", message=message)
+            yield SceneError("bodies", "Viscoelastic", f"elastic in a history with {field}")
     if isinstance(motion, Steady) and motion.dq is not None:
-        message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
-        yield SceneError("motion.dq", motion.dq, "left out", message=message)
-    if isinstance(motion, Shift) and scene.shift_undetermined:
-        for name in ("Fx", "Fy"):
-            if getattr(motion, name) is not None:
-                if scene.bodies.slides:
-                    message = f"the shift for motion.{name} on a smooth base is known but for a constant"
-                    yield SceneError("bodies.base", "smooth", "no base for shifts", message=message)
-                message = (
-                    f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a "
-                    f"constant, which no {field} is for; give the depth from which displacements count"
-                )
-                yield SceneError("surface.reference_depth", None, "a depth", message=message)
+        yield SceneError("motion.dq", motion.dq, f"left out: the step is chosen for the {field}")
+    forces = [name for name in ("Fx", "Fy") if getattr(motion, name, None) is not None]
+    if isinstance(motion, Shift) and scene.shift_undetermined and forces:
+        known = f"the shift for motion.{forces[0]} is known but for a constant"
+        if scene.bodies.slides:
+            yield SceneError("bodies.base", "smooth", f"no base with {field}: {known}")
+        yield SceneError("surface.reference_depth", None, f"given with {field}: in line contact {known}")
     if plan.marches and isinstance(motion, Steady):
-        message = (
-            f'formulation = "marching" takes the slip of first order, and with {field} it is of second order; '
-            "leave formulation out, or give a grid"
-        )
-        yield SceneError("formulation", "marching", '"auto"', message=message)
+        yield SceneError("formulation", "marching", f"left out: with {field} the slip is of second order")
     if scene.hardens and not plan.closed_form:
-        message = f"third_body.k_tau: with {field} a layer hardens in Hertzian contacts of like bodies; give a grid"
-        yield SceneError("third_body.k_tau", scene.third_body, "0, or a Hertzian contact", message=message)
+        allowed = f"0 with {field}, or the contact a Hertzian one of like bodies"
+        yield SceneError("third_body.k_tau", scene.third_body, allowed)
     if plan.theory is not None:
-        message = (
-            f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
-            f"with {field} take a method of the exact theory, or leave tangential out"
-        )
-        yield SceneError("tangential", plan.tangential, "a method of the exact theory", message=message)
+        allowed = f"a method of the exact theory with {field}: a theory has an error that no grid removes"
+        yield SceneError("tangential", plan.tangential, allowed)
     if start is not None and not isinstance(start, str):
-        message = f'start: with {field} it is "stick" or "slip"; a solution belongs to its own grid'
-        yield SceneError("start", start, '"stick" or "slip"', message=message)
+        yield SceneError("start", "a Solution", f'"stick" or "slip" with {field}: a solution belongs to its own grid')
     if start == "stick" and isinstance(scene.friction, StaticKinetic):
-        message = (
-            'start = "stick": under a static and a kinetic coefficient what the static one adds vanishes as the grid '
-            f"gets finer, and {field} counts errors against the continuum; leave start out, or give a grid"
-        )
-        yield SceneError("start", start, 'left out, or "slip"', message=message)
+        allowed = f"left out with {field}: what the static coefficient adds vanishes as the grid gets finer"
+        yield SceneError("start", start, allowed)
     refusal = not_measurable(scene)
     if refusal is not None:
         yield refusal

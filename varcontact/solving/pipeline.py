@@ -291,11 +291,8 @@ def _active_sets(task: Task, best: RawSolution | None) -> RawSolution:
 
 
 def _refused(task: Task, best: RawSolution | None) -> RawSolution:
-    message = (
-        'formulation = "gap": the gap is not convex for elements so long and motion.dq so short; use "marching", or a '
-        "longer motion.dq"
-    )
-    raise SceneError("formulation", "gap", '"marching", or a longer motion.dq', message=message)
+    allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
+    raise SceneError("formulation", "gap", allowed)
 
 
 def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:

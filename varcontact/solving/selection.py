@@ -152,11 +152,10 @@ def select(
 def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]:
     """A motion, or names of methods, that there are not; installed ones are found by `available`."""
     if isinstance(scene.motion, TimeStep):
-        message = "motion: a TimeStep continues from the step before it; give the history as a Transient"
-        yield SceneError("motion", scene.motion, "a Transient", message=message)
+        yield SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
     if isinstance(scene.motion, Harmonic):
-        message = "motion: a Harmonic has complex amplitudes, which only solve(scene) gives; give another motion here"
-        yield SceneError("motion", scene.motion, "Steady, Shift or Transient", message=message)
+        allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
+        yield SceneError("motion", scene.motion, allowed)
     for field in ("normal", "tangential", "coupling", "formulation"):
         if not isinstance(wanted[field], str):
             yield SceneError(field, wanted[field], "the name of a method")
@@ -164,8 +163,7 @@ def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]
     normal, tangential = wanted["normal"], wanted["tangential"]
     if normal != "auto":
         if normal in [*tangential_methods(), *THEORIES] and normal not in normal_methods():
-            message = f'normal = "{normal}": it solves the tangential problem; use "norm" or "clarabel"'
-            yield SceneError("normal", normal, "a method of the normal problem", message=message)
+            yield SceneError("normal", normal, 'a method of the normal problem, as "norm" or "clarabel"')
         available("normal", normal, ("auto", *normal_methods()))
     if tangential != "auto":
         methods = tangential_methods()
@@ -175,9 +173,7 @@ def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]
             why = "it is for normal problems"
             if states_programs(tangential):
                 why = "it solves QPs, and Coulomb's disks are second-order cones"
-            others = ", ".join(methods)
-            message = f'tangential = "{tangential}": {why}; use one of {others}, or a theory'
-            yield SceneError("tangential", tangential, f"one of {others} or a theory", message=message)
+            yield SceneError("tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}")
         available("tangential", tangential, ("auto", *methods, *THEORIES))
     choice("coupling", wanted["coupling"], ("auto", *COUPLING_METHODS))
     choice("formulation", wanted["formulation"], ("auto", *FORMULATIONS))
@@ -319,43 +315,31 @@ def _formulations(scene: Scene, plan: Plan, formulation: str) -> tuple[tuple[str
 def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[SceneError]:
     """What of the methods named cannot treat the scene."""
     normal, tangential, formulation = wanted["normal"], wanted["tangential"], wanted["formulation"]
-    if normal == "hertz" and _sampled(scene):
-        message = (
-            "Hertz's pressure is for paraboloids, ellipses and cylinders; with sampled distances use "
-            '"norm" or "clarabel"'
-        )
-        yield SceneError("normal", normal, "norm or clarabel", message=message)
-    if normal == "hertz" and not isinstance(scene.bodies, Bodies):
-        message = 'Hertz\'s pressure is for half-spaces, Bodies(G, nu); with other bodies use "norm" or "clarabel"'
-        yield SceneError("normal", normal, "norm or clarabel", message=message)
-    if normal == "hertz" and _coupled(scene):
-        message = (
-            f"Hertz's pressure ignores tangential tractions; with {scene.difference} and friction use "
-            '"norm" or "clarabel"'
-        )
-        yield SceneError("normal", normal, "norm or clarabel", message=message)
+    why = ""
+    if _sampled(scene):
+        why = "is for paraboloids, ellipses and cylinders"
+    elif not isinstance(scene.bodies, Bodies):
+        why = "is for half-spaces, Bodies(G, nu)"
+    elif _coupled(scene):
+        why = f"ignores tangential tractions, and here there is friction and {scene.difference}"
+    if normal == "hertz" and why:
+        yield SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
     yield from _not_of_the_method(plan.method, "normal", normal, PRESETS[plan.method].normals)
     why = why_centres(scene) if scene.touched and not plan.closed_form else ""
     if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
         remedy = "give surface.x and surface.y, or use" if not _coupled(scene) else "use"
         message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
-        yield SceneError("grid.edge", scene.edge, '"centres"', message=message)
+        yield SceneError("grid.edge", scene.edge, message=message)
     why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""
     if why:
-        message = f'tangential = "{tangential}": {why}; use another method'
-        yield SceneError("tangential", tangential, "another method", message=message)
+        yield SceneError("tangential", tangential, f"another method: {why}")
     yield from _not_of_the_method(plan.method, "tangential", tangential, PRESETS[plan.method].tangentials)
     why = _not_coupled_newton(scene, wanted, plan) if wanted["coupling"] == plan.coupling == "newton" else ""
     if why:
-        message = f'coupling = "newton": {why}; use "panagiotopoulos"'
-        yield SceneError("coupling", "newton", '"panagiotopoulos"', message=message)
+        yield SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
     difference = scene.motion.slip_difference if isinstance(scene.motion, Steady) else "first-order"
     if formulation == "marching" and difference != "first-order":
-        message = (
-            f'formulation = "marching" is for motion.slip_difference = "first-order", and it is "{difference}": '
-            'a march goes from one step to the next; use "auto"'
-        )
-        yield SceneError("formulation", formulation, '"auto" or "gap"', message=message)
+        yield SceneError("formulation", formulation, f'"auto" or "gap" with motion.slip_difference = "{difference}"')
     allowed, _, others = _formulations(scene, plan, formulation)
     if formulation not in ("auto", *allowed):
         choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
@@ -368,11 +352,7 @@ def _not_of_the_method(method: str, field: str, name: str, allowed: tuple[str, .
     if method == "auto" or name in ("auto", "hertz", *allowed) or (not allowed and states_programs(name)):
         return
     words = " or ".join(allowed) or "a solver of programs, such as clarabel or scs"
-    message = (
-        f'{field} = "{name}" does not belong to method = "{method}", which takes {words}; '
-        'with method = "auto" any solver may be named'
-    )
-    yield SceneError(field, name, words, message=message)
+    yield SceneError(field, name, f'{words} with method = "{method}"; with method = "auto" any solver may be named')
 
 
 def _sampled(scene: Scene) -> bool:

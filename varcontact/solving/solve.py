@@ -252,11 +252,9 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        message = "motion: tractions are certified at given creepages; give Steady or Shift with no prescribed force"
-        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force", message=message)
+        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, for tractions to be certified")
     if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
-        message = "grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0"
-        raise SceneError("grid", scene.grid, "explicit", message=message)
+        raise SceneError("grid", scene.grid, "explicit, with dx, dy, x0 and y0, for tractions to be certified")
     plan = select(scene, "hertz" if pressure is None else "clarabel")
     grid = known_grid(scene)
     disc = discretise(scene, grid, coupled=not plan.left_out)

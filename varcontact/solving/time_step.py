@@ -63,10 +63,7 @@ def largest_contacts(scene: Scene) -> list[Scene]:
             continue
         largest[key] = still
     if not largest:
-        message = "motion: the bodies never touch; give a load in one step at least"
-        raise NoContact(
-            "motion", "no load in any step", "a history in which the bodies touch once at least", message=message
-        )
+        raise NoContact("motion", "no load in any step", "a history in which the bodies touch once at least")
     return list(largest.values())
 
 
@@ -134,23 +131,15 @@ class March:
         relaxes, memory = self.scene.bodies.relaxes, start.memory
         alone = relaxes or start.plastic is not None  # what particles bring along is known on the start's own grid
         if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
-            message = "motion.start is no step of a history of these viscoelastic bodies: their past is not known"
-            raise SceneError("motion.start", type(start.motion).__name__, "a step of such a history", message=message)
+            allowed = "a step of a history of these viscoelastic bodies: else their past is not known"
+            raise SceneError("motion.start", type(start.motion).__name__, allowed)
         if same_lattice(start.grid, grid):
             more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
             return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
         if not motion.interpolate or start.grid.line != grid.line or alone:
             remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
-            message = (
-                f"motion.start is a solution on {_words(start.grid)}, and the history is "
-                f"on {_words(grid)}; use the same grid{remedy}"
-            )
-            raise SceneError(
-                "motion.start",
-                f"Solution on {_words(start.grid)}",
-                f"on the grid of the history{remedy}",
-                message=message,
-            )
+            allowed = f"on the same grid as the history, {_words(grid)}{remedy}"
+            raise SceneError("motion.start", f"a Solution on {_words(start.grid)}", allowed)
         fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
         known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}
         known |= {"power_density": fields[3]}

@@ -66,24 +66,18 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
     if isinstance(start, Solution):
         reason = 'the estimate takes half as many elements, on which no start is known; give start = "stick" or "slip"'
     if chosen:
-        reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
+        reason = "it corrects on the scene's own grid, and accuracy or time_budget choose one"
     if reason:
-        raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
+        raise SceneError("refine", kind, f"left out: {reason}")
     grid, hertz = known_grid(scene), scene.hertz
     assert hertz is not None
     (dx, dy), parts = grid.sides, PARTS * PARTS * grid.size
     nx, ny = 2 * hertz.a / dx, 2 * hertz.b / dy
     if min(nx, ny) < LEAST * (1 - 1e-9):
-        message = (
-            f'refine = "{CONTINUUM}" needs a grid with at least {LEAST} elements across the contact each way; '
-            f"here it has {nx:.3g} by {ny:.3g}"
-        )
-        raise SceneError("grid", scene.grid, f"at least {LEAST} elements across the contact each way", message=message)
-    need(
-        "the parts of the elements",
-        8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts,
-        SMALLER,
-    )
+        allowed = f"one with at least {LEAST} elements across the contact each way for refine, not {nx:.3g} by {ny:.3g}"
+        raise SceneError("grid", scene.grid, allowed)
+    size = 8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts
+    need("the parts of the elements", size, SMALLER)
     return True
 
 
@@ -92,9 +86,9 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     if scene.third_body is not None:
         return "it corrects contacts without a third body"
     if scene.motion is None:
-        return "it is for tractions, and without a motion there are none: leave refine out"
+        return "it is for tractions, and without a motion there are none"
     if scene.frictionless:
-        return "without friction there is nothing to correct: leave refine out"
+        return "without friction there is nothing to correct"
     if not isinstance(scene.motion, Steady):
         return f"it is for steady rolling; {INSTEAD}"
     if scene.line:
@@ -102,16 +96,16 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     if scene.no_slip:
         return (
             "with infinite friction forces under Hertz's pressure are known in closed form "
-            "(varcontact.reference.no_slip_ellipse); leave refine out"
+            "(varcontact.reference.no_slip_ellipse)"
         )
     if scene.coupled and not plan.left_out:
         return f"it is for quasi-identical bodies, and here {scene.difference}; {INSTEAD}"
     if not plan.closed_form:
         return f"it is for Hertz's pressure in closed form, and here the pressure is solved for; {INSTEAD}"
     if plan.theory is not None:
-        return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
+        return f"it corrects exact methods, not the theory {plan.tangential!r}"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
-        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses: leave grid.edge out'
+        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses'
     return ""
 
 
@@ -157,13 +151,8 @@ def _corrected(disc: Discretisation, state: ContactState, loose: ContactSolver, 
     try:
         return defect_correct(disc, state, loose, last)
     except Saturated as beyond:
-        raise SceneError(
-            "refine",
-            CONTINUUM,
-            "left out",
-            message=f'refine = "{CONTINUUM}": the tangential force is so near to what friction carries that the '
-            f"corrected problem cannot carry it ({beyond}); leave refine out",
-        ) from None
+        allowed = f"left out: so near to saturation the corrected problem cannot carry the tangential force ({beyond})"
+        raise SceneError("refine", CONTINUUM, allowed) from None
 
 
 def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) -> Corrected:
