@@ -69,7 +69,7 @@ def test_failures_are_counted_with_their_reasons(folder):
         ),
         ("[over]\nmotion.vxx = [1.0]", [], 'over: the scene has no "motion.vxx"'),
         ('[over]\nfriction = [0.1]\n[solve]\nstart = "slip"', [], "solve.start = 'slip' must be left out"),
-        ("[over]\nfriction = [0.1]\n[solve]\naccuracy = 0.01", [], "grid: the grid is chosen for the accuracy; leave"),
+        ("[over]\nfriction = [0.1]\n[solve]\naccuracy = 0.01", [], "left out: it is chosen for the accuracy"),
         (OVER, ["--dask", "tcp://127.0.0.1:1", "--workers", "2"], "--workers = 2 must be left out"),
         (OVER, ["--dask", "nowhere"], "--dask = 'nowhere' is not allowed: must be the address of a running scheduler"),
         (OVER, ["--workers", "0"], "workers = 0 is not allowed: must be a whole number, 1 or more"),

@@ -107,7 +107,7 @@ def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, opt
         alone = vc.solve(dataclasses.replace(scene, motion=vc.Steady(vx=vx, vy=vy, spin=spin)), **options)
         assert one.force.tolist() == other.force.tolist() == alone.force.tolist()
         assert one.error_estimate.largest <= options.get("accuracy", 0.01)
-    with pytest.raises(vc.SceneError, match="grid: the grid is chosen for the accuracy"):
+    with pytest.raises(vc.SceneError, match="left out: it is chosen for the accuracy"):
         vc.scan(rolling(grid=GRID), CREEPAGES, accuracy=0.1, workers=2)
 
 

@@ -68,8 +68,8 @@ def test_without_friction_every_step_is_hertzs():
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({"dq": None}, {"accuracy": 0.01}, "motion.dq: the length of the steps is an element's, unless it is given"),
-        ({}, {"accuracy": 0.01, "store": "steps.nc"}, "store: with accuracy a history is solved on several grids"),
+        ({"dq": None}, {"accuracy": 0.01}, "with accuracy the length of the steps is not an element's"),
+        ({}, {"accuracy": 0.01, "store": "steps.nc"}, "left out: with accuracy a history is solved on several grids"),
     ],
 )
 def test_refusals(changes, options, words):
@@ -97,7 +97,9 @@ def test_more_steps_than_fit_are_refused_before_any_is_solved(monkeypatch):
 def test_a_start_has_its_own_grid():
     start = vc.solve(replace(ROLLING, motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8)))
     scene = replace(ROLLING, motion=replace(ROLLING.motion, start=start))
-    with pytest.raises(vc.SceneError, match=r"motion.start: a solution belongs to its own grid, and time_budget"):
+    with pytest.raises(
+        vc.SceneError, match=r"with time_budget a history is solved on several grids, and it belongs to its own"
+    ):
         vc.solve(scene, time_budget=1.0)
 
 

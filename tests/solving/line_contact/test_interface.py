@@ -192,7 +192,7 @@ def test_refused_entries(make, field):
         ({}, {"tangential": "fastsim"}, "tangential", "elliptic contacts"),
         ({}, {"tangential": "linear"}, "tangential", "elliptic contacts"),
         ({}, {"tangential": "vermeulen-johnson"}, "tangential", "elliptic contacts"),
-        ({"bodies": UNLIKE}, {"normal": "hertz"}, "normal", 'with K = 0.214 and friction use "norm"'),
+        ({"bodies": UNLIKE}, {"normal": "hertz"}, "normal", "friction and K = 0.214"),
         ({"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES)}, {"normal": "hertz"}, "normal", "cylinders"),
     ],
 )
