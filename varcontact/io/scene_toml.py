@@ -35,6 +35,8 @@ SURFACES = {
 }
 BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
+KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, LAWS, BODIES) for kind, cls in kinds.items()}
+"""The kind of each class."""
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
@@ -181,9 +183,7 @@ def _plain(value: Any) -> Any:
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
     if isinstance(value, BodyPair) and not value.coupled:
         return _plain(value.upper)
-    named = {**SURFACES, **MOTIONS, **LAWS, **BODIES}
-    kinds = [{"kind": kind} for kind, cls in named.items() if isinstance(value, cls)]
-    table = kinds[0] if kinds else {}
+    table = next(({"kind": KINDS[cls]} for cls in type(value).__mro__ if cls in KINDS), {})
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 

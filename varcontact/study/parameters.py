@@ -104,5 +104,5 @@ def changed(owner: Owner, values: Mapping[str, Any], what: str = "scene") -> Own
         part: entries[""] if "" in entries else replace(getattr(given, part), **entries)
         for part, entries in parts.items()
     }
-    made: Owner = replace(given, **changes)
+    made: Owner = replace(given, **changes) if changes else given
     return made
