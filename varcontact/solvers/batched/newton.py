@@ -72,7 +72,7 @@ def solve_batch(
         traction = projected(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
     else:
         traction = np.zeros(problem.rigid_shift.shape)
-    method = Method(problem, transforms(ny, nx, problem.steps_ahead))
+    method = Method(problem, transforms(ny, nx, problem.steps_ahead), single=SINGLE <= 0.01 * tol)
     places, waiting = max(1, min(n, POOL // (ny * nx))), 0
     pool: Pool | None = None
     while waiting < n or pool is not None:
@@ -86,7 +86,7 @@ def solve_batch(
         at = method.natural(pool)
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
         if certified and stale.size:
-            method.renew(pool, stale, tol)
+            method.renew(pool, stale, pool.symbol)
             at = method.natural(pool)
         ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MOST_STEPS))
         if ready.size:
@@ -102,10 +102,10 @@ def solve_batch(
 
 
 class Method:
-    """What the problems have in common: transforms, softened edges."""
+    """What the problems have in common: transforms, softened edges, and whether single precision is enough."""
 
-    def __init__(self, problem: BatchedProblem, transforms: Transforms) -> None:
-        self.problem, self.transforms = problem, transforms
+    def __init__(self, problem: BatchedProblem, transforms: Transforms, single: bool) -> None:
+        self.problem, self.transforms, self.single = problem, transforms, single
         compliance = problem.compliance
         scale = None if compliance is None or not compliance.any() else 1 / np.sqrt(1 + compliance)[..., None]
         self.scale = scale  # tractions of soft elements are divided by it, shifts multiplied
@@ -156,7 +156,8 @@ class Method:
             rounding=np.zeros(n),
             steps=np.zeros(n, int),
         )
-        self.renew(pool, np.arange(n), np.inf)
+        pool = pool.rounded() if self.single else pool
+        self.renew(pool, np.arange(n), pool.symbol32)
         return pool
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
@@ -189,14 +190,12 @@ class Method:
         scale = self.scale32 if field.dtype == np.float32 else self.scale
         return (field if scale is None else field * scale).sum(axis=(1, 2))
 
-    def renew(self, pool: Pool, some: np.ndarray, tol: float) -> None:
-        """Shifts of some problems anew, in double precision where the tolerance asks for it."""
-        single = SINGLE <= 0.01 * tol
-        symbol = (pool.symbol32 if single else pool.symbol)[..., some]
-        traction = pool.traction[..., some].astype(symbol.dtype)
+    def renew(self, pool: Pool, some: np.ndarray, symbol: np.ndarray) -> None:
+        """Shifts of some problems anew, in the precision of the symbol."""
         known = pool.rigid_shift[..., some] + self._rigid(pool.rigid[:, some])
-        pool.shift[..., some] = known + self.product(traction, symbol, pool.own[:, some])
-        pool.rounding[some] = SINGLE if single else DOUBLE
+        traction = pool.traction[..., some].astype(symbol.dtype)
+        pool.shift[..., some] = known + self.product(traction, symbol[..., some], pool.own[:, some])
+        pool.rounding[some] = SINGLE if symbol.dtype == np.float32 else DOUBLE
 
     def natural(self, pool: Pool) -> NaturalMap:
         return self._natural(pool.traction, pool.shift, pool.bound, pool.force, pool.free, pool.per_element)
@@ -229,7 +228,7 @@ class Method:
         pool.traction[..., ready] = projected(pool.traction[..., ready], bound)
         good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
         if certified:
-            self.renew(pool, ready, tol)
+            self.renew(pool, ready, pool.symbol)
             traction, shift = pool.traction[..., ready], pool.shift[..., ready]
             again = self._natural(
                 traction, shift, bound, pool.force[:, ready], pool.free[:, ready], pool.per_element[ready]
@@ -238,8 +237,9 @@ class Method:
             work = np.maximum(bound * length_of(shift) + lost, 0).sum((0, 1))
             out.dissipated[pool.ids[ready]] = 0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
             rigid = pool.rigid_shift[..., ready] + self._rigid(pool.rigid[:, ready])
-            gap = work / np.maximum((bound * length_of(rigid)).sum((0, 1)), 1e-300)
-            residual = again.residual / np.maximum(again.size, 1e-300)
+            least = np.finfo(bound.dtype).tiny
+            gap = work / np.maximum((bound * length_of(rigid)).sum((0, 1)), least)
+            residual = again.residual / np.maximum(again.size, least)
             for now, new in zip(
                 (getattr(at, each.name) for each in fields(at)),
                 (getattr(again, each.name) for each in fields(again)),
@@ -316,7 +316,8 @@ class Method:
 
         Generalised conjugate residuals (Eisenstat, Elman and Schultz 1983); prescribed forces border the equations.
         """
-        scale = np.maximum(np.sqrt(inner(system.right, system.right) + dot(lacking, lacking)), 1e-300)
+        scale = np.maximum(np.sqrt(inner(system.right, system.right) + dot(lacking, lacking)), 1e-30)
+        scale = scale.astype(system.right.dtype)
         rest, rest_of_forces = (system.right / scale).astype(np.float32), (lacking / scale).astype(np.float32)
         border = Border.of(self, pool, system) if self.given else None
         steps: list[np.ndarray] = []
@@ -375,7 +376,7 @@ class Method:
         """One Newton step of every problem, with a line search on the norm of the natural map's residual."""
         system = self.linearised(pool, at)
         near = at.residual <= 30 * tol * at.size
-        wanted = 0.3 * tol * at.size / np.maximum(at.residual, 1e-300)
+        wanted = 0.3 * tol * at.size / np.maximum(at.residual, 1e-30)
         tolerance = np.clip(wanted, np.where(near, LATE_INNER, INNER), INNER)
         step, image, rigid = self._gcr(pool, system, at.lacking, tolerance)
         turn = dot(system.across, pool.traction + step) / np.where(pool.bound > 0, pool.bound, np.inf)
@@ -388,7 +389,8 @@ class Method:
             step += extra
         pool.rounding[...] += SINGLE * np.abs(step).max(axis=(0, 1, 2))
         image += self._rigid(rigid)
-        best, length, todo = np.full(pool.size, np.inf), np.ones(pool.size), np.arange(pool.size)
+        best, todo = np.full(pool.size, np.inf), np.arange(pool.size)
+        length = np.ones(pool.size, step.dtype)
         for part in STEP_LENGTHS:
             some: Any = slice(None) if len(todo) == pool.size else todo
             tried = self._natural(

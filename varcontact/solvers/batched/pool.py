@@ -37,6 +37,11 @@ class Pool:
     def size(self) -> int:
         return len(self.ids)
 
+    def rounded(self) -> Pool:
+        """With fields in single precision."""
+        parts = (getattr(self, each.name) for each in fields(self))
+        return Pool(*(each.astype(np.float32) if each.ndim > 1 and each.dtype == float else each for each in parts))
+
     def where(self, mask: np.ndarray) -> Pool:
         """Those that stay."""
         return Pool(*(np.compress(mask, getattr(self, each.name), axis=-1) for each in fields(self)))
