@@ -6,8 +6,8 @@ in double where they are no longer exact enough. Problems that are solved leave 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -74,30 +74,29 @@ def solve_batch(
         traction = np.zeros(problem.rigid_shift.shape)
     method = Method(problem, transforms(ny, nx, problem.steps_ahead), single=SINGLE <= 0.01 * tol)
     places, waiting = max(1, min(n, POOL // (ny * nx))), 0
-    pool: Pool | None = None
-    while waiting < n or pool is not None:
-        working = 0 if pool is None else pool.size
+    work: tuple[Pool, NaturalMap] | None = None
+    while waiting < n or work is not None:
+        working = 0 if work is None else work[0].size
         if waiting < n and working <= (1 - REFILL) * places:
             ids = np.arange(waiting, min(n, waiting + places - working))
             waiting = int(ids[-1]) + 1
             entered = method.entered(ids, traction[..., ids], rigid[:, ids])
-            pool = entered if pool is None else pool.joined(entered)
-        assert pool is not None
-        at = method.natural(pool)
+            work = entered if work is None else (work[0].joined(entered[0]), work[1].joined(entered[1]))
+        assert work is not None
+        pool, at = work
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
         if certified and stale.size:
-            method.renew(pool, stale, pool.symbol)
-            at = method.natural(pool)
+            at.put(stale, method.renewed(pool, stale, pool.symbol))
         ready = np.flatnonzero((at.residual <= tol * at.size) | (pool.steps >= MOST_STEPS))
         if ready.size:
             leaving = method.left(pool, at, ready, out, tol, certified)
             staying = ~np.isin(np.arange(pool.size), leaving)
             if not staying.any():
-                pool = None
+                work = None
                 continue
             if leaving.size:
                 pool, at = pool.where(staying), at.where(staying)
-        method.step(pool, at, tol)
+        work = pool, method.step(pool, at, tol)
     return whole
 
 
@@ -112,7 +111,7 @@ class Method:
         self.scale32 = None if scale is None else scale.astype(np.float32)
         self.given = bool(np.isfinite(problem.force).any())
 
-    def entered(self, ids: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> Pool:
+    def entered(self, ids: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> tuple[Pool, NaturalMap]:
         """Problems with their symbols, in their own units."""
         problem, n = self.problem.of(ids), len(ids)
         transforms = self.transforms
@@ -157,8 +156,7 @@ class Method:
             steps=np.zeros(n, int),
         )
         pool = pool.rounded() if self.single else pool
-        self.renew(pool, np.arange(n), pool.symbol32)
-        return pool
+        return pool, self.renewed(pool, np.arange(n), pool.symbol32)
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Elastic shifts of tractions (2, ny, nx, n) over a step, in the precision of the field."""
@@ -190,31 +188,24 @@ class Method:
         scale = self.scale32 if field.dtype == np.float32 else self.scale
         return (field if scale is None else field * scale).sum(axis=(1, 2))
 
-    def renew(self, pool: Pool, some: np.ndarray, symbol: np.ndarray) -> None:
-        """Shifts of some problems anew, in the precision of the symbol."""
+    def renewed(self, pool: Pool, some: np.ndarray, symbol: np.ndarray) -> NaturalMap:
+        """The natural map of some problems, their shifts anew in the precision of the symbol."""
         known = pool.rigid_shift[..., some] + self._rigid(pool.rigid[:, some])
         traction = pool.traction[..., some].astype(symbol.dtype)
         pool.shift[..., some] = known + self.product(traction, symbol[..., some], pool.own[:, some])
         pool.rounding[some] = SINGLE if symbol.dtype == np.float32 else DOUBLE
+        return self.natural(pool, some, pool.traction[..., some], pool.shift[..., some])
 
-    def natural(self, pool: Pool) -> NaturalMap:
-        return self._natural(pool.traction, pool.shift, pool.bound, pool.force, pool.free, pool.per_element)
-
-    def _natural(
-        self,
-        traction: np.ndarray,
-        shift: np.ndarray,
-        bound: np.ndarray,
-        force: np.ndarray,
-        free: np.ndarray,
-        per_element: np.ndarray,
-    ) -> NaturalMap:
+    def natural(self, pool: Pool, some: np.ndarray | slice, traction: np.ndarray, shift: np.ndarray) -> NaturalMap:
+        bound, free = pool.bound[..., some], pool.free[:, some]
         trial = traction - shift
         length = length_of(trial)
         off = traction - trial * np.minimum(1.0, bound / np.maximum(length, 1e-30))
         off *= bound > 0
         squares = dot(off, off)
-        lacking = (force - self._sums(traction)) * per_element * free if self.given else 0 * force
+        lacking = 0 * free
+        if self.given:
+            lacking = (pool.force[:, some] - self._sums(traction)) * pool.per_element[some] * free
         residual = np.maximum(np.sqrt(squares.max(axis=(0, 1))), np.abs(lacking).max(axis=0))
         merit = np.sqrt(squares.sum(axis=(0, 1)) + dot(lacking, lacking))
         size = np.maximum(np.sqrt(dot(traction, traction).max(axis=(0, 1))), residual)
@@ -228,11 +219,9 @@ class Method:
         pool.traction[..., ready] = projected(pool.traction[..., ready], bound)
         good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
         if certified:
-            self.renew(pool, ready, pool.symbol)
+            again = self.renewed(pool, ready, pool.symbol)
+            at.put(ready, again)
             traction, shift = pool.traction[..., ready], pool.shift[..., ready]
-            again = self._natural(
-                traction, shift, bound, pool.force[:, ready], pool.free[:, ready], pool.per_element[ready]
-            )
             lost = dot(traction, shift)
             work = np.maximum(bound * length_of(shift) + lost, 0).sum((0, 1))
             out.dissipated[pool.ids[ready]] = 0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
@@ -240,12 +229,6 @@ class Method:
             least = np.finfo(bound.dtype).tiny
             gap = work / np.maximum((bound * length_of(rigid)).sum((0, 1)), least)
             residual = again.residual / np.maximum(again.size, least)
-            for now, new in zip(
-                (getattr(at, each.name) for each in fields(at)),
-                (getattr(again, each.name) for each in fields(again)),
-                strict=True,
-            ):
-                now[..., ready] = new
             good = (residual <= tol) & (gap <= tol)
             slips = (again.length > bound * (1 + 1e-8)) & (bound > 0)
             out.slip[..., pool.ids[ready]] = slips * length_of(shift / scale) * pool.unit[ready]
@@ -372,8 +355,8 @@ class Method:
 
         return combined(steps), combined(images), combined(rigids) if rigids else np.zeros(lacking.shape)
 
-    def step(self, pool: Pool, at: NaturalMap, tol: float) -> None:
-        """One Newton step of every problem, with a line search on the norm of the natural map's residual."""
+    def step(self, pool: Pool, at: NaturalMap, tol: float) -> NaturalMap:
+        """After one Newton step of every problem, with a line search on the norm of the natural map's residual."""
         system = self.linearised(pool, at)
         near = at.residual <= 30 * tol * at.size
         wanted = 0.3 * tol * at.size / np.maximum(at.residual, 1e-30)
@@ -389,30 +372,24 @@ class Method:
             step += extra
         pool.rounding[...] += SINGLE * np.abs(step).max(axis=(0, 1, 2))
         image += self._rigid(rigid)
-        best, todo = np.full(pool.size, np.inf), np.arange(pool.size)
-        length = np.ones(pool.size, step.dtype)
-        for part in STEP_LENGTHS:
-            some: Any = slice(None) if len(todo) == pool.size else todo
-            tried = self._natural(
-                pool.traction[..., some] + part * step[..., some],
-                pool.shift[..., some] + part * image[..., some],
-                pool.bound[..., some],
-                pool.force[:, some],
-                pool.free[:, some],
-                pool.per_element[some],
-            ).merit
-            less = tried < best[todo]
-            best[todo[less]], length[todo[less]] = tried[less], part
-            todo = todo[~(tried < (1 - 0.1 * part) * at.merit[todo])]
+        length, todo = np.ones(pool.size, step.dtype), np.arange(pool.size)
+        then = tried = self.natural(pool, slice(None), pool.traction + step, pool.shift + image)
+        for part, shorter in pairwise(STEP_LENGTHS):
+            todo = todo[~(tried.merit < (1 - 0.1 * part) * at.merit[todo])]
             if todo.size == 0:
                 break
+            traction, shift = pool.traction[..., todo], pool.shift[..., todo]
+            tried = self.natural(pool, todo, traction + shorter * step[..., todo], shift + shorter * image[..., todo])
+            less = tried.merit < then.merit[todo]
+            then.put(todo[less], tried.where(less))
+            length[todo[less]] = shorter
         pool.traction[...] += length * step
         pool.shift[...] += length * image
         pool.rigid[...] += length * rigid
-        slow = length < 0.5
         less_damped = np.where(pool.damping > 0.02, pool.damping / 5, 0.0)
-        pool.damping[...] = np.where(slow, np.clip(3 * pool.damping, 0.1, 3.0), less_damped)
+        pool.damping[...] = np.where(length < 0.5, np.clip(3 * pool.damping, 0.1, 3.0), less_damped)
         pool.steps[...] += 1
+        return then
 
 
 @dataclass(frozen=True, eq=False)

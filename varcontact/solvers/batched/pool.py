@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
+from varcontact.solvers.batched.problem import Batch
+
 
 @dataclass(frozen=True, eq=False)
-class Pool:
+class Pool(Batch):
     """The problems in work, each in its own units: tractions by the largest bound, shifts by an element's own."""
 
     ids: np.ndarray
@@ -39,20 +41,11 @@ class Pool:
 
     def rounded(self) -> Pool:
         """With fields in single precision."""
-        parts = (getattr(self, each.name) for each in fields(self))
-        return Pool(*(each.astype(np.float32) if each.ndim > 1 and each.dtype == float else each for each in parts))
-
-    def where(self, mask: np.ndarray) -> Pool:
-        """Those that stay."""
-        return Pool(*(np.compress(mask, getattr(self, each.name), axis=-1) for each in fields(self)))
-
-    def joined(self, other: Pool) -> Pool:
-        """With others behind."""
-        return Pool(*(np.concatenate([getattr(each, f.name) for each in (self, other)], -1) for f in fields(self)))
+        return Pool(*(each.astype(np.float32) if each.ndim > 1 and each.dtype == float else each for each in self))
 
 
 @dataclass(frozen=True, eq=False)
-class NaturalMap:
+class NaturalMap(Batch):
     """Trial tractions ``p - E``, their lengths, forces lacking; of each problem the residual, its norm, the scale."""
 
     trial: np.ndarray
@@ -61,9 +54,6 @@ class NaturalMap:
     residual: np.ndarray
     merit: np.ndarray
     size: np.ndarray
-
-    def where(self, mask: np.ndarray) -> NaturalMap:
-        return NaturalMap(*(np.compress(mask, getattr(self, each.name), axis=-1) for each in fields(self)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,11 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
 
 from varcontact.elasticity.operators import DIFFERENCES
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Arrays whose last axis is the problem."""
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return (getattr(self, each.name) for each in fields(self))
+
+    def where(self, mask: np.ndarray) -> Self:
+        """Some of the problems."""
+        return type(self)(*(np.compress(mask, each, axis=-1) for each in self))
+
+    def joined(self, other: Self) -> Self:
+        """With others behind."""
+        return type(self)(*(np.concatenate(both, -1) for both in zip(self, other, strict=True)))
+
+    def put(self, ids: np.ndarray, other: Self) -> None:
+        """Write others in the places of some."""
+        for each, values in zip(self, other, strict=True):
+            each[..., ids] = values
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +98,7 @@ class BatchedProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class BatchedSolution:
+class BatchedSolution(Batch):
     """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
 
     The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
@@ -102,11 +125,6 @@ class BatchedSolution:
     def within(self, rows: slice, columns: slice) -> BatchedSolution:
         """A view on some of the elements."""
         return replace(self, traction=self.traction[:, rows, columns], slip=self.slip[rows, columns])
-
-    def put(self, ids: np.ndarray, other: BatchedSolution) -> None:
-        """Write the solutions of some problems."""
-        for each in fields(self):
-            getattr(self, each.name)[..., ids] = getattr(other, each.name)
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
