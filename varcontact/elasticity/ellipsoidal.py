@@ -34,22 +34,8 @@ def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, n
     return np.array([[-x * xx, y * xy], [y * xy, -x * yy]]) / G
 
 
-def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
-    """Gradients (3, 2, 2) by 1, x and y over ``sqrt(1 - (x/a)^2 - (y/b)^2)``, constant within the ellipse.
-
-    As for `ellipsoidal_gradients`: along a chord the tractions integrate to ``pi/sqrt(A)`` times 1, ``x - c H/A`` and
-    ``y - s H/A``. The derivatives of these along x are 0, ``s^2/(b^2 A)`` and ``-s c/(a^2 A)``.
-    """
-    along, across = _integrals(a, b)
-    xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
-    linear_in_y = 0.0 if math.isinf(b) else -xy * b**2
-    found = np.zeros((3, 2, 2))
-    found[1], found[2] = np.diag([xx, yy]) * a**2, [[0.0, linear_in_y], [linear_in_y, 0.0]]
-    return found / G
-
-
 def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
-    """Gradients (2, 2, 2, ...) by x and y times ``sqrt(1 - (x/a)^2 - (y/b)^2)``; of line contact by x alone.
+    """Gradients (2, 2, 2, ...) by x and y times ``sqrt(1 - (x/a)^2 - (y/b)^2)``.
 
     As for `ellipsoidal_gradients`. With the shares ``p = (c/a)^2/A`` and ``q = (s/b)^2/A``, half the length of a
     chord through the middle ``h = A^(-1/2) = sqrt(a^2 p + b^2 q)`` and ``m = x/a sqrt(q) - y/b sqrt(p)``, the
@@ -58,9 +44,6 @@ def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: fl
     ``a b sqrt(p q)/h^2 dt``.
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-    if math.isinf(b):
-        strain = (a - 2 * x**2 / a) * np.diag([1 - nu, 1.0]).reshape(2, 2, *(1,) * x.ndim)
-        return np.array([strain, np.zeros_like(strain)]) / G
     reach = REACH + abs(math.log(a / b))
     t = np.arange(-reach, reach, STEP)
     p, q = (1 / (1 + np.exp(np.clip(sign * 2 * t, None, 700.0))) for sign in (1, -1))
@@ -79,8 +62,6 @@ def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: fl
 
 def _integrals(a: float, b: float) -> tuple[float, float]:
     """The integrals of s^2 and of s^2 c^2, with ``A^(-3/2)/(a b)^2``, over half a turn."""
-    if math.isinf(b):
-        return 2 / a, 0.0
     integrals = elliptic_integrals(min(a, b) / max(a, b))
     if a < b:
         return 2 * integrals.B / a, 2 * integrals.C * a / b**2

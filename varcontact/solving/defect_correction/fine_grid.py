@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, sloped_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
@@ -30,8 +30,6 @@ ROWS_AT_ONCE = 16
 """Rows of elements whose integrals are computed in one go."""
 LEAST = 1e-7
 """Mean of a traction, by the largest, from which on an element counts as touched: less may be rounding."""
-TURNS = 4
-"""Of correcting derivatives along one axis by those along the other: three places nearly in line say little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +45,8 @@ class FineGrid:
     """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid` and `hertz`.
 
     `derivative`: minus that of displacement along x, times a part's length, its mean over each part. `times_root`:
-    Hertz's pressure times 1, x and y. `over_root`: tractions like those at a trailing edge that sticks.
-    `rigid_shift`: in a step of the coarse grid at the centres of the parts, (2, ...).
+    Hertz's pressure times 1, x and y. `weight`: means of what tractions without slip are like. `rigid_shift`: in a step
+    of the coarse grid at the centres of the parts, (2, ...).
     """
 
     def __init__(self, disc: Discretisation, pressure: np.ndarray) -> None:
@@ -60,11 +58,9 @@ class FineGrid:
         self.pressure_on_parts = hertz.mean_pressure(*self.grid.lines) / disc.scales.pressure
         side = self.lattice.sides[0]
         self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
-        self.root_means = root_means(self.lattice, *self.axes)
+        times_root, self.weight = root_means(self.lattice, *self.axes)
         gradients = times_root_gradients(self.lattice, *self.axes, nu)
-        self.times_root = KnownTractions.on(self.root_means.times, gradients, side, self.derivative)
-        gradients = rooted_gradients(*self.axes, nu=nu)[..., None, None]
-        self.over_root = KnownTractions.on(self.root_means.over, gradients, side, self.derivative)
+        self.times_root = KnownTractions.on(times_root, gradients, side, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
         step = replace(disc.loading.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.scales.length)
@@ -73,28 +69,18 @@ class FineGrid:
     def field(self, traction: np.ndarray, friction: np.ndarray) -> FineField:
         """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx)."""
         bound = friction.repeat(PARTS, axis=0).repeat(PARTS, axis=1) * self.pressure_on_parts
-        weight = self.root_means.weight
-        coarse, fine = Shape(friction * self.pressure, means(weight, CELLS)), Shape(bound, weight)
+        coarse, fine = Shape(friction * self.pressure, means(self.weight, CELLS)), Shape(bound, self.weight)
         return FineField(friction, reconstructed(traction, coarse, fine, CELLS), bound)
 
     def shift(self, field: FineField, rigid: np.ndarray) -> np.ndarray:
         """The continuum's local shift under a field in a step of the coarse grid, means over the parts, (2, ...).
 
-        Parts of constant traction miss some of it near the edge. That is known for Hertz's pressure times a linear
-        factor, and, behind the middle of rows that stick at their trailing edge, for such factors over the root.
+        Parts of constant traction miss some of it near the edge: known for Hertz's pressure times a linear factor.
         """
         assert self.disc.step is not None
-        steps, constant = self.disc.step / self.lattice.sides[0], self.derivative.apply(field.traction)
-        sliding, sticking = (
-            (constant + known.missed(field.traction)) * steps for known in (self.times_root, self.over_root)
-        )
-        # how far each row is from slip at its trailing edge: one less the ratio of traction to bound
-        rows, rearmost = np.arange(len(field.bound)), (field.bound > 0).argmax(axis=1)
-        bound = field.bound[rows, rearmost]
-        ratio = np.hypot(*field.traction[:, rows, rearmost]) / np.where(bound > 0, bound, 1.0)
-        behind = np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)[:, None] * (self.lattice.x < 0)
-        elastic = sliding + behind * (sticking - sliding)
-        return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic)
+        elastic = self.derivative.apply(field.traction) + self.times_root.missed(field.traction)
+        steps = self.disc.step / self.lattice.sides[0]
+        return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic * steps)
 
     def on_elements(self, values: np.ndarray, bound: np.ndarray) -> np.ndarray:
         """Means over the elements of values on the parts, weighted by the bound; zero where there is none."""
@@ -199,37 +185,29 @@ def _linear(values: np.ndarray, parts: int) -> np.ndarray:
 # ----------------------------------------------------------------------------- tractions with the roots of the edge
 
 
-@dataclass(frozen=True, eq=False)
-class RootMeans:
-    """Means over elements, with ``r = sqrt(1 - (x/a)^2 - (y/b)^2)``; zero outside the ellipse."""
+def root_means(grid: Grid, a: float, b: float) -> tuple[np.ndarray, np.ndarray]:
+    """Means over the elements of an explicit grid of r, x r and y r, (3, ny, nx), and of ``sqrt((e - x)/(e + x))``.
 
-    over: np.ndarray  # (3, ny, nx) Of 1, x and y over r, and times r
-    times: np.ndarray  # (3, ny, nx) Of 1, x and y over r, and times r
-    weight: np.ndarray
-
-
-def root_means(grid: Grid, a: float, b: float) -> RootMeans:
-    """The means over the elements of an explicit grid, for an ellipse of semi-axes a and b."""
-    (x, across), (place, share) = grid.lines, np.polynomial.legendre.leggauss(NODES)
-    y = across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2
-    blocks = [y[first : first + ROWS_AT_ONCE] for first in range(0, len(y), ROWS_AT_ONCE)]
-    found = np.concatenate([_means_in_rows(x, each[:, None], share / 2, a, b) for each in blocks], axis=1)
-    return RootMeans(found[:3], found[3:6], found[6])
-
-
-def _means_in_rows(lines: np.ndarray, y: np.ndarray, share: np.ndarray, a: float, b: float) -> np.ndarray:
-    """Means between the lines, in closed form along x, and by nodes y with these shares across: (7, rows, columns)."""
-    half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
-    x = np.clip(lines[:, None], -half, half)
-    angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
-    lens = (x * depth + half**2 * angle) / (2 * a)
-    over, times = (a * angle, -a * depth, a * angle * y), (lens, -(depth**3) / (3 * a), lens * y)
-    return np.asarray(np.diff(np.array([*over, *times, half * angle + depth]), axis=2) @ share / np.diff(lines))
+    For an ellipse, with ``r = sqrt(1 - (x/a)^2 - (y/b)^2)`` and its half length e at y; zero outside of it.
+    """
+    (lines, across), (place, share) = grid.lines, np.polynomial.legendre.leggauss(NODES)
+    nodes = across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2
+    found = []
+    for first in range(0, len(nodes), ROWS_AT_ONCE):  # in closed form along x, by nodes across
+        y = nodes[first : first + ROWS_AT_ONCE, None]
+        half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
+        x = np.clip(lines[:, None], -half, half)
+        angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
+        lens = (x * depth + half**2 * angle) / (2 * a)
+        integrals = np.array([lens, -(depth**3) / (3 * a), lens * y, half * angle + depth])
+        found.append(np.diff(integrals, axis=2) @ (share / 2) / np.diff(lines))
+    *times, weight = np.concatenate(found, axis=1)
+    return np.array(times), weight
 
 
 @dataclass(frozen=True, eq=False)
 class KnownTractions:
-    """Tractions 1, x and y over the root, or times it, whose displacement is known in closed form."""
+    """Tractions 1, x and y times the root, whose displacement is known in closed form."""
 
     means: np.ndarray  # (3, ny, nx) Over each part; zero outside the ellipse
     missing: np.ndarray
@@ -247,7 +225,7 @@ class KnownTractions:
         root = self.means[0]
         within = np.where(root > 0, root, 1.0)
         factor, (x, y) = traction * (root > 0) / within, self.means[1:] / within  # where the first is centred
-        along, across = LocalGradient.at(x, y, root > 0).of(factor)
+        along, across = local_gradient(factor, x, y, root > 0)
         terms = np.array([factor - along * x - across * y, along, across])
         return np.einsum("kij...,kj...->i...", self.missing, terms)
 
@@ -265,38 +243,22 @@ def times_root_gradients(grid: Grid, a: float, b: float, nu: float) -> np.ndarra
     return np.concatenate([linear, bent])
 
 
-@dataclass(frozen=True, eq=False)
-class LocalGradient:
-    """Derivatives along x and y of values in parts of elements, each known where its weight is centred.
+def local_gradient(
+    values: np.ndarray, x: np.ndarray, y: np.ndarray, known: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives along x and y of values (n, ny, nx) in parts of elements, each known at its place (ny, nx).
 
     Parts that the edge cuts have their centres beside the lines of the others: what values change along the one
     direction counts in the differences along the other.
     """
-
-    rows: np.ndarray
-    columns: np.ndarray
-    aside: np.ndarray  # (ny, nx) What y changes along rows by x, and x along columns by y
-    askew: np.ndarray  # (ny, nx) What y changes along rows by x, and x along columns by y
-
-    @classmethod
-    def at(cls, x: np.ndarray, y: np.ndarray, known: np.ndarray) -> LocalGradient:
-        """Of values at places that rise along rows and columns, where they are known, each (ny, nx)."""
-        rows, columns = _rise_shares(x, known), _rise_shares(y.T, known.T)
-        return cls(rows, columns, _along_rows(y, rows), _along_rows(x.T, columns).T)
-
-    def of(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives along x and y of values (n, ny, nx) that are zero where they are not known."""
-        rows = _along_rows(values, self.rows)
-        columns = _along_rows(values.swapaxes(1, 2), self.columns).swapaxes(1, 2)
-        across = columns
-        for _ in range(TURNS):
-            along = rows - across * self.aside
-            across = columns - along * self.askew
-        return along, across
+    rows, columns = _rise_shares(x, known), _rise_shares(y.T, known.T)
+    by_columns = _along_rows(values.swapaxes(1, 2), columns).swapaxes(1, 2)
+    along = _along_rows(values, rows) - by_columns * _along_rows(y, rows)
+    return along, by_columns - along * _along_rows(x.T, columns).T
 
 
 def _rise_shares(places: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Shares of `LocalGradient`: of the parabola through both neighbours, or the line through the one that is known."""
+    """Shares of a derivative: of the parabola through both neighbours, or the line through the one that is known."""
     lengths = np.where(known[:, 1:] & known[:, :-1], np.diff(places), 0.0)
     behind, ahead = (np.pad(lengths, ((0, 0), side)) for side in ((1, 0), (0, 1)))
     both, either = (behind > 0) & (ahead > 0), np.where(behind + ahead > 0, behind + ahead, 1.0)
