@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, sloped_gradients
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.elasticity.halfspace import influence_numbers
 
 AXES = pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (1.5, 0.7), (0.4, 1.6)])
@@ -42,6 +42,19 @@ def test_is_linear_in_place_and_odd():
     found = ellipsoidal_gradients(x, y, 2.0, 1.0, nu=0.25)
     np.testing.assert_allclose(found, found[..., :1] * [1, 2, 4], rtol=1e-14)
     np.testing.assert_array_equal(ellipsoidal_gradients(-x, -y, 2.0, 1.0, nu=0.25), -found)
+
+
+@AXES
+def test_over_the_root_against_the_symbol(a, b):
+    """1 over the root less its share in x^2 and y^2 is the ellipsoidal traction, whose derivative follows by parts.
+
+    With t = sqrt(1 - (x/a)^2 - (y/b)^2), dt/dx = -x/(a^2 t): so the derivative of the displacement by x over the root
+    is -a^2 times the second derivative by t, and that by y over the root -b^2 times the mixed one.
+    """
+    found = rooted_gradients(a, b, nu=0.3, G=2.0)
+    along = ellipsoidal_gradients(1.0, 0.0, a, b, nu=0.3, G=2.0)
+    across = ellipsoidal_gradients(0.0, 1.0, a, b, nu=0.3, G=2.0)
+    np.testing.assert_allclose(found, [0 * along, -(a**2) * along, -(b**2) * across], rtol=1e-12, atol=1e-15)
 
 
 @AXES

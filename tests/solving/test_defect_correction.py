@@ -88,7 +88,7 @@ def test_force_near_saturation_is_refused():
 @pytest.mark.parametrize("ratio", [0.3, 3.0])
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 0, 1), (0.5, -0.4, 0.6)])
 def test_next_to_no_slip(ratio, direction):
-    """Creepages that are nothing beside friction: half of the plain error and less, about the estimate."""
+    """Creepages that are nothing beside friction: a tenth of the plain error, within the estimate."""
     creepages = 1e-6 * np.array(direction)
     case, exact = dict(zip(("vx", "vy", "spin"), creepages, strict=True)), -no_slip_ellipse(ratio, 0.28) @ creepages
     for cells in (16, 32):
@@ -96,8 +96,8 @@ def test_next_to_no_slip(ratio, direction):
         posed = dataclasses.replace(posed, motion=vc.Steady(**{name: float(each) for name, each in case.items()}))
         plain, found = vc.solve(posed, certify=None), corrected(posed)
         before, error = (np.abs([*one.force, one.moment] - exact).max() for one in (plain, found))
-        assert error < before / 2
-        assert error < 1.2 * found.refinement.estimate.max()
+        assert error < before / 10
+        assert error < found.refinement.estimate.max()
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e6])
@@ -264,7 +264,7 @@ def test_command_line_and_scene_file(tmp_path):
 def over(count):
     """A bound that is never reached, and the weight, on an ellipse of so many elements each way."""
     grid = vc.Grid(nx=count, ny=count, margin=0).spread((-1.3, 1.3, -0.6, 0.6))
-    _, weight = root_means(grid, 1.3, 0.6)
+    _, _, weight = root_means(grid, 1.3, 0.6)
     return Shape(np.where(weight > 0, 1e6, 0.0), weight)
 
 

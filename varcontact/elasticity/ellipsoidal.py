@@ -34,6 +34,19 @@ def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, n
     return np.array([[-x * xx, y * xy], [y * xy, -x * yy]]) / G
 
 
+def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
+    """Gradients (3, 2, 2) by 1, x and y over ``sqrt(1 - (x/a)^2 - (y/b)^2)``, constant within the ellipse.
+
+    As for `ellipsoidal_gradients`: along a chord the tractions integrate to ``pi/sqrt(A)`` times 1, ``x - c H/A`` and
+    ``y - s H/A``. The derivatives of these along x are 0, ``s^2/(b^2 A)`` and ``-s c/(a^2 A)``.
+    """
+    along, across = _integrals(a, b)
+    xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
+    found = np.zeros((3, 2, 2))
+    found[1], found[2] = np.diag([xx, yy]) * a**2, np.array([[0.0, -xy], [-xy, 0.0]]) * b**2
+    return found / G
+
+
 def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
     """Gradients (2, 2, 2, ...) by x and y times ``sqrt(1 - (x/a)^2 - (y/b)^2)``.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, sloped_gradients
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
@@ -45,8 +45,9 @@ class FineGrid:
     """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid` and `hertz`.
 
     `derivative`: minus that of displacement along x, times a part's length, its mean over each part. `times_root`:
-    Hertz's pressure times 1, x and y. `weight`: means of what tractions without slip are like. `rigid_shift`: in a step
-    of the coarse grid at the centres of the parts, (2, ...).
+    Hertz's pressure times 1, x and y. `over_root`: tractions like those at a trailing edge that sticks. `weight`: means
+    of what tractions without slip are like. `rigid_shift`: in a step of the coarse grid at the centres of the parts,
+    (2, ...).
     """
 
     def __init__(self, disc: Discretisation, pressure: np.ndarray) -> None:
@@ -58,9 +59,11 @@ class FineGrid:
         self.pressure_on_parts = hertz.mean_pressure(*self.grid.lines) / disc.scales.pressure
         side = self.lattice.sides[0]
         self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
-        times_root, self.weight = root_means(self.lattice, *self.axes)
+        times_root, over_root, self.weight = root_means(self.lattice, *self.axes)
         gradients = times_root_gradients(self.lattice, *self.axes, nu)
         self.times_root = KnownTractions.on(times_root, gradients, side, self.derivative)
+        gradients = rooted_gradients(*self.axes, nu=nu)[..., None, None]
+        self.over_root = KnownTractions.on(over_root, gradients, side, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
         step = replace(disc.loading.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.scales.length)
@@ -75,10 +78,17 @@ class FineGrid:
     def shift(self, field: FineField, rigid: np.ndarray) -> np.ndarray:
         """The continuum's local shift under a field in a step of the coarse grid, means over the parts, (2, ...).
 
-        Parts of constant traction miss some of it near the edge: known for Hertz's pressure times a linear factor.
+        Parts of constant traction miss some of it near the edge. That is known for Hertz's pressure times a linear
+        factor, and, behind the middle of rows that stick at their trailing edge, for such factors over the root.
         """
         assert self.disc.step is not None
-        elastic = self.derivative.apply(field.traction) + self.times_root.missed(field.traction)
+        missed, sticking = (known.missed(field.traction) for known in (self.times_root, self.over_root))
+        # how far each row is from slip at its trailing edge: one less the ratio of traction to bound
+        rows, rearmost = np.arange(len(field.bound)), (field.bound > 0).argmax(axis=1)
+        bound = field.bound[rows, rearmost]
+        ratio = np.hypot(*field.traction[:, rows, rearmost]) / np.where(bound > 0, bound, 1.0)
+        behind = np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)[:, None] * (self.lattice.x < 0)
+        elastic = self.derivative.apply(field.traction) + missed + behind * (sticking - missed)
         steps = self.disc.step / self.lattice.sides[0]
         return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic * steps)
 
@@ -185,10 +195,11 @@ def _linear(values: np.ndarray, parts: int) -> np.ndarray:
 # ----------------------------------------------------------------------------- tractions with the roots of the edge
 
 
-def root_means(grid: Grid, a: float, b: float) -> tuple[np.ndarray, np.ndarray]:
-    """Means over the elements of an explicit grid of r, x r and y r, (3, ny, nx), and of ``sqrt((e - x)/(e + x))``.
+def root_means(grid: Grid, a: float, b: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means over the elements of an explicit grid of 1, x and y times r, over r, (3, ny, nx), and of the weight.
 
-    For an ellipse, with ``r = sqrt(1 - (x/a)^2 - (y/b)^2)`` and its half length e at y; zero outside of it.
+    For an ellipse, ``r = sqrt(1 - (x/a)^2 - (y/b)^2)``, and the weight ``sqrt((e - x)/(e + x))`` with its half length e
+    at y; zero outside of it.
     """
     (lines, across), (place, share) = grid.lines, np.polynomial.legendre.leggauss(NODES)
     nodes = across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2
@@ -199,15 +210,16 @@ def root_means(grid: Grid, a: float, b: float) -> tuple[np.ndarray, np.ndarray]:
         x = np.clip(lines[:, None], -half, half)
         angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
         lens = (x * depth + half**2 * angle) / (2 * a)
-        integrals = np.array([lens, -(depth**3) / (3 * a), lens * y, half * angle + depth])
+        times, over = (lens, -(depth**3) / (3 * a), lens * y), (a * angle, -a * depth, a * angle * y)
+        integrals = np.array([*times, *over, half * angle + depth])
         found.append(np.diff(integrals, axis=2) @ (share / 2) / np.diff(lines))
-    *times, weight = np.concatenate(found, axis=1)
-    return np.array(times), weight
+    means_of = np.concatenate(found, axis=1)
+    return means_of[:3], means_of[3:6], means_of[6]
 
 
 @dataclass(frozen=True, eq=False)
 class KnownTractions:
-    """Tractions 1, x and y times the root, whose displacement is known in closed form."""
+    """Tractions 1, x and y over the root, or times it, whose displacement is known in closed form."""
 
     means: np.ndarray  # (3, ny, nx) Over each part; zero outside the ellipse
     missing: np.ndarray
