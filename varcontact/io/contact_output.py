@@ -115,9 +115,7 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
             side, announced = found[1].lower(), int(found[2])
         elif found := PATCH.match(line):
             if int(found[1]) != len(patches) + 1:
-                raise wrong_line(
-                    file, k + 1, f"begins contact patch {found[1]}, where {len(patches) + 1} should follow"
-                )
+                raise wrong_line(file, k + 1, f"begins contact patch {found[1]}, not {len(patches) + 1}")
             table = {}
             patches.append(table)
         names = NAME.findall(line)

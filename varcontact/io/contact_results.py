@@ -135,10 +135,10 @@ class ContactResult:
     def _check_elastic(self) -> None:
         kind = OTHER_BODIES.get(int(self.values.get("M", 0)))
         if kind is not None:
-            message = f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified: the certificate is one of "
-            raise SceneError(
-                "bodies", kind, message=message + "elastic half-spaces (M = 0); tractions and forces are read"
+            message = (
+                f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified, only elastic half-spaces (M = 0)"
             )
+            raise SceneError("bodies", kind, message=message)
 
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of a `scene`.
@@ -236,9 +236,7 @@ def read_contact_result(path: str | Path) -> ContactResult:
         if numbers["I"] != element + 1 or not 0 <= element < ny * nx or np.isfinite(fields[0, element]):
             raise wrong_line(name, number, f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most")
         if numbers["IGS"] not in STATES:
-            raise wrong_line(
-                name, number, f"has IGS = {numbers['IGS']:g}; supported: 0 exterior, 1 stick, 2 slip, 3 plastic"
-            )
+            raise wrong_line(name, number, f"has IGS = {numbers['IGS']:g}; supported: 0, 1, 2, 3")
         fields[:, element] = list(numbers.values())
     columns = dict(zip(names, fields.reshape(-1, ny, nx), strict=True))
     pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
@@ -263,9 +261,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], 
         if names[:2] == list(COLUMNS[:2]):
             lacking = [name for name in HEADER if name not in values] + [name for name in COLUMNS if name not in names]
             if lacking:
-                raise wrong_line(
-                    path, k + 1, f"begins the table, and {', '.join(lacking)} are not named above it: {LAYOUT}"
-                )
+                raise wrong_line(path, k + 1, f"begins the table without {', '.join(lacking)}: {LAYOUT}")
             return values, names, k + 1
         if k + 1 >= len(lines) or lines[k + 1].strip().startswith("%"):
             raise wrong_line(path, k + 2, f"should be numbers: {LAYOUT}")

@@ -129,9 +129,7 @@ class FrequencyResponse:
 
         order, V = checks.whole("order", order, 1, self.wave_number.size), checks.positive("speed", speed)
         if "roughness" in inputs:
-            raise SceneError(
-                "inputs", "roughness", "creepages and the load: roughness acts before it enters the contact"
-            )
+            raise SceneError("inputs", "roughness", "creepages and the load: roughness acts before it enters")
         chosen = np.array([self.of(output, name) for output in outputs for name in inputs]).T
         poles, residues, direct = _rational(1j * self.wave_number, chosen, order)
         A, b, c = np.zeros((order, order)), np.zeros(order), np.zeros((order, chosen.shape[1]))

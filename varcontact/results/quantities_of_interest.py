@@ -28,11 +28,8 @@ def not_measurable(scene: Scene) -> SceneError | None:
     """Why errors of a scene have no unit: nothing slips under infinite friction, so there is no friction limit."""
     if scene.motion is None or not any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
         return None
-    message = (
-        "friction = inf: errors are measured by the friction limit f Fz, which is infinite; "
-        "give a finite coefficient, or a grid in place of an accuracy"
-    )
-    return SceneError("friction", math.inf, "finite: errors are measured by the friction limit f Fz", message=message)
+    allowed = "finite, or a grid given in place of an accuracy: errors are measured by the friction limit f Fz"
+    return SceneError("friction", math.inf, allowed)
 
 
 def values(answer: Solution | History, steps: Sequence[int] | None = None) -> dict[str, float]:

@@ -290,8 +290,7 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
         if row["identity"] not in kept:
             what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
             reason = (
-                f"{str(table.path)!r} has a wheel that is not in the case file as it is now ({what}); name a new file, "
-                "or put back what was changed"
+                f"{str(table.path)!r} has a wheel that is not in the case file as it is now ({what}); name a new file"
             )
             raise SceneError("store", str(table.path), message=reason)
         known = kept[row["identity"]]

@@ -236,8 +236,7 @@ def _solution(
         softer = float(_near(deeper).force[2] - _near(replace(each.case, z=each.z)).force[2])
         if softer < 0:
             reason = (
-                f"the {each.case.side} wheel is wedged at y = {each.case.position.y:.4g} mm: pressed in deeper, "
-                "friction lifts it by more than its normal force presses it down. Give another position or friction"
+                f"the {each.case.side} wheel is wedged: pressed in deeper, friction lifts it; give another position"
             )
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = np.abs(balance.imbalance(wheels))
@@ -278,8 +277,7 @@ def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarr
             pushed = net(float(y))
         except (NoContact, SceneError, NotConverged):
             reason = (
-                f"{load} = {getattr(case, load):g}: no position bears the loads; at y = {before:.4g} mm they push the "
-                f"wheel set outwards still, and {WALK:g} mm farther out a wheel climbs on its rail or leaves it"
+                f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or leaves its rail"
             )
             raise SceneError(load, getattr(case, load), message=reason) from None
     if pushed != 0:
@@ -344,12 +342,9 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
     rolling = float(np.mean([wheel.locus.radii[wheel.locus.gap.argmin()] for wheel in wheels]))
     for wheel in wheels:
         outwards, nearest = SIGN[wheel.side] * wheel.locus.points[:, 1], int(wheel.locus.gap.argmin())
-        y, axle = SIGN[wheel.side] * float(outwards[nearest]), case.wheelset.inside_distance
+        y = SIGN[wheel.side] * float(outwards[nearest])
         if outwards.max() - outwards[nearest] < EDGE:
-            reason = (
-                f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, and falls between the rails "
-                f"(gauge {case.track.gauge:g} mm, flange backs {axle:g} mm apart, y = {case.position.y:.4g} mm)"
-            )
+            reason = f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, and falls between the rails"
             raise SceneError("position.y", case.position.y, message=reason)
     if load is None:
         assert case.z is not None

@@ -89,8 +89,7 @@ class Locus:
         """
         if z <= self.touching:
             reason = (
-                f"no contact: with z = {z:.6g} mm the wheel is {self.touching - z:.3g} mm above the rail; "
-                f"it touches at z = {self.touching:.6g} mm"
+                f"no contact: at z = {z:.6g} mm the wheel is above the rail; it touches at z = {self.touching:.6g} mm"
             )
             raise NoContact("z", z, message=reason)
         if self.gaps is not None and (self.gaps[:, [0, -1]] < z).any():
@@ -102,11 +101,8 @@ class Locus:
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             for end, beside in ((first, first - 1), (stop - 1, stop)):
                 if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
-                    reason = (
-                        f"the contact reaches the end of a profile near y = {self.points[end, 1]:.4g} mm, where the "
-                        f"wheel is {z - self.gap[end]:.3g} mm below the rail's surface: a profile is too narrow or too "
-                        "rough, or the load too large"
-                    )
+                    y = self.points[end, 1]
+                    reason = f"the contact reaches the end of a profile near y = {y:.4g} mm: it is too narrow or rough"
                     raise SceneError("z", z, message=reason)
             found.append(overlap(self, slice(first, stop), z))
         return found
@@ -188,10 +184,8 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
-        ends = rail.points(rail.s[[0, -1]])[:, 0]
         reason = (
-            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm, "
-            f"the rail from {ends[0]:.5g} to {ends[1]:.5g} mm"
+            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
         )
         raise NoContact("position.y", float(centre[1]), message=reason)
     gap, angles = np.full(s.size, np.inf), np.zeros(s.size)

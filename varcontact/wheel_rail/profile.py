@@ -277,20 +277,14 @@ def _check_shape(points: np.ndarray) -> None:
     """Refuse lengths in metres, points that come twice, and segments that cross each other."""
     width = float(np.ptp(points[:, 0]))
     if width < NARROWEST:
-        message = (
-            f"the profile is {width:.3g} mm wide: y and z must be in millimetres; multiply them by 1000 where "
-            "they are in metres, or read the file with scale=1000"
-        )
+        message = f"the profile is {width:.3g} mm wide: give millimetres; a file in metres is read with scale=1000"
         raise SceneError("profile.y", width, message=message)
     _, first, place = np.unique(points[:-1], axis=0, return_index=True, return_inverse=True)
     again = np.flatnonzero(first[place.ravel()] != np.arange(len(points) - 1))
     if again.size:
-        i, j = int(first[place.ravel()[again[0]]]), int(again[0])
-        message = (
-            f"the profile comes back to y = {points[j, 0]:.4g}, z = {points[j, 1]:.4g} mm, its points {i} and "
-            f"{j}: the points must be ordered along the profile, each once"
-        )
-        raise SceneError("profile", tuple(points[j].tolist()), message=message)
+        y, z = points[again[0]].tolist()
+        message = f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: points must be ordered along it"
+        raise SceneError("profile", (y, z), message=message)
     start, end = points[:-1], points[1:]
     for i in range(len(start) - 2):
         a, b, others = start[i], end[i], slice(i + 2, None)
@@ -300,9 +294,7 @@ def _check_shape(points: np.ndarray) -> None:
         if crossed.size:
             y, z = ((a + b) / 2).tolist()
             message = (
-                f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm, between its points {i} and "
-                f"{i + 2 + int(crossed[0])}: the points must be ordered along the profile; if measured points are "
-                "closer together than their noise, keep every second or third"
+                f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order its points, or leave some out"
             )
             raise SceneError("profile", (y, z), message=message)
 
@@ -319,9 +311,7 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
     other: Kind = "wheel" if kind == "rail" else "rail"
     if any((_is_wheel if kind == "rail" else _is_rail)(y, each) for each in (z, -z)):
         what = "from its flange a tread goes on to one side" if kind == "rail" else "both sides fall from its top"
-        message = (
-            f'profile.kind = "{kind}", but the points are those of a {other} ({what}): read them with kind = "{other}"'
-        )
+        message = f'profile.kind = "{kind}", but the points are those of a {other} ({what})'
         raise SceneError("profile.kind", kind, message=message)
     low, high = int(z.argmax()), int(z.argmin())
     if kind == "wheel":
@@ -329,15 +319,11 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
     else:
         inverted, what, where = 0 < low < len(z) - 1 and high in (0, len(z) - 1), "its head points down", low
     if inverted:
-        message = (
-            f"the {kind}'s profile is upside down ({what}): z must point down; change the sign of z, or read "
-            "the file with mirror_z=True"
-        )
+        message = f"the {kind}'s profile is upside down ({what}): z must point down; read the file with mirror_z=True"
         raise SceneError("profile.z", float(z[where]), message=message)
     if kind == "wheel" and flange(y, z) > 0:
         message = (
-            f"the wheel's flange is at y = {y[low]:.4g} mm: y must point to the outside, away from the flange; "
-            "change the sign of y, or read the file with mirror_y=True"
+            f"the wheel's flange is at y = {y[low]:.4g} mm: y must point away from it; read the file with mirror_y=True"
         )
         raise SceneError("profile.y", float(y[low]), message=message)
 

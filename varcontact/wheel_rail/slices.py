@@ -76,17 +76,12 @@ class ProfileSlices:
             raise SceneError("slices.profiles", len(profiles), f"as many as positions, {positions.size}")
         if len({each.kind for each in profiles}) > 1:
             other = next(i for i, each in enumerate(profiles, 1) if each.kind != profiles[0].kind)
-            raise SceneError(
-                "slices.profiles", other, f"all of a {profiles[0].kind}, as the first; slice {other} is not"
-            )
+            raise SceneError("slices.profiles", other, f"all of a {profiles[0].kind}: slice {other} is not")
         step = np.diff(positions)
         wrong = np.flatnonzero((step < 0) | np.concatenate([[False], (step[1:] == 0) & (step[:-1] == 0)])[: step.size])
         if wrong.size:
             i = int(wrong[0])
-            reason = (
-                f"slices.positions: slice {i + 2} at {positions[i + 1]:g} comes after slice {i + 1} at "
-                f"{positions[i]:g}; slices must be in order, and two at most at one position"
-            )
+            reason = f"slices.positions: slice {i + 2} at {positions[i + 1]:g} is out of order"
             raise SceneError("slices.positions", float(positions[i + 1]), message=reason)
         if profiles[0].kind == "wheel" and np.ptp(positions) >= 2 * np.pi:
             raise SceneError("slices.positions", float(np.ptp(positions)), "angles in rad, within less than a turn")

@@ -148,11 +148,8 @@ class Track:
             self.of(side)
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
-            reason = (
-                f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends {deepest:.3g} mm below "
-                "its top on the track side"
-            )
-            raise SceneError("track.gauge_height", self.gauge_height, message=reason)
+            allowed = f"at most {deepest:.3g} mm, where the rail's profile ends on the track side"
+            raise SceneError("track.gauge_height", self.gauge_height, allowed)
 
     def of(self, side: Side) -> Track:
         """The track whose rails are those of a `side`: itself, where both sides have the same."""
@@ -291,19 +288,13 @@ class WheelSet:
         checks.entries(self, "wheelset", checks.moderate, "flange_back")
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
-            reason = (
-                f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's profile "
-                "is highest: it must be in millimetres"
-            )
-            raise SceneError("wheelset.radius", self.radius, message=reason)
+            allowed = f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
+            raise SceneError("wheelset.radius", self.radius, allowed)
         y, z = self.profile.y, self.profile.z
         tip = float(y[z.argmax()])
         if flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
-            reason = (
-                f"wheelset.flange_back = {self.flange_back:g} mm, but the tip of the wheel's flange is at "
-                f"y = {tip:.4g} mm: give the y of the flange's back in the coordinates of the profile"
-            )
-            raise SceneError("wheelset.flange_back", self.flange_back, message=reason)
+            allowed = f"the y of the flange's back in the coordinates of the profile: its tip is at y = {tip:.4g} mm"
+            raise SceneError("wheelset.flange_back", self.flange_back, allowed)
 
     @property
     def profile(self) -> Profile:

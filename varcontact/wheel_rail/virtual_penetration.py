@@ -199,10 +199,7 @@ def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rollin
     on_wheel = case.on_wheel(point, case.body(z))
     bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
     if not bent > 0:
-        reason = (
-            f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other by {bent:.3g} 1/mm, "
-            'no ellipse; take "virtual-penetration"'
-        )
+        reason = f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; take another"
         raise SceneError("normal", "hertz", message=reason)
     found = hertz(rolling, 1 / bent, case.bodies, approach=approach)
     return Ellipse(found.a, found.b, found.force, found.peak_pressure)
