@@ -288,9 +288,9 @@ def short_entries(value: Any) -> str:
 
 
 def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: str) -> None:
-    """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``."""
+    """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``, if in a path."""
     for name in names:
-        object.__setattr__(owner, name, check(f"{path}.{name}", getattr(owner, name)))
+        object.__setattr__(owner, name, check(f"{path}.{name}" if path else name, getattr(owner, name)))
 
 
 T = TypeVar("T")

@@ -136,7 +136,7 @@ class ContactResult:
         kind = OTHER_BODIES.get(int(self.values.get("M", 0)))
         if kind is not None:
             message = (
-                f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified, only elastic half-spaces (M = 0)"
+                f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified; elastic half-spaces (M = 0) can"
             )
             raise SceneError("bodies", kind, message=message)
 

@@ -131,10 +131,8 @@ def _one_legend(axes: list[Axes]) -> None:
 def plot_passes(sol: Solution) -> Figure:
     """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
     if not sol.passes:
-        found, allowed = f"coupling {sol.plan.coupling}, no passes", "of a coupling loop, or under a law of friction"
-        have = "coupling loops (panagiotopoulos, joint) and laws of friction have them"
-        message = f"solution has no passes to plot (coupling {sol.plan.coupling}); {have}"
-        raise SceneError("solution", found, allowed, message=message)
+        message = f"solution has no passes to plot (coupling {sol.plan.coupling}): loops and laws of friction have them"
+        raise SceneError("solution", sol.plan.coupling, message=message)
     if isinstance(sol.scene.friction, Law):
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:

@@ -148,12 +148,9 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     outside = np.flatnonzero(depth < 0)
     if outside.size:
         name, where = ("upper", "z >= 0") if side == 1 else ("lower", "z <= 0")
-        first = np.unravel_index(outside[0], depth.shape)
-        raise SceneError(
-            f"points[{', '.join([':', *map(str, first)])}]",
-            given.reshape(3, -1)[:, outside[0]].tolist(),
-            f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)",
-        )
+        place = ", ".join([":", *map(str, np.unravel_index(outside[0], depth.shape))])
+        allowed = f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)"
+        raise SceneError(f"points[{place}]", given.reshape(3, -1)[:, outside[0]].tolist(), allowed)
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
     field = _field(flat, solution, side, below=False)
     return _of_body(solution, side, given, field)

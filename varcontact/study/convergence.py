@@ -85,9 +85,8 @@ class Convergence(Reported):
             rows = rows[rows["method"] == method]
         if len(rows) != 1:
             known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
-            message = f"quantity {quantity!r}, method {method!r}: there is no such limit, or more than one"
-            message = f"{message}; choose one of {known}"
-            raise SceneError("quantity, method", (quantity, method), "one of those that were measured", message=message)
+            message = f"quantity {quantity!r}, method {method!r} is not one limit; choose one of {known}"
+            raise SceneError("quantity, method", (quantity, method), message=message)
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row
 

@@ -31,29 +31,16 @@ from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
-from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
+from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn", "conformal")
-LOADS = ("vertical_force", "z", "lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque")
-KEYS = (
-    "side",
-    "free",
-    *LOADS[2:],
-    "vertical_force",
-    "z",
-    *FIXED,
-    "track",
-    "wheelset",
-    "position",
-    "velocity",
-    "bodies",
-    "solve",
-    "wear",
-)
+HELD = ("vertical_force", "z")
+PARTS = ("track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
+KEYS = ("side", "free", *LOADS, *HELD, *FIXED, *PARTS)
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right"), "set": ()}
@@ -139,8 +126,8 @@ def read_case(path: str | Path) -> CaseFile:
     if isinstance(table.get("friction"), Mapping):
         law, kinds = dict(table["friction"]), {**LAWS, "by_angle": FrictionByAngle}
         entries["friction"] = make("friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law)
-    known = LOADS if not sides else LOADS[:2]
-    check_keys("", table, [name for name in KEYS if sides == () or name not in ("free", *LOADS[2:])])
+    known = (*HELD, *LOADS) if not sides else HELD
+    check_keys("", table, [name for name in KEYS if sides == () or name not in ("free", *LOADS)])
     varying: dict[str, dict[str, Any]] = {"": {name: table[name] for name in known if name in table}}
     for name, kind in (("position", Position), ("velocity", Velocity)):
         varying[name] = dict(table_of(name, table.get(name, {})))
@@ -289,10 +276,8 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     for row in table.rows:
         if row["identity"] not in kept:
             what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
-            reason = (
-                f"{str(table.path)!r} has a wheel that is not in the case file as it is now ({what}); name a new file"
-            )
-            raise SceneError("store", str(table.path), message=reason)
+            reason = f"a wheel of it is not in the case file as it is now ({what}); name a new file"
+            raise SceneError("store", str(table.path), message=f"store: {reason}")
         known = kept[row["identity"]]
         if not known or known[0]["position"] == row["position"]:
             known.append(row)

@@ -236,7 +236,7 @@ def _solution(
         softer = float(_near(deeper).force[2] - _near(replace(each.case, z=each.z)).force[2])
         if softer < 0:
             reason = (
-                f"the {each.case.side} wheel is wedged: pressed in deeper, friction lifts it; give another position"
+                f"the {each.case.side} wheel is wedged: friction lifts it when it is pressed in; give another position"
             )
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = np.abs(balance.imbalance(wheels))
@@ -276,9 +276,7 @@ def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarr
         try:
             pushed = net(float(y))
         except (NoContact, SceneError, NotConverged):
-            reason = (
-                f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or leaves its rail"
-            )
+            reason = f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or falls"
             raise SceneError(load, getattr(case, load), message=reason) from None
     if pushed != 0:
         y = brentq(net, y - sign * WALK, y, xtol=1e-9)

@@ -88,9 +88,7 @@ class Locus:
             If the contact reaches the end of a profile.
         """
         if z <= self.touching:
-            reason = (
-                f"no contact: at z = {z:.6g} mm the wheel is above the rail; it touches at z = {self.touching:.6g} mm"
-            )
+            reason = f"no contact: z = {z:.6g} mm is above the rail; the wheel touches at z = {self.touching:.6g} mm"
             raise NoContact("z", z, message=reason)
         if self.gaps is not None and (self.gaps[:, [0, -1]] < z).any():
             reason = f"z = {z:.6g} mm: the wheel touches too far before or behind its axle; a step is too high"
@@ -184,9 +182,7 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     below = rail.at(points[:, 1])
     over = np.isfinite(below)
     if not over.any():
-        reason = (
-            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
-        )
+        reason = f"the wheel is beside the rail: it is at y = {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm"
         raise NoContact("position.y", float(centre[1]), message=reason)
     gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
     gap[over] = rail.points(below[over])[:, 1] - points[over, 2]

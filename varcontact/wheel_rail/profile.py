@@ -293,9 +293,7 @@ def _check_shape(points: np.ndarray) -> None:
         crossed = np.flatnonzero((across < -(ON_LINE**2)) & (along < -(ON_LINE**2)))
         if crossed.size:
             y, z = ((a + b) / 2).tolist()
-            message = (
-                f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order its points, or leave some out"
-            )
+            message = f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order, or thin, its points"
             raise SceneError("profile", (y, z), message=message)
 
 
@@ -322,9 +320,7 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
         message = f"the {kind}'s profile is upside down ({what}): z must point down; read the file with mirror_z=True"
         raise SceneError("profile.z", float(z[where]), message=message)
     if kind == "wheel" and flange(y, z) > 0:
-        message = (
-            f"the wheel's flange is at y = {y[low]:.4g} mm: y must point away from it; read the file with mirror_y=True"
-        )
+        message = f"the wheel's flange is at y = {y[low]:.4g} mm, the outside: read the file with mirror_y=True"
         raise SceneError("profile.y", float(y[low]), message=message)
 
 

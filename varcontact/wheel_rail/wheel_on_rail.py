@@ -173,24 +173,17 @@ class WheelOnRail(OnTrack):
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         set_(self, "track", self.track.of(self.side))
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
-        if self.vertical_force is not None:
-            set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
-        else:
-            set_(self, "z", checks.moderate("z", self.z))
+        optional = ("vertical_force", "dx", "dy", "join", "separate", "turn")
+        checks.entries(self, "", checks.positive, *(name for name in optional if getattr(self, name) is not None))
+        if self.z is not None:
+            checks.entries(self, "", checks.moderate, "z")
         if not isinstance(self.friction, FrictionByAngle):
             set_(self, "friction", coefficient("friction", self.friction))
-        set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
-        for name in ("dx", "dy", "join", "separate"):
-            if getattr(self, name) is not None:
-                set_(self, name, checks.positive(name, getattr(self, name)))
-        if self.conformal != "auto":
-            set_(self, "conformal", checks.flag("conformal", self.conformal))
+        checks.entries(self, "", checks.flag, "with_friction", *(["conformal"] if self.conformal != "auto" else []))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
-        if self.turn is not None:
-            set_(self, "turn", checks.positive("turn", self.turn))
-            if self.turn < self.separate:
-                raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
+        if self.turn is not None and self.turn < self.separate:
+            raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
         if not self.track.constant:
             first = min(each.positions[0] for each in self._rails.parts)
             last = max(each.positions[-1] for each in self._rails.parts)

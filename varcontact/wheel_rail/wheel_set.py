@@ -29,6 +29,7 @@ BALANCED = {
     "speed": "longitudinal_force",
 }
 """The load that each free quantity comes to balance."""
+LOADS = ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque")
 
 
 @checks.named(axle_load="vertical_force", load="vertical_force", rail="track", wheel="wheelset")
@@ -83,24 +84,22 @@ class WheelSetOnTrack(OnTrack):
     friction: Friction | tuple[Friction, Friction] = 0.3
 
     def __post_init__(self) -> None:
-        set_ = object.__setattr__
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
-            set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
-        for name in ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque"):
-            set_(self, name, checks.moderate(name, getattr(self, name)))
+            checks.entries(self, "", checks.positive, "vertical_force")
+        checks.entries(self, "", checks.moderate, *LOADS)
         allowed = [name for name in BALANCED if name != "z"]
         given: Any = self.free
         if not isinstance(given, tuple | list):
             raise SceneError("free", given, f"a tuple of names: {', '.join(allowed)}")
-        set_(self, "free", tuple(checks.choice("free", each, allowed) for each in given))
+        object.__setattr__(self, "free", tuple(checks.choice("free", each, allowed) for each in given))
         loads = [BALANCED[name] for name in self.free]
         for name, load in zip(self.free, loads, strict=True):
             if loads.count(load) > 1:
                 raise SceneError("free", self.free, f"one quantity for each load: {name} is not alone with {load}")
         if {"pitch_rate", "speed"} <= set(self.free):
             raise SceneError("free", self.free, "pitch_rate or speed: only their ratio counts")
-        for name in ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque"):
+        for name in LOADS:
             if getattr(self, name) != 0 and name not in loads:
                 balancing = [each for each, load in BALANCED.items() if load == name]
                 reason = f"{name}: nothing is free to balance it; add {' or '.join(balancing)} to free"
