@@ -81,7 +81,7 @@ def test_of_o_1_the_forces_alone(tmp_path):
             "ends case 2, whose contact patch 1 has no APPROACH: the program",
         ),
         (WHEEL.replace("2 CONTACT PATCHES", "3 CONTACT PATCHES"), "ends case 1, which has 2 of 3 contact patches"),
-        (WHEEL.replace("PATCH  2", "PATCH  3"), "begins contact patch 3, where 2 should follow"),
+        (WHEEL.replace("PATCH  2", "PATCH  3"), "begins contact patch 3, not 2"),
         (BASIC[:-30], "has no end: the file was cut short"),
     ],
 )

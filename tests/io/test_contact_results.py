@@ -145,7 +145,7 @@ def test_tractions_of_viscoelastic_bodies_are_data(tmp_path):
     assert result.force[0] == pytest.approx(200 * sol.force[0], rel=1e-5)
     assert result.moment == pytest.approx(0, abs=1e-6 * abs(result.force[0]))
     for certified in (lambda: result.on(scene), lambda: result.scene(scene.motion)):
-        with pytest.raises(vc.SceneError, match=r"M = 1, viscoelastic, cannot be certified: .* elastic half-spaces"):
+        with pytest.raises(vc.SceneError, match=r"M = 1, viscoelastic, cannot be certified; elastic half-spaces"):
             certified()
 
 
@@ -253,8 +253,8 @@ def test_a_damaged_table_is_refused_by_line(tmp_path, shifted, old, new, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (" MX ", " NX ", "line 13 begins the table, and MX are not named above it"),
-        (" PX ", " PT ", "line 13 begins the table, and PX are not named above it"),
+        (" MX ", " NX ", "line 13 begins the table without MX"),
+        (" PX ", " PT ", "line 13 begins the table without PX"),
         ("\n1 0 ", "\n% 1 0 ", "line 10 should be numbers"),
         ("2410", "****", "line 2 should have 8 numbers or more"),
     ],
@@ -289,7 +289,7 @@ def test_elements_that_come_twice_or_are_none_are_refused(tmp_path, shifted):
         ([*lines, lines[-1]], f"line {len(lines) + 1} has element"),
         ([*lines, "999" + lines[-1][lines[-1].index(" ") :]], "give each of 1 to 361 once at most"),
         (lines[:11], "should begin a table with pressures"),
-        ([*lines[:11], lines[11].replace(" 2 0.0", " 4 0.0", 1)], "has IGS = 4; supported: 0 exterior"),
+        ([*lines[:11], lines[11].replace(" 2 0.0", " 4 0.0", 1)], "has IGS = 4; supported: 0, 1"),
         (lines, f"line {len(lines)} has no end: the file was cut short"),
     ):
         path.write_text("\n".join(rows))

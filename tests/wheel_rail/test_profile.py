@@ -89,7 +89,7 @@ def test_a_wheel_is_mirrored_by_its_flange_and_a_rail_as_told(tmp_path):
     assert WHEEL.y[WHEEL.z.argmax()] == pytest.approx(-55.0, abs=0.5)
     np.savetxt(tmp_path / "turned.csv", points * [-1, 1], delimiter=",")
     assert Profile.read(tmp_path / "turned.csv", "wheel").y == pytest.approx(WHEEL.y)
-    with pytest.raises(SceneError, match=r"the wheel's flange is at y = 54.89 mm: y must point to the outside"):
+    with pytest.raises(SceneError, match=r"the wheel's flange is at y = 54.89 mm, the outside: .* mirror_y"):
         Profile.read(PROFILES / "wheel_S1002.csv", "wheel", mirror_y=False)
     mirrored = Profile.read(PROFILES / "rail_UIC60.csv", "rail", mirror_y=True)
     assert mirrored.z_at(-12.0) == pytest.approx(RAIL.z_at(12.0), abs=1e-9)
@@ -269,14 +269,14 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
     ({"y": [0.0, 1.0, 2.0], "z": [0.0, 1.0, 2.0]}, "profile", "3 different points; it needs 10"),
     ({"y": np.arange(20.0), "z": np.arange(19.0)}, "profile.z", "as long as profile.y, 20 numbers"),
     ({"y": [0.0, np.nan], "z": [0.0, 1.0]}, "profile.y[1]", "finite"),
-    ({"y": LOOP[:, 0], "z": LOOP[:, 1]}, "profile", "itself near y = 2, z = 0.5 mm, between its points 3 and 6"),
+    ({"y": LOOP[:, 0], "z": LOOP[:, 1]}, "profile", "itself near y = 2, z = 0.5 mm"),
     ({"z": -RAIL.z}, "profile.z", "the rail's profile is upside down .* mirror_z=True"),
     ({"y": WHEEL.y, "z": -WHEEL.z, "kind": "wheel"}, "profile.z", "the wheel's profile is upside down"),
     ({"smoothing": 0.1}, "profile.smoothing", r"at least the points' spacing, 0.\d+ mm"),
     ({"kinks": "none"}, "profile.kinks", '"auto"'),
     ({"kinks": [3.0, 300.0]}, "profile.kinks", "within the profile"),
     ({"y": RAIL.y / 1000, "z": RAIL.z / 1000}, "profile.y", "0.0743 mm wide: .* scale=1000"),
-    ({"y": [*RAIL.y] * 2, "z": [*RAIL.z] * 2}, "profile", f"its points 0 and {RAIL.y.size}: .* each once"),
+    ({"y": [*RAIL.y] * 2, "z": [*RAIL.z] * 2}, "profile", "must be ordered"),
     ({"kind": "tram"}, "profile.kind", "did you mean rail"),
 ])  # fmt: skip
 def test_bad_profiles_are_refused(more, field, words):

@@ -212,10 +212,10 @@ def test_a_crossing_on_one_side_alone() -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"positions": [0.0, 20.0, 10.0]}, "slice 3 at 10 comes after slice 2 at 20"),
-        ({"positions": [0.0, 0.0, 0.0]}, "two at most at one position"),
+        ({"positions": [0.0, 20.0, 10.0]}, "slice 3 at 10 is out of order"),
+        ({"positions": [0.0, 0.0, 0.0]}, "slice 3 at 0 is out of order"),
         ({"positions": [0.0, 1.0], "profiles": [RAIL]}, "as many as positions"),
-        ({"positions": [0.0, 1.0], "profiles": [RAIL, CYLINDER]}, "all of a rail, as the first; slice 2 is not"),
+        ({"positions": [0.0, 1.0], "profiles": [RAIL, CYLINDER]}, "all of a rail: slice 2 is not"),
         ({"positions": [0.0, 7.0], "profiles": CYLINDER}, "less than a turn"),
         ({"positions": [0.0, 1.0], "z": [1.0, 2.0, 3.0]}, "one for each position"),
         ({"positions": [0.0, 1.0], "features": [[0.0, 5.0], [5.0, 0.0]]}, "ascend"),

@@ -307,10 +307,10 @@ def test_moduli_in_pascal_are_refused(G):
 
 
 @pytest.mark.parametrize(("make", "field", "words"), [
-    (lambda: WheelSet(wheel=WHEEL, radius=0.46), "wheelset.radius", r"a radius of -2\.\d+ mm where .* millimetres"),
+    (lambda: WheelSet(wheel=WHEEL, radius=0.46), "wheelset.radius", r"in millimetres: .* leaves -2\.\d+ mm"),
     (
         lambda: WheelSet(wheel=Profile(y=WHEEL.y + 70.0, z=WHEEL.z, kind="wheel")), "wheelset.flange_back",
-        "the tip of the wheel's flange is at y = 1",
+        "its tip is at y = 1",
     ),
     (lambda: Velocity(speed=20e3, pitch_rate=43.0), "velocity.pitch_rate", "negative in rolling forward"),
     (lambda: wheel(velocity=Velocity(yaw_rate=10.0)).solve(), "velocity", r"does not roll forwards, .* -\d"),

@@ -208,7 +208,7 @@ def test_wheel_that_friction_wedges_on_its_flange():
     deeper = replace(right, z=touching + 0.1)
     assert deeper.estimate().force[2] < right.estimate().force[2] < 0
     for solver in ("estimate", "solve"):
-        with pytest.raises(SceneError, match=r"right wheel is wedged at y = 7.5 mm: .* friction lifts it"):
+        with pytest.raises(SceneError, match=r"right wheel is wedged: friction lifts it"):
             getattr(replace(case, z=touching + 0.05), solver)()
     borne = replace(case, friction=0.05, z=touching + 0.05).solve()
     assert borne.right.force[2] > 0
@@ -218,7 +218,7 @@ def test_wheel_that_friction_wedges_on_its_flange():
 @pytest.mark.parametrize(("kind", "entry", "words"), [
     (WheelSet, {"wheel": TRACK.rail}, "of kind 'wheel'"),
     (Track, {"rail": WHEELSET.wheel}, "of kind 'rail'"),
-    (WheelSet, {"wheel": WHEELSET.wheel, "flange_back": 70.0}, "tip of the wheel's flange is at"),
+    (WheelSet, {"wheel": WHEELSET.wheel, "flange_back": 70.0}, "its tip is at"),
 ])  # fmt: skip
 def test_profiles_that_are_exchanged_or_mirrored(kind, entry, words):
     with pytest.raises(SceneError, match=words):

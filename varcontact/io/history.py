@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import OutputError, SceneError
+from varcontact.errors import OutputError
 from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step, storing
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, MEMORY, READ, assembled, solution_from_bytes
@@ -238,26 +238,22 @@ def _stored(path: Path) -> Stored:
             settings = _entry(file, "settings")
             settings["tol"] = checks.positive("tol", settings["tol"])
             settings["polish"] = checks.flag("polish", settings["polish"])
+            motion = scene.motion
+            if not isinstance(motion, Transient):
+                raise ValueError("steps of another motion than a Transient")
             if "start" in file.variables:
                 start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
-                scene = replace(scene, motion=replace(_motion(scene), start=start))
-            _motion(scene)
+                scene = replace(scene, motion=replace(motion, start=start))
     return Stored(path, scene, plan, settings)
 
 
 def _identity(stored: Stored) -> tuple[str, bytes]:
     """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
-    start = _motion(stored.scene).start
+    start = getattr(stored.scene.motion, "start", None)
     known = () if start is None else (start.pressure, start.traction, getattr(start, MEMORY))
     fields = b"".join((each + 0.0).tobytes() for each in known if each is not None)
     return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
-
-
-def _motion(scene: Scene) -> Transient:
-    if not isinstance(scene.motion, Transient):
-        raise SceneError("motion", scene.motion, "a Transient")
-    return scene.motion
 
 
 def _native(values: Any) -> np.ndarray:

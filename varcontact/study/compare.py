@@ -29,6 +29,7 @@ COLUMNS = (
     "iterations", "normal_seconds", "tangential_seconds", "certificate_seconds", "setup_seconds",
     "repeat_seconds", "total_seconds", "calls", "identity"
 )  # fmt: skip
+STAGES = ("normal", "tangential", "certificate", "total")
 WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 SHOWN = {
     "method": ("method", "s"),
@@ -207,10 +208,7 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solu
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
         "force_bound": float(np.max(certificate.force_bound[:2])),
-        "normal_seconds": sol.timing.get("normal", 0.0),
-        "tangential_seconds": sol.timing.get("tangential", 0.0),
-        "certificate_seconds": sol.timing.get("certificate", 0.0),
-        "total_seconds": sol.timing["total"],
+        **{f"{stage}_seconds": sol.timing.get(stage, 0.0) for stage in STAGES},
         "calls": "; ".join(f"{problem}: {count}" for problem, count in calls.items()),
     }
     if again:
