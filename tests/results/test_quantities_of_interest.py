@@ -106,7 +106,7 @@ def test_the_semi_axes_of_samples_are_those_of_hertz():
 
 def test_infinite_friction_has_no_unit():
     sol = vc.solve(replace(SCENE, friction=np.inf))
-    with pytest.raises(vc.SceneError, match="friction = inf .* errors are measured by the friction limit f Fz"):
+    with pytest.raises(vc.SceneError, match=r"friction = inf .* errors are measured by the friction limit f Fz"):
         units(sol)
 
 

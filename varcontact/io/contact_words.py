@@ -49,8 +49,8 @@ SUPPORTED: dict[str, dict[int, str]] = {
 """Values of the control digits that are read. I, A, O and W do not change the problem, and may have any."""
 
 INTEGER = re.compile(r"[+-]?\d+$")
-WORD = re.compile(r"'[^']*'|%.*|[^,\s%]+")
-"""Of a line: names in quotes may have blanks, a per cent sign begins a comment."""
+WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
+"""Of a line: names in quotes may have blanks, a per cent sign or an exclamation mark begins a comment."""
 FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
 """Where Fortran leaves out the E of an exponent of three digits."""
 
@@ -117,7 +117,7 @@ class Lines:
     def __init__(self, path: Path) -> None:
         self.name = str(path)
         text = text_of("path", path, MOST_BYTES, "an input file of CONTACT")
-        lines = [list(takewhile(lambda word: word[0] != "%", WORD.findall(line))) for line in text.splitlines()]
+        lines = [list(takewhile(lambda word: word[0] not in "%!", WORD.findall(line))) for line in text.splitlines()]
         self._lines = [(number, words) for number, words in enumerate(lines, 1) if words]
         self._next = 0
 

@@ -270,7 +270,7 @@ def check_schema(sol: Solution) -> None:
             each.shape != shapes.get(name, shape) for name, each in fields.items()
         ),
         "fields that are not numbers": any(each.dtype.kind not in "iuf" for each in fields.values()),
-        "numbers that are not finite, or beyond those that can be computed with": not all(
+        "numbers beyond those that can be computed with, or not finite": not all(
             abs(size) <= checks.LARGE**2 for size in (*sizes, *loads)
         ),
         "a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it": (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,6 +12,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.io.contact_words import Lines
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 
@@ -140,51 +140,28 @@ class ProfileSlices:
             If the file or a profile cannot be read, or slices are out of order, with the line.
         """
         file = checks.file_name("path", path)
-        try:
-            text = file.read_text(encoding="latin-1")
-        except OSError as error:
-            raise SceneError("path", str(file), message=f"path {file} cannot be read ({error.strerror})") from None
-        lines = [
-            (n, line) for n, each in enumerate(text.splitlines(), 1) if (line := re.split("[%!]", each)[0].strip())
-        ]
-        place = iter(lines)
-
-        def numbers(count: int, what: str) -> list[float]:
-            n, line = next(place, (len(text.splitlines()), ""))
-            try:
-                found = [float(each) for each in line.split()[:count]]
-            except ValueError:
-                found = []
-            if len(found) < count:
-                raise SceneError("path", line, message=f"{file.name}, line {n}: {what} needed, not {line!r}")
-            return found
-
-        (offset, scale), (count,) = numbers(2, "offset and scale"), numbers(1, "number of slices")
-        features, kinks, jumps = (int(each) for each in numbers(3, "numbers of features, kinks, accelerations"))
-        numbers(1, "a method")
+        lines = Lines(file)
+        offset, scale = lines.group("S_OFFSET", "S_SCALE").numbers()
+        (count,) = lines.group("NSLC").integers()
+        features, kinks, jumps = lines.group("NFEAT", "NKINK", "NACCEL").integers()
+        lines.group("S_METHOD")
         positions, profiles, known = [], [], dict[str, Profile]()
-        for _ in range(int(count)):
-            n, line = next(place, (0, ""))
-            words = line.replace('"', "'").split("'")
-            name = (words[1] if len(words) > 1 else line.split()[-1] if line else "").replace("\\", "/")
-            try:
-                positions.append(scale * (offset + float(words[0].split()[0])))
-            except (ValueError, IndexError):
-                reason = f"{file.name}, line {n}: a position and the name of a file are needed, not {line!r}"
-                raise SceneError("path", line, message=reason) from None
+        for _ in range(count):
+            group = lines.group("S", "a profile")
+            name = group.values[1].strip("'\"").replace("\\", "/")
+            positions.append(scale * (offset + group.number(0)))
             known[name] = known.get(name) or Profile.read(file.parent / name, kind, **options)
             profiles.append(known[name])
             if len(positions) > 1 and positions[-1] - positions[-2] <= (TOGETHER if kind == "rail" else 0):
-                reason = f"{file.name}, line {n}: slice {len(positions)} at {positions[-1]:g} is out of order"
-                raise SceneError("slices.positions", positions[-1], message=reason)
+                group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
         if features <= 1:
             return cls(profiles=profiles, positions=positions)
         if options.get("mirror_y") is True:
             reason = f"mirror_y: {file.name} has features by arc length from the first point; mirror the profiles"
             raise SceneError("mirror_y", True, message=reason)
         for more in filter(None, (kinks, jumps)):
-            numbers(more, "places of kinks")
-        table = np.array([numbers(features + 1, f"a position and {features} features")[1:] for _ in positions])
+            lines.many("kinks", more)
+        table = np.array([lines.many("features", features + 1).numbers()[1:] for _ in positions])
         table = np.minimum(table, [[each.curve.s[-1]] for each in profiles])
         there = (table[:, :-1] >= 0) & (table[:, 1:] >= 0)  # what is between two features
         ends = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
