@@ -207,10 +207,54 @@ def test_guaranteed_bounds_hold():
     assert (found.by.values == "batched").sum() == 12
 
 
-def test_histories_are_for_solve():
-    rolling = scene("steady", np.random.default_rng(6), vc.Grid(nx=8, ny=8))
+def history(rng, grid, **motion):
+    """Of a load that changes; with `dq` for an element or more of rolling, in place without."""
+    v, ratio, part = 4e-4 * rng.normal(size=(3, 4)), np.exp(rng.uniform(-0.5, 0.5)), rng.uniform(-0.5, 0.5, size=4)
+    load = 1e-3 * rng.uniform(0.6, 1.2, size=4)
+    given = [
+        {"vx": v[0], "vy": v[1], "spin": 3 * v[2], "rotation": 1e-5, "ux": 1e-5},
+        {"Fx": 0.3 * part * load, "vy": v[1], "spin": 3e-4},
+    ][rng.integers(2)]
+    return vc.Scene(
+        bodies=vc.Bodies(1.0, rng.uniform(0, 0.5)), surface=vc.Paraboloids(ratio, 1 / ratio), friction=0.3, grid=grid,
+        motion=vc.Transient(steps=4, normal_force=load, friction=[None, 0.4, 0.3, None], **given, **motion),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("motion", [{}, {"direction": [1, -1, -1, 1]}, {"dq": 0.0}, {"dq": 0.01}])
+def test_histories_side_by_side(motion):
+    """Steps of an element, back and forth, in place; of parts of an element they are for `solve`."""
+    rng = np.random.default_rng(6)
+    scenes = [history(rng, vc.Grid(nx=9, ny=8, edge="centres"), **motion) for _ in range(4)]
+    found = vc.solve_many(scenes)
+    assert set(found.by.values) == {"solve" if motion == {"dq": 0.01} else "batched"}
+    assert dict(found.sizes) == {"scene": 4, "step": 4}
+    for i, each in enumerate(scenes):
+        steps = vc.solve(each)
+        limit = np.array([0.3, 0.4, 0.3, 0.3]) * [step.normal_force for step in steps]
+        for name in ("Fx", "Fy", "Mz"):
+            expected = np.array([getattr(step, name) for step in steps])
+            np.testing.assert_allclose(found[name][i] / limit, expected / limit, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(found.vx[i], [step.creepage[0] for step in steps], rtol=1e-7, atol=1e-11)
+        assert [int(n) for n in found.slip[i]] == [step.elements["slip"] for step in steps]
+
+
+def test_histories_of_other_lengths_and_other_motions_are_refused_by_name():
+    rng, grid = np.random.default_rng(6), vc.Grid(nx=8, ny=8)
+    rolling = scene("steady", rng, grid)
+    for others in ([rolling], [replace(rolling, motion=vc.Transient(steps=2, vx=1e-3))]):
+        with pytest.raises(vc.SceneError, match=r"scenes\[1\].motion"):
+            vc.solve_many([history(rng, grid), *others])
     with pytest.raises(vc.SceneError, match=r"scenes\[0\]"):
-        vc.solve_many([replace(rolling, motion=vc.Transient(steps=2, vx=1e-3))])
+        vc.solve_many([replace(rolling, friction=np.inf, motion=vc.Harmonic(wave_number=1.0, vx=1e-3))])
+    with pytest.raises(vc.SceneError, match="fields"):
+        vc.solve_many([history(rng, grid)], fields=True)
+    with pytest.raises(vc.Saturated, match=r"scenes\[0\]"):
+        vc.solve_many([replace(rolling, motion=vc.Transient(steps=2, Fx=[0.0, rolling.normal_force]))])
+    with pytest.raises(vc.NoContact, match=r"scenes\[0\]"):
+        vc.solve_many(
+            [history(rng, grid, dq=0.0), replace(rolling, motion=vc.Transient(steps=4, normal_force=0.0))][1:]
+        )
 
 
 def test_no_creepage_no_force():

@@ -14,21 +14,23 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import common_grid, known_grid
 from varcontact.elasticity.operators import edge_compliance
-from varcontact.errors import SceneError
+from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.consistency import left_out
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
-from varcontact.solvers.batched.newton import solve_batch
+from varcontact.solvers.batched.newton import brought, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
 from varcontact.solving.options import BY_DEFAULT
+from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
 
 MOST_ELEMENTS = 4096
@@ -38,6 +40,8 @@ MOST_IN_LINE = 512
 START = "the result of as many scenes on the same lattices, with fields=True"
 PASSES = 40
 """Passes of laws of friction."""
+WHOLE = 1e-9
+"""How far the elements that particles pass may be from a whole number."""
 AT_ONCE = 250_000
 """Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
@@ -100,6 +104,38 @@ def solve_batches(
     return figures, solved
 
 
+@one_blas_thread()
+def march_batches(scenes: Sequence[Scene], tol: float, some: Sequence[int]) -> tuple[Figures, np.ndarray]:
+    """The figures (n, steps) of histories with equal numbers of steps, side by side; and which are solved in batches.
+
+    Step k of all is a batch of shifts, less what the particles bring along from the tractions of the step before.
+    """
+    grids = {k: grid for k in some if (grid := _grid_of_history(scenes[k])) is not None}
+    left, before, found = list(grids), None, list[Figures]()
+    for step in range(transient(scenes[0]).steps):
+        now = [scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))]
+        kept: Fields = {}
+        figures, solved = _on_grids(now, left, tol, kept, before=before)
+        found.append(figures)
+        left, before = np.flatnonzero(solved).tolist(), kept
+    return {name: np.stack([each[name] for each in found], axis=-1) for name in FIGURES}, solved
+
+
+def _grid_of_history(scene: Scene) -> Grid | None:
+    """The grid of a history for batches; None of others."""
+    motion, grid = transient(scene), scene.grid
+    frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
+    alone = motion.control is not None or motion.start is not None or motion.heights or scene.line
+    if alone or not isinstance(grid, Grid) or not all(isinstance(each, float) for each in frictions):
+        return None
+    if grid.explicit:
+        return grid
+    try:
+        return common_grid(scene, [known_grid(each) for each in largest_contacts(scene)])
+    except NoContact:  # which `solve` says of it
+        return None
+
+
 def _without_grid(scene: Scene) -> bool:
     """Whether a scene is one for batches that leaves its grid to the accuracy."""
     motion = scene.motion
@@ -114,6 +150,7 @@ def _on_grids(
     tol: float,
     kept: Fields | None = None,
     near: Near | None = None,
+    before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
     figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
     groups: dict[_Kind, list[_Member]] = {}
@@ -126,7 +163,7 @@ def _on_grids(
         places = max(1, AT_ONCE // math.prod(kind.shape))
         for first in range(0, len(members), places):
             part = members[first : first + places]
-            own, done = _solve_group(part, tol, kept, near)
+            own, done = _solve_group(part, tol, kept, near, before)
             at = np.array([member.number for member in part])[done]
             for name, values in own.items():
                 figures[name][at] = values[done]
@@ -202,13 +239,13 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
 class _Kind:
     """What the scenes of a batch have in common: a grid across the contact, or None where each has its own place.
 
-    `under_law`: friction depends on the slip.
+    `under_law`: friction depends on the slip. `ahead`: elements that particles pass in a step of a history.
     """
 
     shape: tuple[int, int]
     grid: Grid | None
     difference: str | None
-    offset: float
+    ahead: int
     line: bool
     under_law: bool
 
@@ -217,7 +254,7 @@ class _Kind:
 class _Member:
     number: int
     kind: _Kind
-    motion: Steady | Shift
+    motion: Steady | Shift | TimeStep
     grid: Grid
     hertz: HertzContact
     bodies: BodyPair | Bodies
@@ -240,7 +277,7 @@ def fits(scene: Scene) -> bool:
         return False
     if isinstance(motion, Steady):
         return motion.dq is None and motion.rigid_slip is None
-    return isinstance(motion, Shift) and not scene.line
+    return isinstance(motion, Shift | TimeStep) and not scene.line
 
 
 def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
@@ -276,14 +313,15 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         shape = rows if grid.line else rows + 2 * grid.margin, columns + 2 * grid.margin
     if math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
         return None
-    difference, offset = None, 0.0
-    if isinstance(motion, Steady):
-        assert motion.spin_offset is not None
-        difference, offset = motion.slip_difference, motion.spin_offset
-    assert isinstance(motion, Steady | Shift)
+    difference, ahead = motion.slip_difference if isinstance(motion, Steady) else None, 0.0
+    if isinstance(motion, TimeStep):
+        ahead = motion.direction * motion.dq / grid.sides[0]
+        if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
+            return None
+    assert isinstance(motion, Steady | Shift | TimeStep)
     assert isinstance(scene.friction, float | Law)
     under_law = isinstance(scene.friction, Law)
-    kind = _Kind(shape, None if grid.explicit else grid, difference, offset, grid.line, under_law)
+    kind = _Kind(shape, None if grid.explicit else grid, difference, round(ahead), grid.line, under_law)
     return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
 
 
@@ -323,9 +361,9 @@ def _in_place(grids: list[Grid], contacts: list[HertzContact]) -> _Lattices:
 
 
 def _solve_group(
-    members: list[_Member], tol: float, kept: Fields | None, near: Near | None
+    members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of scenes of one kind, and which of them are solved."""
+    """The figures of scenes of one kind, and which of them are solved; `before` are the fields of the step before."""
     kind, contacts = members[0].kind, [member.hertz for member in members]
     a, b, force = (np.array([getattr(contact, name) for contact in contacts]) for name in ("a", "b", "force"))
     G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
@@ -334,22 +372,29 @@ def _solve_group(
     else:
         lattices = _across(kind.grid, a, np.zeros_like(a) if kind.line else b)
     x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
-    area, step = dx * dy, np.ones_like(dx) if kind.difference is None else dx
     motions = [member.motion for member in members]
-    vx, vy, spin = np.array([motion.rigid for motion in motions]).T
+    steps = [motion.step(length) for motion, length in zip(motions, dx.tolist(), strict=True)]
+    area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])
+    vx, vy, spin = np.array([each.rigid for each in steps]).T
+    sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
     given = np.array([[motion.Fx, motion.Fy] for motion in motions], dtype=float).T  # NaN for None
     W = np.empty((2, *kind.shape, len(members)))
-    W[0], W[1] = (vx - spin * y) * step, (vy + spin * (x + kind.offset * step)) * step
+    W[0], W[1] = (vx - spin * y) * step, (vy + spin * x + sampled) * step
     laws = [member.friction for member in members]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
     bound = lattices.share * (friction * force / area)
     problem = BatchedProblem(
         dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, lattices.compliance
     )
-    start = None if near is None else near.on(problem, [member.number for member in members], [vx, vy], step)
+    numbers = [member.number for member in members]
+    start = None if near is None else near.on(problem, numbers, [vx, vy], step)
+    if before is not None:
+        came = np.stack([before[number][0] for number in numbers], axis=-1) / G
+        W -= brought(problem, came, kind.ahead)
+        start = came, np.zeros((2, len(members)))
     with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
         if kind.under_law:
-            found, part = _under_laws(problem, laws, step if kind.difference else np.ones_like(step), tol, start)
+            found, part = _under_laws(problem, laws, step, tol, start)
             bound *= part
         else:
             found = solve_batch(problem, tol, start)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, solve_batches
+from varcontact.scene.transient import Transient
+from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, march_batches, solve_batches
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
@@ -53,7 +54,7 @@ def solve_many(
     Parameters
     ----------
     scenes : iterable of Scene
-        Of any kind but histories, mixed as they come.
+        Of any kind, mixed as they come; or histories with as many steps each, which march side by side.
     tol : float
         Required natural-map residual, relative to the largest traction, and relative gap.
     accuracy : float, optional
@@ -79,12 +80,13 @@ def solve_many(
         `max_pressure`; `friction_work`, see `Solution.friction_work`; `iterations`; `approach`; `ok`;
         `by`, "batched" or "solve"; `message`. Scenes solved to an accuracy have extrapolated values, and error bars
         `Fx_error`, ... With `fields`: `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
-        `x_centre` (scene, x), `y_centre` (scene, y).
+        `x_centre` (scene, x), `y_centre` (scene, y). Of histories over (scene, step), without `friction_work`.
 
     Raises
     ------
     SceneError
-        If there is no scene, or one is none or a history, for fields of scenes without grids, or another `start`.
+        If there is no scene, one is none, or some are histories of other lengths, for fields of scenes without grids
+        or of histories, or another `start`.
     SceneError, Saturated
         As `solve`, before any work, with ``failures="raise"``.
     NotConverged, TooLarge, SolverUnavailable
@@ -115,9 +117,11 @@ def solve_many(
     checks.flag("fields", fields)
     accuracy = None if accuracy is None else checks.positive("accuracy", accuracy)
     bounded = checks.choice("certify", certify, ("gap", "full")) == "full"
-    if (fields or start is not None) and any(scene.grid == "auto" for scene in given):
+    steps = _steps(given[0])
+    if (fields or start is not None) and (steps or any(scene.grid == "auto" for scene in given)):
         name, value = ("fields", True) if fields else ("start", start)
-        raise SceneError(name, value, "left out: a scene has no grid of its own")
+        why = "scenes are histories" if steps else "a scene has no grid of its own"
+        raise SceneError(name, value, f"left out: {why}")
     errors: dict[int, VarcontactError] = {}
     for i, scene in enumerate(given):
         try:
@@ -130,16 +134,20 @@ def solve_many(
             if failures == "raise":
                 raise
     kept: Fields | None = {} if fields or bounded else None
-    found = {name: np.full(len(given), math.nan) for name in (*FIGURES, *BARS, *(BOUNDS if bounded else ()))}
+    names = (*FIGURES, *BARS, *(BOUNDS if bounded else ()))
+    found = {name: np.full((len(given), steps or 1), math.nan) for name in names}
     ok, by = np.zeros(len(given), bool), np.full(len(given), "solve", dtype="<U7")
     sound = [i for i in range(len(given)) if i not in errors]
     if report is not None:
         report(f"{len(sound)} scenes in batches")
     near = None if start is None else _near(start, given)
     batched = [i for i in sound if not (bounded and _has_force(given[i]))]
-    answers, solved = solve_batches(given, tol, accuracy, kept, near, batched)
+    if steps:
+        answers, solved = march_batches(given, tol, [] if bounded else batched)
+    else:
+        answers, solved = solve_batches(given, tol, accuracy, kept, near, batched)
     for name, values in answers.items():
-        found[name][solved] = values[solved]
+        found[name][solved] = values.reshape(len(given), -1)[solved]
     ok[solved], by[solved] = True, "batched"
     for i, (traction, *_) in kept.items() if kept is not None and bounded else ():
         for name, bound in zip(BOUNDS, certificate(given[i], traction).force_bound, strict=True):
@@ -151,21 +159,25 @@ def solve_many(
             report(f"scenes[{i}]: by itself")
         try:
             options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": certify}
-            solution = cast(Solution, solve(given[i], tol=tol, **options))
+            solution = solve(given[i], tol=tol, **options)
         except VarcontactError as error:
             errors[i] = _named(error, i)
             if failures == "raise":
                 raise
             continue
         ok[i] = True
-        for name, value in figures_of(solution).items():
-            known = SHIFTS.get(name, name)
-            if known in found:
-                found[known][i] = value
-        if kept is not None:
+        for k, each in enumerate([solution] if isinstance(solution, Solution) else solution):
+            for name, value in figures_of(each).items():
+                known = SHIFTS.get(name, name)
+                if known in found:
+                    found[known][i, k] = value
+        if kept is not None and isinstance(solution, Solution):
             kept[i] = solution.traction, solution.traction_bound, solution.grid.x, solution.grid.y
     found["gap"] = found.pop("relative_gap")
-    columns: dict[str, Any] = {name: ("scene", values) for name, values in found.items()}
+    if steps:
+        del found["friction_work"]
+    over = ("scene", "step") if steps else ("scene",)
+    columns: dict[str, Any] = {name: (over, values if steps else values[:, 0]) for name, values in found.items()}
     messages = [str(errors[i]) if i in errors else "" for i in range(len(given))]
     columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", np.array(messages))}
     return xr.Dataset(columns | (_shown(kept, len(given)) if kept is not None and fields else {}))
@@ -175,12 +187,18 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
     given = list(scenes) if isinstance(scenes, Iterable) else []
     if not given:
         raise SceneError("scenes", scenes, "one scene or more")
+    steps = _steps(given[0])
     for i, scene in enumerate(given):
-        if not isinstance(scene, Scene) or not isinstance(scene.motion, Steady | Shift | None):
-            raise SceneError(
-                f"scenes[{i}]", scene, "a Scene whose motion is Steady, Shift or none; solve() takes others"
-            )
+        if not isinstance(scene, Scene) or not isinstance(scene.motion, Steady | Shift | Transient | None):
+            raise SceneError(f"scenes[{i}]", scene, "a Scene whose motion is Steady, Shift, Transient or none")
+        if _steps(scene) != steps:
+            raise SceneError(f"scenes[{i}].motion", scene.motion, "a history of as many steps, if one is a history")
     return given
+
+
+def _steps(scene: Scene) -> int | None:
+    """Of a history."""
+    return scene.motion.steps if isinstance(scene, Scene) and isinstance(scene.motion, Transient) else None
 
 
 def _has_force(scene: Scene) -> bool:

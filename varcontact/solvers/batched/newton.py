@@ -100,6 +100,14 @@ def solve_batch(
     return whole
 
 
+def brought(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
+    """Displacements (2, ny, nx, n) by tractions, of particles so many elements ahead."""
+    ny, nx, _ = problem.bound.shape
+    ways = transforms(ny, nx, ((ahead, 1.0),))
+    symbol = ways.symbol(influence(problem, ways.columns) * (problem.dx / np.pi))
+    return Method(problem, ways, single=False).product(traction, symbol, symbol[:2, 0, 0])
+
+
 class Method:
     """What the problems have in common: transforms, softened edges, and whether single precision is enough."""
 
@@ -121,8 +129,7 @@ class Method:
         numbers /= diagonal
         load = problem.bound.max(axis=(0, 1))
         unit = diagonal * problem.dx * load / np.pi
-        ways = (transforms.even, transforms.odd, transforms.even)
-        symbol = np.stack([rows_then_columns(each, way) for each, way in zip(numbers, ways, strict=True)])
+        symbol = transforms.symbol(numbers)
         ways = (transforms.windowed_even, transforms.windowed_odd, transforms.windowed_even)
         single = numbers.astype(np.float32)
         windowed = np.stack([rows_then_columns(each, way) for each, way in zip(single, ways, strict=True)])

@@ -29,6 +29,11 @@ class Transforms:
     unperiodic: tuple[np.ndarray, np.ndarray]
     columns: int  # offsets along x from 0
 
+    def symbol(self, numbers: np.ndarray) -> np.ndarray:
+        """The transforms of influence numbers xx, xy and yy by offset, (3, ny, columns, n)."""
+        ways = (self.even, self.odd, self.even)
+        return np.stack([rows_then_columns(each, way) for each, way in zip(numbers, ways, strict=True)])
+
 
 @lru_cache(maxsize=32)
 def transforms(ny: int, nx: int, ahead: tuple[tuple[int, float], ...]) -> Transforms:
