@@ -212,7 +212,6 @@ def test_json_has_no_nan_where_nothing_is_known(folder):
     "arguments",
     [
         ("solve", "scene.toml", "--json", "--out", "a.nc"),
-        ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv"),
         ("solve", "--help"),
     ],
 )

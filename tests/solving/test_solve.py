@@ -24,21 +24,6 @@ def test_hertz_pressure_carries_the_force(rolling):
     assert sol.elements["slip"] == 0
 
 
-def test_force_and_approach_are_each_others_inverse(rolling):
-    scene = rolling(motion=None, friction=None)
-    by_force = vc.solve(scene, normal="clarabel")
-    asked = dataclasses.replace(scene, normal_force=None, approach=by_force.approach, surface=by_radii(scene))
-    asked = dataclasses.replace(asked, grid=by_force.grid)
-    by_approach = vc.solve(asked, normal="clarabel")
-    assert by_approach.normal_force == pytest.approx(1.0, rel=1e-11)
-    np.testing.assert_allclose(by_approach.pressure, by_force.pressure, atol=1e-11)
-
-
-def by_radii(scene):
-    """The paraboloids that make a scene's ellipse."""
-    return vc.Paraboloids(scene.hertz.Rx, scene.hertz.Ry)
-
-
 # ----------------------------------------------------------------------------- shift
 
 
@@ -154,13 +139,10 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
 @pytest.mark.parametrize(
     ("arguments", "field", "words"),
     [
-        ({"normal": "hertzian"}, "normal", "did you mean hertz"),
-        ({"tangential": "clarable"}, "tangential", "did you mean clarabel"),
         ({"coupling": "tight"}, "coupling", "panagiotopoulos"),
         ({"tol": 0.0}, "tol", "positive"),
         ({"polish": "no"}, "polish", "true or false"),
         ({"polish": 1}, "polish", "true or false"),
-        ({"progress": 3}, "progress", "None, or a function"),
     ],
 )
 def test_unknown_methods(rolling, arguments, field, words):
