@@ -62,8 +62,8 @@ side = "set"
 vertical_force = 160e3
 free = ["roll", "pitch_rate"]
 friction = { kind = "by_angle", angles = [0.2, 0.6], coefficients = [0.3, 0.1] }
-dx = 1.0
-dy = 1.0
+dx = 1.6
+dy = 1.6
 track = { rail = "60e1", cant = 0.025, curve_radius = 800e3 }
 wheelset = { wheel = "s1002" }
 position = { y = [-3.0, 1.0] }

@@ -90,7 +90,7 @@ def test_a_free_wheel_set_in_a_curve_rolls_where_the_radii_make_up_for_it():
 
 
 def test_the_balance_does_not_depend_on_where_the_search_begins():
-    case = wheel_set(0.0, free=("y", "roll", "pitch_rate"), lateral_force=5e3)
+    case = wheel_set(0.0, free=("y", "roll", "pitch_rate"), lateral_force=5e3, dx=1.6, dy=1.6)
     one = case.solve()
     other = replace(case, position=Position(y=-4.0, roll=0.01), velocity=Velocity(speed=20e3, pitch_rate=-40.0)).solve()
     assert one.force[1] == pytest.approx(5e3, abs=1.0)
