@@ -106,13 +106,6 @@ def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6
 
 
-def test_no_program_where_friction_is_nowhere_exhausted(rolling):
-    problem, raw, calls = solved(rolling(motion=vc.Shift(ux=1e-3), friction=1e3, grid=CELLS), tangential="clarabel")
-    assert raw.solver == "no-slip"
-    assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
-    assert calls == {"no-slip": (1, 1)}
-
-
 # ----------------------------------------------------------------------------- The coupling loop by itself
 
 

@@ -223,3 +223,7 @@ class RawSolution:
     solved: bool = True
     solver: str = ""
     reason: str = ""
+
+    @property
+    def finite(self) -> bool:
+        return bool(np.isfinite(self.traction).all() and np.isfinite(self.rigid).all())

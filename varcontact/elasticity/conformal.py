@@ -18,7 +18,6 @@ from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continuation
-from varcontact.system.process import one_blas_thread
 
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""
@@ -194,27 +193,22 @@ class ConformalOperator(GridOperator):
                     blocks[i, :, j] += wave(half_turns * angle / 2) * own
         return blocks.reshape(rows * elements.size, columns * loaded.size)
 
-    @one_blas_thread()
-    def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product with tractions (columns, ny, nx) on the whole grid.
+    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(self._product(tractions))
+
+    def _product(self, tractions: np.ndarray) -> np.ndarray:
+        """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
 
         Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which tractions are
         multiplied by before the transform along y, and of alpha_I, which displacements are after it.
         """
-        if self.whole is not None:
-            return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
-        return self._product(tractions, self._transforms)
-
-    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
-        return self._product(tractions, self._single_transforms)
-
-    def _product(self, tractions: np.ndarray, transforms: Transforms) -> np.ndarray:
         from scipy import fft
 
         box, ny = fft_box(*self.shape), self.shape[0]
         loads = fft.rfft(tractions, box[1], axis=-1)
         found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
-        for half_turns, blocks in transforms.items():
+        single = tractions.dtype == np.float32
+        for half_turns, blocks in (self._single_transforms if single else self._transforms).items():
             angle = (half_turns * self.angles[:, None] / 2).astype(tractions.dtype)
             waves = (np.cos(angle), np.sin(angle)) if half_turns else (np.ones_like(angle),)
             columns = {j: fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2) for _, j in blocks}
@@ -229,21 +223,15 @@ class ConformalOperator(GridOperator):
             for i, image in images.items():
                 shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
                 found[i] += sum(map(np.multiply, waves, shifts))
-        return np.ascontiguousarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
+        return np.asarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
 
-    def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        if (len(rows), len(columns)) == self.table.shape[:2]:
-            return self
-        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
-        if (rows, columns) not in parts:
-            chosen = {
-                (half_turns, rows.index(i), columns.index(j)): tables
-                for (half_turns, i, j), tables in self.harmonics.items()
-                if i in rows and j in columns
-            }
-            table = self.table[np.ix_(rows, columns)]
-            parts[rows, columns] = ConformalOperator(self.shape, table, self.angles, chosen)
-        return parts[rows, columns]
+    def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
+        chosen = {
+            (half_turns, rows.index(i), columns.index(j)): tables
+            for (half_turns, i, j), tables in self.harmonics.items()
+            if i in rows and j in columns
+        }
+        return ConformalOperator(self.shape, self.table[np.ix_(rows, columns)], self.angles, chosen)
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
         found: Harmonics = {}

@@ -148,10 +148,12 @@ class GridOperator:
         """
         if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
+        return np.ascontiguousarray(self._product(tractions))
+
+    def _product(self, tractions: np.ndarray) -> np.ndarray:
         box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)
-        product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._symbol])
-        return np.ascontiguousarray(fields_of(product, box, self.shape))
+        return fields_of(np.array([sum(map(np.multiply, row, spectrum)) for row in self._symbol]), box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
@@ -178,8 +180,11 @@ class GridOperator:
             return self
         parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
         if (rows, columns) not in parts:
-            parts[rows, columns] = GridOperator(self.shape, self.table[np.ix_(rows, columns)])
+            parts[rows, columns] = self._part(rows, columns)
         return parts[rows, columns]
+
+    def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
+        return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
         """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one mirrors its table."""

@@ -171,9 +171,7 @@ class Carried:
             count = min(AROUND, x.size)
             x = np.concatenate([x[-count:] - self.period, x, x[:count] + self.period])
             height = np.concatenate([height[:, -count:], height, height[:, :count]], axis=1)
-        if self.y is None:  # the same row four times
-            return Interpolation(x, np.arange(-1.5, 2.0), np.tile(height, (4, 1)))
-        return Interpolation(x, self.y, height)
+        return Interpolation.of(x, self.y, height)
 
     def __getstate__(self) -> dict[str, object]:
         return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used

@@ -29,6 +29,11 @@ class Interpolation:
     y: np.ndarray  # ascending [length]
     h: np.ndarray  # (y.size, x.size) [length]
 
+    @classmethod
+    def of(cls, x: np.ndarray, y: np.ndarray | None, h: np.ndarray) -> Interpolation:
+        """Without y it is one row, which stands four times."""
+        return cls(x, np.arange(-1.5, 2.0), np.tile(h, (4, 1))) if y is None else cls(x, y, h)
+
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Values at the points of a grid."""
         if not self._cliffs.any():

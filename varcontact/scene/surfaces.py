@@ -309,9 +309,7 @@ class SampledDistance:
     @cached_property
     def _between(self) -> Interpolation:
         assert self.x is not None
-        if self.y is None:  # the same row four times
-            return Interpolation(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)))
-        return Interpolation(self.x, self.y, self.h)
+        return Interpolation.of(self.x, self.y, self.h)
 
     def __getstate__(self) -> dict[str, object]:
         return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used

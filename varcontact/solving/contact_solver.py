@@ -94,7 +94,7 @@ class ContactSolver:
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
             enough = self._enough_pressure(disc, state)
             raw = solve_normal(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
-            if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+            if not raw.finite:
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
             pressure[elements] = raw.traction
@@ -168,7 +168,7 @@ class ContactSolver:
             again = self._solved(problem, easy, settings) if easy.solved else raw
             count = raw.iterations + easy.iterations + again.iterations * easy.solved
             raw = replace(again if again.solved else raw, iterations=count)
-        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+        if not raw.finite:
             raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
         return replace(

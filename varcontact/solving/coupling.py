@@ -167,7 +167,7 @@ def coupled_newton(
     with settings.stats.called("newton"):
         raw = newton_coupled(problem, settings, start, residual)
         settings.stats.iterated("newton", raw.iterations)
-    finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
+    finite = raw.finite and np.any(raw.traction[0])
     better = finite and (raw.solved or (not turned and residual(raw) < max(residuals(disc, state))))
     iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     state = replace(found(raw) if better else state, iterations=iterations)

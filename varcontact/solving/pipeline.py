@@ -18,7 +18,7 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem, magnitude
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
 from varcontact.results.plan import Plan
@@ -71,7 +71,7 @@ class Task:
 
     def better(self, one: RawSolution | None, other: RawSolution) -> RawSolution:
         """The answer with the smaller residual, or the only one."""
-        if one is None or not _finite(one):
+        if one is None or not one.finite:
             return other
         return other if self.residual(other) < self.residual(one) else one
 
@@ -110,8 +110,7 @@ def solve_tangential(
     convex = settings.formulation != "gap" or problem.monotone
     if plan.convex or not polish:
         return _best(task, (_program_unpolished if convex else _refused,))
-    first = () if start is not None and problem.symmetric else (_stick_if_admissible,)
-    return _best(task, (*first, _active_sets_from_start, _program_polished) if convex else (*first, _active_sets))
+    return _best(task, (_active_sets_from_start, _program_polished) if convex else (_active_sets,))
 
 
 def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
@@ -162,7 +161,7 @@ def march(
         step = replace(problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None)
         raw = solver(step, inner, at)
         iterations += raw.iterations
-        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+        if not raw.finite:
             status = raw.status
             break
         change = float(np.abs(raw.traction - at.traction).max())
@@ -203,7 +202,7 @@ def _refined(task: Task) -> RawSolution:
     for accuracy in TO_REFINE:
         answer = task.solved(max(accuracy, tol))
         best = task.better(best, answer)
-        if _finite(answer) and task.residual(best) > tol:
+        if answer.finite and task.residual(best) > tol:
             if isinstance(task.problem, NormalProblem):
                 near = counted("splitting", refine_normal)(task.problem, task.settings, answer)
             else:
@@ -225,7 +224,7 @@ def _program_polished(task: Task, best: RawSolution | None) -> RawSolution:
         if best is not None and task.residual(best) <= enough:
             break
         answer = _by_plan(task, accuracy)
-        if _finite(answer):
+        if answer.finite:
             polished = replace(_active_sets_from(task, answer), iterations=answer.iterations)
             best = task.better(best, polished)
     assert answer is not None
@@ -253,13 +252,6 @@ def _fallback(task: Task, best: RawSolution | None) -> RawSolution | None:
     if found is best:
         return best
     return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
-
-
-def _stick_if_admissible(task: Task, best: RawSolution | None) -> RawSolution | None:
-    """These are the solution where friction is nowhere exhausted."""
-    assert isinstance(task.problem, TangentialProblem)
-    sticking = NO_SLIP(task.problem, task.settings, None)
-    return sticking if np.all(magnitude(sticking.traction) <= task.problem.bound) else None
 
 
 def _active_sets_from(task: Task, start: RawSolution | None, steps: int = NEWTON_STEPS) -> RawSolution:
@@ -302,10 +294,6 @@ def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
     """
     distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
     return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
-
-
-def _finite(raw: RawSolution) -> bool:
-    return bool(np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all())
 
 
 def peak(method: str, formulation: str, unknowns: float) -> float:

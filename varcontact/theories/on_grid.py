@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -140,30 +139,6 @@ def _linear(disc: Discretisation, state: ContactState) -> ContactState:
     problem = disc.tangential_problem(state.pressure)
     raw = no_slip(problem)
     return _closed_form(state, *problem.on_grid(raw.traction, raw.rigid), np.zeros(disc.grid.shape, dtype=bool))
-
-
-def no_slip_forces(scene: Scene) -> tuple[np.ndarray, int]:
-    """What unit creepages do where nothing slips, from one factor of the matrix, and the number of elements.
-
-    For a Hertzian scene of quasi-identical bodies on an explicit grid. Rows are Fx, Fy, Mz, columns vx, vy and spin of
-    one: -G ab C11 at [0, 0], and so on (118)-(119).
-    """
-    assert isinstance(scene.grid, Grid)
-    assert isinstance(scene.motion, Steady)
-    disc = discretise(replace(scene, friction=float("inf")), scene.grid)
-    assert disc.hertz is not None
-    # both directions, also where nu = 0 and each has a problem of its own
-    both = np.ones((2, *scene.grid.shape))
-    problem = disc.tangential_problem(disc.hertz.on_elements(scene.grid), acting=both)
-    units = [replace(scene.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
-    shifts = [
-        disc.with_loading(motion=unit).rigid_shift.reshape(2, -1)[:, problem.operator.elements].ravel()
-        for unit in units
-    ]
-    tractions = np.linalg.solve(problem.operator.matrix, -np.transpose(shifts)).reshape(2, -1, 3)
-    x, y = problem.points
-    moment = (x @ tractions[1] - y @ tractions[0]) * disc.scales.length
-    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.scales.force, problem.size
 
 
 def _fastsim(

@@ -168,11 +168,8 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
     A = csc_matrix((entries.ravel(), rows.ravel(), starts), (height + len(free), c * n))
     b = np.concatenate([_unit_disks(n, c), _force_level(problem)])
 
-    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(c)
-        rigid[free] = z[height : height + len(free)] * scale * bound.max() / problem.bound.sum()
-        return (x[: c * n] * bound).reshape(c, n), rigid
-
+    unit = scale * bound.max() / problem.bound.sum()
+    recover = _recovery(problem, unit, lambda x, z: z[height : height + len(free)])
     cones = [("second_order", 1 + c)] * n + [("zero", len(free))] * bool(free)
     program = ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
     return _with_flow(program, problem, of_traction=True)
@@ -209,12 +206,8 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     force_work = _force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work, np.zeros(spare)])
 
-    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(c)
-        rigid[free] = x[height : height + len(free)] * scale
-        return (x[: c * n] * bound).reshape(c, n), rigid
-
     cones = [("second_order", 1 + c)] * (2 * n) + [("zero", len(free))] * bool(free)
+    recover = _recovery(problem, scale, lambda x, z: x[height : height + len(free)])
     return _with_flow(ConicProgram(P, q, A, b, cones, recover), problem, of_traction=True, of_shift=True)
 
 
@@ -235,12 +228,21 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
     force_work = _force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([np.zeros(c * n), weight[:n], force_work])
 
-    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(c)
-        rigid[free] = x[height : height + len(free)] * scale
-        return (x[: c * n] * bound).reshape(c, n), rigid
-
+    recover = _recovery(problem, scale, lambda x, z: x[height : height + len(free)])
     return _with_flow(ConicProgram(P, q, A, b, [("second_order", 1 + c)] * n, recover), problem, of_shift=True)
+
+
+def _recovery(
+    problem: TangentialProblem, unit: float, rigid: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """`ConicProgram.recover` of tractions that come first, by their bound, and of rigid shifts in a unit."""
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        shifts = np.zeros(problem.components)
+        shifts[problem.free] = rigid(x, z) * unit
+        return x[: problem.rigid_shift.size].reshape(problem.components, -1) * problem.bound, shifts
+
+    return recover
 
 
 def _with_flow(

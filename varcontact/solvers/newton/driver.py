@@ -12,7 +12,6 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from varcontact.checks import wrong_shape
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.gcr import gcr, room_for
@@ -106,7 +105,7 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
     tol, spent, raw = ROUNDED * settings.tol, 0, None
     small = len(problem.box.places) <= DENSE
     most = PATIENCE if small else MAX_STEPS
-    if start is not None and _finite(start):
+    if start is not None and start.finite:
         raw = solve_from(problem, problem.initial_guess(start), tol, settings, most)
         spent = raw.iterations
     if raw is None or not raw.solved:
@@ -122,7 +121,7 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
             return raw
         return replace(fine, iterations=spent + fine.iterations, status=raw.status, solved=True)
     other = problem.by_active_sets(raw)
-    if not (_finite(other) and problem.residual(other) < problem.residual(raw)):
+    if not (other.finite and problem.residual(other) < problem.residual(raw)):
         return raw
     return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
 
@@ -224,15 +223,3 @@ def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Po
 def _single_shift(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
     """E, in single precision but for what is known."""
     return conditions.known + conditions.forces.displacement(rigid) + conditions.kernel(traction.astype(np.float32))
-
-
-def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
-    if start is None:
-        return
-    for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
-        if found.shape != wanted:
-            raise wrong_shape(f"start.{name}", found.shape, f"of shape {wanted}, as the problem has")
-
-
-def _finite(raw: RawSolution) -> bool:
-    return bool(np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all())

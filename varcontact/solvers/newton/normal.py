@@ -14,7 +14,7 @@ from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
+from varcontact.solvers.newton.driver import EXACT, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
@@ -25,7 +25,6 @@ FIRST = 0.1
 
 
 def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
-    check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
         return RawSolution(np.zeros(problem.distance.shape), np.zeros(1), 0, "NotANumber", False)
     scaled = ScaledNormal.of(problem, settings)

@@ -16,7 +16,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem, Yieldin
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
+from varcontact.solvers.newton.driver import EXACT, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
@@ -37,7 +37,6 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
-    check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "NotANumber", False)
     scaled = ScaledTangential.of(problem, settings)
