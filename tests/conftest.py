@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import gc
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -38,6 +39,12 @@ def pytest_collection_modifyitems(items):
         path = item.path
         if {path.parent.name, path.stem} & {*SLOW.split()} or path.stem.startswith("test_cli"):
             item.add_marker("slow")
+
+
+def pytest_collection_finish():
+    """Thousands of tests stay to the end: the garbage collector need not look through them again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -31,10 +31,15 @@ PRINTED = 10
 GROUPS = {"Figures of the paper": r"fig.*\.py", "More examples": r"(?!fig).*\.py", "Scene files": r".*\.toml"}
 PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}  # in the folder pictures: this example takes minutes
 SMALLER = {
-    "compare_bank": "'compare_bank.png', cells=8, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')",
+    "compare_bank": "'compare_bank.png', cells=6, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')",
+    "corrugation": "cells=16, waves=25",
     "coupling_loops": "frictions=(0.01, 0.1, 1.0), unlikeness=(0.0, 0.2, 0.5)",
+    "fig30_to_33_rolling_cylinders": "cells=60",
     "fig36_37_rolling_spheres": "cells=1",
+    "spence_indentation": "cells=20, presses=14",
     "theories_bank": "cells=12",
+    "wheel_flat": "speeds=(10.0, 40.0), steps=120",
+    "wheel_set": "exact_at=(0.0, 4.0, 8.0), distance=100e3",
 }
 """Arguments of the examples that take longer than a few seconds."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "Agg"}
