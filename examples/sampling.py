@@ -15,7 +15,6 @@ import numpy as np
 
 import varcontact as vc
 from varcontact.reference import creepage_coefficients
-from varcontact.theories.on_grid import no_slip_forces
 
 BODIES = vc.Bodies(G=1.0, nu=0.25)
 OFFSETS = tuple(Fraction(part) for part in ("0", "1/6", "1/4", "1/3", "1/2"))
@@ -48,13 +47,20 @@ def row(name: str, figures: Any) -> None:
     )
 
 
+def no_slip_forces(scene: vc.Scene) -> np.ndarray:
+    """Fx, Fy and Mz (rows) of unit creepages vx, vy and spin (columns) where nothing slips."""
+    units = [replace(scene.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
+    found = [vc.solve(replace(scene, friction=np.inf, motion=unit), certify="none") for unit in units]
+    return np.transpose([[*each.force, each.moment] for each in found])
+
+
 def coefficients(ratio: float, cells: int, edge: str, step: float, place: tuple[float, float]) -> np.ndarray:
     """C11, C22, C23, C33 without slip, by sampling point: shape (5, 4)."""
     a, n = ratio**0.5, cells + any(place)
     dx, dy = 2 * a / cells, 2 / a / cells
     grid = vc.Grid(nx=n, ny=n, dx=dx, dy=dy, x0=-a - place[0] * dx, y0=-1 / a - place[1] * dy, edge=edge)
     motion = vc.Steady(dq=step * dx, spin_offset=0.0)
-    (C11, _, _), (_, C22, C23), (_, C32, C33) = -no_slip_forces(scene(ratio, motion=motion, grid=grid))[0]
+    (C11, _, _), (_, C22, C23), (_, C32, C33) = -no_slip_forces(scene(ratio, motion=motion, grid=grid))
     # spin sampled at x + theta dq is spin sampled at x with a lateral creepage of theta dq spin
     return np.array([[C11, C22, C23 + t * step * dx * C22, C33 + t * step * dx * C32] for t in map(float, OFFSETS)])
 

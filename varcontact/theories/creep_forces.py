@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -14,16 +14,12 @@ from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.fastsim import fastsim_forces
-from varcontact.theories.linear import linear_resultants
+from varcontact.theories.linear import Contact, Forces, linear_resultants
 from varcontact.theories.polach import polach_forces
-from varcontact.theories.simplified import flexibilities_of
-from varcontact.theories.strip_theory import Strips, calibrated, fastrip_forces, strip_forces
+from varcontact.theories.strip_theory import fastrip_forces, strip_forces
 from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
 from varcontact.theories.table_book import TableBook
 from varcontact.theories.vermeulen_johnson import vermeulen_johnson_forces
-
-Forces = tuple[Any, Any, Any]
-"""Fx, Fy and Mz."""
 
 TheoryName = Literal[
     "linear",
@@ -55,22 +51,6 @@ class CreepForces:
     Fx: Any
     Fy: Any
     Mz: Any
-
-
-@dataclass(frozen=True, eq=False)
-class Contact:
-    """Checked arguments of a call: arrays or floats, which broadcast."""
-
-    a: Any
-    b: Any
-    G: Any
-    nu: Any
-    limit: Any
-    vx: Any
-    vy: Any
-    spin: Any
-    slope: Any
-    table: CreepageCoefficients
 
 
 def creep_forces(
@@ -224,38 +204,6 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
-def _polach(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
-    return *polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S), np.nan
-
-
-def _strip(c: Contact, m: int = 10, n: int = 10) -> Forces:
-    found = strip_forces(_division(m, n, "elliptic"), c.a, c.b, c.G, c.nu, c.limit, c.vx, c.vy, c.spin)
-    return found.force[..., 0], found.force[..., 1], found.moment
-
-
-def _fastrip(c: Contact, m: int = 10, n: int = 10) -> Forces:
-    strips = _division(m, n, "elliptic"), _division(m, n, "parabolic")
-    found = fastrip_forces(*strips, c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
-    return found.force[..., 0], found.force[..., 1], found.moment
-
-
-def _fastsim(
-    c: Contact,
-    m: int = 10,
-    n: int = 10,
-    layer: float = 0.0,
-    bound: str = "parabolic",
-    flexibility: str = "separate",
-) -> Forces:
-    layer = checks.number("layer", layer, "zero or positive: a compliance")
-    if layer < 0:
-        raise SceneError("layer", layer, "zero or positive: a compliance")
-    creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
-    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility) + layer
-    found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
-    return found.force[..., 0], found.force[..., 1], found.moment
-
-
 def _table(c: Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
     book = book_of(book)
     check_nu(book, c.nu)
@@ -267,19 +215,16 @@ def _table(c: Contact, book: TableBook | None = None, outside: str = "refuse") -
     return c.limit * Fx, c.limit * Fy, c.limit * size * Mz
 
 
-_division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
-
-
 VECTORISED: dict[str, Callable[..., Forces]] = {
-    "linear": lambda c: linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table),
-    "vermeulen-johnson": lambda c: vermeulen_johnson_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table),
-    "polach": _polach,
-    "strip": _strip,
-    "fastrip": _fastrip,
-    "fastsim": _fastsim,
-    "fastsim-elliptic": partial(_fastsim, bound="elliptic"),
-    "fastsim-weighted": partial(_fastsim, flexibility="weighted"),
-    "fastsim-weighted-elliptic": partial(_fastsim, bound="elliptic", flexibility="weighted"),
+    "linear": linear_resultants,
+    "vermeulen-johnson": vermeulen_johnson_forces,
+    "polach": polach_forces,
+    "strip": strip_forces,
+    "fastrip": fastrip_forces,
+    "fastsim": fastsim_forces,
+    "fastsim-elliptic": partial(fastsim_forces, bound="elliptic"),
+    "fastsim-weighted": partial(fastsim_forces, flexibility="weighted"),
+    "fastsim-weighted-elliptic": partial(fastsim_forces, bound="elliptic", flexibility="weighted"),
     "table": _table,
 }
 """The theories of `creep_forces` by name."""

@@ -11,16 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, numbers, positive, positives, wrong_shape
+from varcontact.checks import array, choice, number, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.theories.linear import Resultants, checked_contacts, creepage_triple, creepage_triples
+from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact, creepage_triple
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
-from varcontact.theories.strip_theory import Strips, calibrated, march_sums, printed
+from varcontact.theories.strip_theory import divided, march_sums
 
-DIVISIONS = {"printed": printed, "calibrated": calibrated}
 MAX_NEWTON = 100
 """Newton steps for the slip of a point; they come down to it from above, on a convex function."""
 
@@ -102,25 +101,34 @@ def fastsim(
     >>> print(f"{abs(result.force[0]):.0f} {result.force[1]:.0f}")
     0 -18097
     """
-    strips = DIVISIONS[choice("division", division, DIVISIONS)](m, n, bound)
-    creepages = creepage_triples(creepages)
-    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
-    a, b, G, limit, vx, vy, spin = contacts
-    L = flexibilities_of(a, b, G, creepages, coefficients, flexibility)
-    return fastsim_forces(strips, a, b, limit, vx, vy, spin, L)
+    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
+    return as_resultants(fastsim_forces(contact, m, n, 0.0, bound, flexibility, division))
 
 
 def fastsim_forces(
-    strips: Strips, a: Any, b: Any, limit: Any, vx: Any, vy: Any, spin: Any, L: np.ndarray
-) -> Resultants:
-    """What `fastsim` returns, of checked arrays or floats, and L (..., 3) for vx, vy and spin."""
-    peak = PEAK[strips.bound] * limit / (a * b)
+    c: Contact,
+    m: int = 10,
+    n: int = 10,
+    layer: float = 0.0,
+    bound: str = "parabolic",
+    flexibility: str = "separate",
+    division: str = "calibrated",
+) -> Forces:
+    """Fx, Fy and Mz of `fastsim`, also with a `layer`, see `creep_forces`."""
+    layer = number("layer", layer, "zero or positive: a compliance")
+    if layer < 0:
+        raise SceneError("layer", layer, "zero or positive: a compliance")
+    strips = divided(m, n, bound, division)
+    creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
+    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility) + layer
+    peak = PEAK[bound] * c.limit / (c.a * c.b)
     # tractions in units of the bound's peak, lengths in units of a and b
-    step = strips.step * a / peak
-    turn = step / L[..., 2] * spin
-    steps = np.stack(np.broadcast_arrays(step / L[..., 0] * vx, step / L[..., 1] * vy, turn * b, turn * a))
-    along_x, along_y, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (a * b * peak)
-    return Resultants(np.stack([along_x, along_y], axis=-1), a * by_y - b * by_x)
+    step = strips.step * c.a / peak
+    turn = step / L[..., 2] * c.spin
+    steps = np.stack(np.broadcast_arrays(step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a))
+    sums = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape)
+    Fx, Fy, by_x, by_y = sums * (c.a * c.b * peak)
+    return Fx, Fy, c.a * by_y - c.b * by_x
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,8 +215,8 @@ def fastsim_field(
            [1, 1, 1, 1, 1],
            [2, 2, 1, 1, 1]])
     """
-    contact = a, b, G, positive("friction_force", friction_force)
-    return _field(printed(m, n, bound), *contact, creepage, coefficients, flexibility)
+    force = positive("friction_force", friction_force)
+    return _field(a, b, G, force, creepage, coefficients, m, n, bound, flexibility, None, "stick")
 
 
 def fastsim_under_law(
@@ -271,39 +279,36 @@ def fastsim_under_law(
     """
     if not isinstance(friction, Law):
         raise SceneError("friction", friction, "a law of friction")
-    contact = a, b, G, positive("normal_force", normal_force)
-    return _field(printed(m, n, bound), *contact, creepage, coefficients, flexibility, friction, start)
+    force = positive("normal_force", normal_force)
+    return _field(a, b, G, force, creepage, coefficients, m, n, bound, flexibility, friction, start)
 
 
 def _field(
-    strips: Strips,
     a: float,
     b: float,
     G: float,
     force: float,
     creepage: Any,
     coefficients: CreepageCoefficients,
+    m: int,
+    n: int,
+    bound: str,
     flexibility: str,
-    law: Law | None = None,
-    start: str = "stick",
+    law: Law | None,
+    start: str,
 ) -> FastsimField:
     """The field under Coulomb's law, with `force` the total of the bound, or under another, with that of the pressure.
 
     Points are computed in order of travel.
     """
+    strips = divided(m, n, bound, "printed")
     a, b, creepage = positive("a", a), positive("b", b), creepage_triple(creepage)
     L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    gradient, mean = creepage / L, slip_flexibility(a, b, L, creepage)
     edges = a * strips.edge[::-1, None]
     x, y, dx = edges * strips.along, b * strips.across[::-1], strips.step * edges
-    bounds = PEAK[strips.bound] * force / (a * b) * strips.peak[::-1, None] * strips.bounds
-    intervals = np.broadcast_to(dx, x.shape)
-    if law is None:
-        traction, free = _travel(x, y, intervals, bounds, gradient)
-        slip = (traction - free) * (mean / dx)
-    else:
-        traction, slip = _travel_under_law(x, y, intervals, bounds, gradient, mean, law, start)
-    traction, slip = traction[:, :, ::-1], slip[:, :, ::-1]
+    bounds = PEAK[bound] * force / (a * b) * strips.peak[::-1, None] * strips.bounds
+    mean = slip_flexibility(a, b, L, creepage)
+    traction, slip = _travel(x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L, mean, law, start)
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
     return FastsimField(x[:, ::-1], y, dx[:, 0], b * float(strips.width[0]), traction, slip, state)
 
@@ -358,76 +363,64 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
         given = f"array of shape {bound.shape}, least entry {bound.min():g}"
         allowed = f"of shape {grid.shape} with no entry below 0"
         raise SceneError("bound", given, allowed)
-    x, interval, inside = _grid_points(grid, a, b, bound)
-    return _travel(x, grid.y, interval, inside, creepage / L)[0][:, :, ::-1]
+    return marched_on_grid(grid, a, b, L, bound, creepage)[0]
 
 
-def fastsim_on_grid_under_law(
-    grid: Grid, a: float, b: float, L: np.ndarray, pressure: np.ndarray, creepage: np.ndarray, law: Law, start: str
+def marched_on_grid(
+    grid: Grid,
+    a: float,
+    b: float,
+    L: np.ndarray,
+    bound: np.ndarray,
+    creepage: np.ndarray,
+    law: Law | None = None,
+    start: str = "stick",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip, (2, ny, nx) each, as `fastsim_on_grid`; the law's coefficient is on `pressure`."""
-    x, interval, inside = _grid_points(grid, a, b, pressure)
-    mean = slip_flexibility(a, b, L, creepage)
-    traction, slip = _travel_under_law(x, grid.y, interval, inside, creepage / L, mean, law, start)
-    return traction[:, :, ::-1], slip[:, :, ::-1]
-
-
-def _grid_points(grid: Grid, a: float, b: float, bound: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places, intervals and bound of the elements in order of travel; ahead of the edge nothing builds up."""
+    """Tractions and relative slip, (2, ny, nx) each, as `fastsim_on_grid`; under a law `bound` is the pressure."""
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
-    return x, np.clip(edge - x, 0.0, grid.sides[0]), np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
+    interval = np.clip(edge - x, 0.0, grid.sides[0])  # ahead of the edge nothing builds up
+    inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
+    mean = slip_flexibility(a, b, np.broadcast_to(L, 3), creepage)
+    return _travel(x, grid.y, interval, inside, creepage / L, mean, law, start)
 
 
 def _travel(
-    x: np.ndarray, y: np.ndarray, interval: np.ndarray, bound: np.ndarray, gradient: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions at points (ny, k) in order of travel, and those tried there without slip (p_H): (2, ny, k) each."""
-    vx, vy, spin = gradient
-    traction, free = np.zeros((2, 2, *x.shape))
-    present = np.zeros((2, y.size))
-    for i in range(x.shape[1]):
-        middle = x[:, i] + interval[:, i] / 2
-        present = present - interval[:, i] * np.array([vx - spin * y, vy + spin * middle])
-        free[:, :, i] = present
-        size = np.hypot(*present)
-        slips = size > bound[:, i]
-        present = present * np.where(slips, bound[:, i] / np.where(slips, size, 1.0), 1.0)
-        traction[:, :, i] = present
-    return traction, free
-
-
-def _travel_under_law(
     x: np.ndarray,
     y: np.ndarray,
     interval: np.ndarray,
-    pressure: np.ndarray,
+    bound: np.ndarray,
     gradient: np.ndarray,
     L: float,
-    law: Law,
+    law: Law | None,
     start: str,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip at points (ny, k) in order of travel, (2, ny, k) each.
+    """Tractions and relative slip, (2, ny, k) each, in order of rising x, of points that are in order of travel.
 
-    `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the slip.
+    `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the slip. Under a law
+    `bound` is the pressure.
     """
     eager = choice("start", start, ("stick", "slip")) == "slip"
     vx, vy, spin = gradient
     traction, slip = np.zeros((2, 2, *x.shape))
     present, slid = np.zeros((2, y.size)), np.zeros(y.size, dtype=bool)
     for i in range(x.shape[1]):
-        step, pz = interval[:, i], pressure[:, i]
+        step, pz = interval[:, i], bound[:, i]
         middle = x[:, i] + step / 2
         free = present - step * np.array([vx - spin * y, vy + spin * middle])
         size = np.hypot(*free)
-        may_slip = (size > law.static * pz) | slid | eager
-        speed = np.where(may_slip, _largest_slip(size, step / L, pz, law), 0.0)
-        slid = speed > 0
-        part = np.where(slid, law(speed) * pz / np.where(slid, size, 1.0), 1.0)
+        limit = pz
+        if law is None:
+            slid = size > pz
+        else:
+            may_slip = (size > law.static * pz) | slid | eager
+            speed = np.where(may_slip, _largest_slip(size, step / L, pz, law), 0.0)
+            slid, limit = speed > 0, law(speed) * pz
+        part = np.where(slid, limit / np.where(slid, size, 1.0), 1.0)
         present = np.where(pz > 0, free * part, 0.0)  # nothing builds up ahead of the contact
         traction[:, :, i] = present
-        slip[:, :, i] = np.where(slid, (part - 1) * free * L / np.where(slid, step, 1.0), 0.0)
-    return traction, slip
+        slip[:, :, i] = np.where(slid, (present - free) * L / np.where(step > 0, step, 1.0), 0.0)
+    return traction[:, :, ::-1], slip[:, :, ::-1]
 
 
 def _largest_slip(size: np.ndarray, stiffness: np.ndarray, pressure: np.ndarray, law: Law) -> np.ndarray:

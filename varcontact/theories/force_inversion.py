@@ -13,7 +13,7 @@ from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.fastsim import fastsim
 from varcontact.theories.linear import creepage_or_force
 from varcontact.theories.simplified import PEAK
-from varcontact.theories.strip_theory import printed
+from varcontact.theories.strip_theory import divided
 
 FARTHEST = 1e12
 """Farthest creepage looked for, in units of the one where friction is used up without spin."""
@@ -77,7 +77,7 @@ def creepage_for_force(
     given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
     given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
-    strips = printed(m, n, bound)
+    strips = divided(m, n, bound, "printed")
     a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
     across = np.sum(strips.width * strips.edge * strips.peak)
     carried = friction_force * float(PEAK[bound] * across * strips.step * np.sum(strips.bounds))  # sum of the bound

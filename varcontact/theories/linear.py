@@ -48,21 +48,42 @@ def creepage_triple(value: Any) -> np.ndarray:
     return result
 
 
-Contacts = tuple[Any, Any, Any, Any, Any, Any, Any]
-"""a, b, G, f Fz, vx, vy and spin, floats or arrays."""
+Forces = tuple[Any, Any, Any]
+"""Fx, Fy and Mz."""
 
 
-def checked_contacts(a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, **others: Any) -> Contacts:
-    """Checked arguments of a theory, which broadcast, also with `others`."""
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Checked arguments of a theory: arrays or floats, which broadcast."""
+
+    a: Any
+    b: Any
+    G: Any
+    nu: Any
+    limit: Any
+    vx: Any
+    vy: Any
+    spin: Any
+    slope: Any
+    table: Any
+
+
+def checked_contact(
+    a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, table: Any = None, nu: Any = None
+) -> Contact:
+    """Arguments of a theory, checked, with the coefficients or the Poisson's ratio that it needs."""
     vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
-    a, b, G, limit = (
-        positives("a", a),
-        positives("b", b),
-        positives("G", G),
-        positives("friction_force", friction_force),
-    )
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
+    limit = positives("friction_force", friction_force)
+    others = {"nu": nu} if table is None else {"coefficients": table.C11}
     broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, **others})
-    return a, b, G, limit, vx, vy, spin
+    return Contact(a, b, G, nu, limit, vx, vy, spin, 1.0, table)
+
+
+def as_resultants(forces: Forces) -> Resultants:
+    """Forces and moment as arrays."""
+    Fx, Fy, Mz = forces
+    return Resultants(np.stack(np.broadcast_arrays(Fx, Fy), axis=-1), np.asarray(Mz))
 
 
 def creepage_or_force(
@@ -77,14 +98,12 @@ def creepage_or_force(
     return 0.0, number(force, prescribed)
 
 
-def linear_resultants(
-    a: Any, b: Any, G: Any, vx: Any, vy: Any, spin: Any, coefficients: CreepageCoefficients
-) -> tuple[Any, Any, Any]:
-    """Fx, Fy and Mz of `linear_forces`, of checked floats or arrays."""
-    ab, c = a * b, coefficients
-    unit, by_spin = -G * ab, ab**0.5 * c.C23
-    Fx, Fy = (unit * c.C11) * vx, (unit * c.C22) * vy + (unit * by_spin) * spin
-    return Fx, Fy, (-unit * by_spin) * vy + (unit * ab * c.C33) * spin
+def linear_resultants(c: Contact) -> Forces:
+    """Fx, Fy and Mz of `linear_forces`."""
+    ab, table = c.a * c.b, c.table
+    unit, by_spin = -c.G * ab, ab**0.5 * table.C23
+    Fx, Fy = (unit * table.C11) * c.vx, (unit * table.C22) * c.vy + (unit * by_spin) * c.spin
+    return Fx, Fy, (-unit * by_spin) * c.vy + (unit * ab * table.C33) * c.spin
 
 
 def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> Resultants:
@@ -121,9 +140,7 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     >>> print(f"{result.force[1]:.5f} {result.moment:.5f}")
     -0.00340 0.00133
     """
-    a, b, G, _, vx, vy, spin = checked_contacts(a, b, G, 1.0, creepages, coefficients=coefficients.C11)
-    Fx, Fy, Mz = linear_resultants(a, b, G, vx, vy, spin, coefficients)
-    return Resultants(np.stack(np.broadcast_arrays(Fx, Fy), axis=-1), np.asarray(Mz))
+    return as_resultants(linear_resultants(checked_contact(a, b, G, 1.0, creepages, coefficients)))
 
 
 def linear_creepage(

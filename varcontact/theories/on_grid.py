@@ -18,11 +18,12 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.tang import no_slip
-from varcontact.theories.fastsim import fastsim_on_grid, fastsim_on_grid_under_law
+from varcontact.theories.fastsim import fastsim_on_grid, marched_on_grid
 from varcontact.theories.force_inversion import creepage_carrying
+from varcontact.theories.linear import Contact
 from varcontact.theories.polach import polach
 from varcontact.theories.simplified import PEAK, flexibilities_of, simplified_traction
-from varcontact.theories.strip_theory import SMALLEST, kalker_factors, slip_depth, strip_creepages
+from varcontact.theories.strip_theory import SMALLEST, slip_depth, strip_creepages
 from varcontact.theories.table import table_forces, why_not_in_book
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
@@ -155,7 +156,7 @@ def _fastsim(
     if disc.loading.law is not None:
         creepage = np.array(contact.motion.rigid)
         L, law, start = flexibilities(creepage), disc.loading.law, state.branch
-        traction, slip = fastsim_on_grid_under_law(grid, a, b, L, pressure, creepage, law, start)
+        traction, slip = marched_on_grid(grid, a, b, L, pressure, creepage, law, start)
         return contact.result(traction / disc.scales.pressure, creepage, np.any(slip, axis=0))
     limits = contact.friction * pressure
 
@@ -170,9 +171,8 @@ def _fastsim(
 
 def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState:
     contact = _Contact.of(disc, state)
-    a, b, G, table = contact.a, contact.b, contact.G, contact.coefficients
+    a, b, G, nu, table = contact.a, contact.b, contact.G, disc.bodies.combined_nu, contact.coefficients
     bound = contact.friction * contact.pressure("elliptic")
-    factors = (1 / (1 - disc.bodies.combined_nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
 
     def found(creepage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         against = None
@@ -181,8 +181,8 @@ def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState
             parabolic = contact.pressure("parabolic") * contact.friction
             against = -fastsim_on_grid(disc.grid, a, b, L, parabolic, creepage)
         vx, vy, spin = creepage
-        scaled = strip_creepages(a, b, G, contact.limit, vx, vy, spin, factors)
-        return _strip_tractions(contact, bound, scaled, against)
+        at = Contact(a, b, G, nu, contact.limit, vx, vy, spin, 1.0, table)
+        return _strip_tractions(contact, bound, strip_creepages(at, kalker=name == "fastrip"), against)
 
     carried = float(bound.sum()) * disc.grid.area
     creepage = contact.creepage(lambda creepage: contact.total(found(creepage)[0]), carried)

@@ -13,7 +13,7 @@ import numpy as np
 from varcontact.checks import number
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.theories.linear import checked_contacts
+from varcontact.theories.linear import Contact, Forces, as_resultants, checked_contact
 
 
 def polach(
@@ -71,18 +71,16 @@ def polach(
      [ 0.     -0.1448]
      [-1.      0.    ]]
     """
-    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
-    Fx, Fy = polach_forces(*contacts, coefficients, k_A, k_S)
-    return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
+    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
+    return as_resultants(polach_forces(contact, k_A, k_S)).force
 
 
-def polach_forces(
-    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, table: CreepageCoefficients, k_A: float, k_S: float
-) -> tuple[Any, Any]:
-    """Fx and Fy of `polach`, of checked arrays or floats; `k_A` and `k_S` are checked here."""
+def polach_forces(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
+    """Fx and Fy of `polach`, which has no Mz; `k_A` and `k_S` are checked here."""
     k_A, k_S = number("k_A", k_A), number("k_S", k_S)
     if not 0 < k_S <= k_A <= 1:
         raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
+    a, b, G, limit, vx, vy, spin, table = c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table
     ab, slip = a * b, np.hypot(vx, vy)
     turns = np.any(spin)
     front = vy + spin * a if turns else vy
@@ -106,4 +104,4 @@ def polach_forces(
             Fy = Fy - by_spin * spin
             cut = limit / np.maximum(np.hypot(Fx, Fy), limit)
             Fx, Fy = Fx * cut, Fy * cut
-    return Fx + 0.0, Fy + 0.0
+    return Fx + 0.0, Fy + 0.0, np.nan

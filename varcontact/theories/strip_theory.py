@@ -10,15 +10,16 @@ tangential solution of the wheel-rail contact, Veh. Syst. Dyn. 54 (2016) 748-764
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from varcontact.checks import choice, poisson, whole
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.theories.linear import Resultants, checked_contacts
+from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact
 from varcontact.theories.simplified import PEAK, check_spin, flexibilities
 
 CHUNK_POINTS = 5000
@@ -84,9 +85,7 @@ def strip(
     -1.0000
     -1.0000
     """
-    nu = poisson(nu)
-    a, b, G, limit, vx, vy, spin = checked_contacts(a, b, G, friction_force, creepages, nu=nu)
-    return strip_forces(calibrated(m, n, "elliptic"), a, b, G, nu, limit, vx, vy, spin)
+    return as_resultants(strip_forces(checked_contact(a, b, G, friction_force, creepages, nu=poisson(nu)), m, n))
 
 
 def fastrip(
@@ -135,54 +134,36 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
-    strips = calibrated(m, n, "elliptic"), calibrated(m, n, "parabolic")
-    return fastrip_forces(*strips, *contacts, coefficients)
+    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
+    return as_resultants(fastrip_forces(contact, m, n))
 
 
-def strip_forces(
-    strips: Strips, a: Any, b: Any, G: Any, nu: Any, limit: Any, vx: Any, vy: Any, spin: Any
-) -> Resultants:
-    """What `strip` returns, of checked arrays or floats and `calibrated` strips under the elliptic bound."""
-    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, (1 / (1 - np.asarray(nu)), 1.0, 1.0))
-    return _forces(strips, a, b, limit, scaled, None)
+def strip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
+    """Fx, Fy and Mz of `strip`."""
+    return _forces(divided(m, n, "elliptic"), c, strip_creepages(c), None)
 
 
-def fastrip_forces(
-    strips: Strips,
-    directions: Strips,
-    a: Any,
-    b: Any,
-    G: Any,
-    limit: Any,
-    vx: Any,
-    vy: Any,
-    spin: Any,
-    coefficients: CreepageCoefficients,
-) -> Resultants:
-    """What `fastrip` returns, as `strip_forces`; `directions` are FASTSIM's strips, under the parabolic bound."""
-    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, kalker_factors(a, b, coefficients))
-    L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
-    check_spin(spin, L3, coefficients)
-    step = strips.step * a * a * b / (PEAK["parabolic"] * limit)
-    turn = step / L3 * spin
-    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a, scaled[0]))[:4]
-    return _forces(strips, a, b, limit, scaled, (directions, _moderate_steps(steps.reshape(4, -1))))
+def fastrip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
+    """Fx, Fy and Mz of `fastrip`."""
+    scaled = strip_creepages(c, kalker=True)
+    L1, L2, L3 = np.moveaxis(flexibilities(c.a, c.b, c.G, c.table), -1, 0)
+    check_spin(c.spin, L3, c.table)
+    strips = divided(m, n, "elliptic")
+    step = strips.step * c.a * c.a * c.b / (PEAK["parabolic"] * c.limit)
+    turn = step / L3 * c.spin
+    steps = np.stack(np.broadcast_arrays(step / L1 * c.vx, step / L2 * c.vy, turn * c.b, turn * c.a, scaled[0]))[:4]
+    return _forces(strips, c, scaled, (divided(m, n, "parabolic"), _moderate_steps(steps.reshape(4, -1))))
 
 
-def kalker_factors(a: Any, b: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
-    """Factors of FaStrip on vx, vy and spin, the first with the ``1/(1 - nu)`` of strip theory."""
-    c = coefficients
-    return 4 / np.pi**2 * c.C11, 4 / np.pi**2 * c.C22, 3 / np.pi * np.sqrt(b / a) * c.C23
-
-
-def strip_creepages(
-    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, factors: tuple[Any, Any, Any]
-) -> tuple[Any, Any, Any, Any]:
-    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P, with factors on vx, vy and spin."""
-    by_x, by_y, by_turn = factors
-    k = G * np.pi * a * b / (3 * limit)  # G/(2 f p0)
-    return by_x * k * vx, by_y * k * vy, by_x * k * b * spin, by_turn * k * a * spin
+def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, Any]:
+    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P; of `fastrip` with Kalker's slopes."""
+    if kalker:  # the first with the 1/(1 - nu) of strip theory
+        by_x, by_y = 4 / np.pi**2 * c.table.C11, 4 / np.pi**2 * c.table.C22
+        by_turn = 3 / np.pi * np.sqrt(c.b / c.a) * c.table.C23
+    else:
+        by_x, by_y, by_turn = 1 / (1 - np.asarray(c.nu)), 1.0, 1.0
+    k = c.G * np.pi * c.a * c.b / (3 * c.limit)  # G/(2 f p0)
+    return by_x * k * c.vx, by_y * k * c.vy, by_x * k * c.b * c.spin, by_turn * k * c.a * c.spin
 
 
 def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray) -> np.ndarray:
@@ -200,18 +181,16 @@ def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray)
 
 def _forces(
     strips: Strips,
-    a: Any,
-    b: Any,
-    limit: Any,
+    c: Contact,
     scaled: tuple[Any, Any, Any, Any],
     fastsim: tuple[Strips, np.ndarray] | None,
-) -> Resultants:
+) -> Forces:
     """The sums over strips, chunk by chunk.
 
     The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by the spin, whose
     integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
     """
-    fields = np.stack(np.broadcast_arrays(*scaled, a, b, limit))
+    fields = np.stack(np.broadcast_arrays(*scaled, c.a, c.b, c.limit))
     shape = fields.shape[1:]
     fields = np.clip(fields.reshape(7, -1), -LARGEST_STEP, LARGEST_STEP)
     fields[:3] /= strips.by_bound
@@ -224,7 +203,7 @@ def _forces(
     peak = PEAK["elliptic"] * strips.by_bound * fields[6]
     along_x, along_y, by_x, by_y = sums * peak
     moment = fields[4] * by_y - fields[5] * by_x
-    return Resultants(np.stack([along_x, along_y], axis=-1).reshape(*shape, 2), moment.reshape(shape))
+    return along_x.reshape(shape), along_y.reshape(shape), moment.reshape(shape)
 
 
 def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndarray] | None) -> np.ndarray:
@@ -331,10 +310,16 @@ class Strips:
         return self.edge if self.bound == "elliptic" else self.edge**2
 
 
-def printed(m: int, n: int, bound: str) -> Strips:
-    """Kalker's division: equal strips, points at the ends of intervals but the last, where the bound is 0."""
-    m, n = whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS)
+def divided(m: int, n: int, bound: str, division: str = "calibrated") -> Strips:
+    """The strips of a division, see `fastsim`; its arguments are checked."""
+    strips = DIVISIONS[choice("division", division, DIVISIONS)]
     choice("bound", bound, PEAK)
+    return strips(whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS), bound)
+
+
+@lru_cache(maxsize=32)
+def _printed(m: int, n: int, bound: str) -> Strips:
+    """Kalker's division: equal strips, points at the ends of intervals but the last, where the bound is 0."""
     along = 1 - 2 * np.arange(1, m) / m
     inside = (1 - along) * (1 + along)
     across = 1 - (2 * np.arange(n) + 1) / n
@@ -342,13 +327,12 @@ def printed(m: int, n: int, bound: str) -> Strips:
     return Strips(across, np.full(n, 2 / n), along, bounds, 2 / m, 1.0, bound)
 
 
-def calibrated(m: int, n: int, bound: str) -> Strips:
+@lru_cache(maxsize=32)
+def _calibrated(m: int, n: int, bound: str) -> Strips:
     """A division whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding.
 
     Strips are at Chebyshev's points, points in the middles of intervals, and the bound is its mean over an interval.
     """
-    m, n = whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS)
-    choice("bound", bound, PEAK)
     angle = np.pi * np.arange(1, n + 1) / (n + 1)
     across, edge = np.cos(angle), np.sin(angle)
     width = np.pi / (n + 1) * edge
@@ -359,6 +343,9 @@ def calibrated(m: int, n: int, bound: str) -> Strips:
     square, cube = 4 / 3 / np.sum(width * edge**2), 3 * np.pi / 8 / np.sum(width * edge**3)
     by_bound = cube if bound == "parabolic" else square
     return Strips(across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2))
+
+
+DIVISIONS: dict[str, Callable[[int, int, str], Strips]] = {"printed": _printed, "calibrated": _calibrated}
 
 
 def half_circle_area(x: np.ndarray) -> np.ndarray:

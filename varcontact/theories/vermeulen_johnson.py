@@ -8,14 +8,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import number, numbers, poisson, positive
 from varcontact.errors import Saturated, SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.theories.linear import checked_contacts, creepage_or_force, creepage_triple
+from varcontact.theories.linear import (
+    Contact,
+    Forces,
+    as_resultants,
+    checked_contact,
+    creepage_or_force,
+    creepage_triple,
+)
 
 
 @dataclass(frozen=True)
@@ -30,9 +37,6 @@ class VermeulenJohnsonCoefficients:
 
     C11: float
     C22: float
-
-
-Coefficients = Union["CreepageCoefficients", VermeulenJohnsonCoefficients]
 
 
 def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJohnsonCoefficients:
@@ -119,34 +123,29 @@ def vermeulen_johnson(
     >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / table.C11, 0.0, 0.0), table).round(12))
     [-0.875  0.   ]
     """
-    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
-    Fx, Fy, _ = vermeulen_johnson_forces(*contacts, coefficients)
-    return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1) + 0.0
+    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
+    return as_resultants(vermeulen_johnson_forces(contact)).force + 0.0
 
 
-def vermeulen_johnson_forces(
-    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, coefficients: Coefficients
-) -> tuple[Any, Any, Any]:
-    """Fx, Fy and Mz of checked floats or arrays; the moment is that of `vermeulen_johnson_traction`."""
-    x, y = _normalised(a, b, G, limit, vx, vy, spin, coefficients)
+def vermeulen_johnson_forces(c: Contact) -> Forces:
+    """Fx, Fy and Mz; the moment is that of `vermeulen_johnson_traction`."""
+    x, y = _normalised(c)
     w = np.hypot(x, y)
     inside = np.minimum(w, 1.0)
     # the force is f Fz (1 - r^3), r = 1 - w': the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
-    factor = limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
+    factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
     rest = 1 - inside
-    moment = -a * limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
+    moment = -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
     return factor * x, factor * y, moment
 
 
-def _normalised(
-    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, coefficients: Coefficients
-) -> tuple[Any, Any]:
+def _normalised(c: Contact) -> tuple[Any, Any]:
     """xi' and eta' of (123)-(124); spin is refused."""
-    if np.any(spin):
-        first = float(np.ravel(spin)[np.flatnonzero(spin)[0]])
+    if np.any(c.spin):
+        first = float(np.ravel(c.spin)[np.flatnonzero(c.spin)[0]])
         raise SceneError("spin", first, "0 in the theory of Vermeulen and Johnson")
-    scale = -a * b * G / (3 * limit)
-    return (scale * coefficients.C11) * vx, (scale * coefficients.C22) * vy
+    scale = -c.a * c.b * c.G / (3 * c.limit)
+    return (scale * c.table.C11) * c.vx, (scale * c.table.C22) * c.vy
 
 
 def vermeulen_johnson_creepage(
@@ -278,11 +277,8 @@ def vermeulen_johnson_traction(
     [-0.0649 -0.4775 -0.4135]
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
-    a, b, G, limit = (
-        positive(name, value) for name, value in (("a", a), ("b", b), ("G", G), ("friction_force", friction_force))
-    )
-    vx, vy, spin = creepage_triple(creepage)
-    xi, eta = _normalised(a, b, G, limit, vx, vy, spin, coefficients)
+    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    xi, eta = _normalised(checked_contact(a, b, positive("G", G), limit, creepage_triple(creepage), coefficients))
     w = math.hypot(xi, eta)
     part = min(w, 1.0)
     # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part times as large

@@ -24,7 +24,8 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
-from varcontact.theories.creep_forces import Contact, TheoryName, elastic, formula_of
+from varcontact.theories.creep_forces import TheoryName, elastic, formula_of
+from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
