@@ -121,8 +121,8 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
         raise wrong_shape(field, result.shape, allowed)
     sizes = np.abs(result)
     if not sizes.max() <= LARGE:  # nor where there is NaN
-        _require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
-        _require_all(field, result, sizes <= LARGE, f"at most {LARGE:g} in size")
+        require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
+        require_all(field, result, sizes <= LARGE, f"at most {LARGE:g} in size")
     result.flags.writeable = False
     return result
 
@@ -132,12 +132,12 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float
     result = _floats(field, value, allowed)
     sizes = np.abs(result)
     if not (sizes <= most).all():  # nor where there is NaN
-        _require_all(field, result, np.isfinite(result), allowed)
-        _require_all(field, result, sizes <= most, f"at most {most:g} in size")
+        require_all(field, result, np.isfinite(result), allowed)
+        require_all(field, result, sizes <= most, f"at most {most:g} in size")
     return result
 
 
-def _require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) -> None:
+def require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) -> None:
     """Refuse the first value that is not good, by its index where there are several."""
     if not good.all():
         where = tuple(int(i) for i in np.argwhere(~good)[0])
@@ -163,7 +163,7 @@ def poisson(value: Any) -> np.ndarray:
     """Poisson's ratios, in (-1, 0.5], of any shape."""
     allowed = "a Poisson's ratio in (-1, 0.5]"
     result = numbers("nu", value, allowed)
-    _require_all("nu", result, (result > -1) & (result <= 0.5), allowed)
+    require_all("nu", result, (result > -1) & (result <= 0.5), allowed)
     return result
 
 
@@ -171,8 +171,8 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     """Finite numbers above zero, of any shape."""
     result = numbers(field, value, allowed)
     if not np.all(result >= SMALL):
-        _require_all(field, result, result > 0, allowed)
-        _require_all(
+        require_all(field, result, result > 0, allowed)
+        require_all(
             field, result, result >= SMALL, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with"
         )
     return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
@@ -190,8 +190,7 @@ def _slope(theory: str, slope: Any) -> Any:
     if isinstance(slope, int | float) and slope == 1:
         return 1.0
     part = _positive("slope", slope)
-    if np.any(np.asarray(part) > 1):
-        raise SceneError("slope", float(np.max(part)), "in (0, 1]")
+    checks.require_all("slope", np.asarray(part), np.asarray(part) <= 1, "in (0, 1]")
     if theory == "strip":
         raise SceneError("slope", slope, message="slope: strip theory has no creepage coefficients to reduce")
     return part
@@ -207,12 +206,10 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
 def _table(c: Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
     book = book_of(book)
     check_nu(book, c.nu)
-    ratio, ab, coefficients = ratio_in_book(book, c.a / c.b, outside), c.a * c.b, c.table
+    ratio = ratio_in_book(book, c.a / c.b, outside)
     if outside == "clamp":
-        coefficients = _coefficients(ratio, c.nu, c.slope)
-    size = ab**0.5
-    Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), coefficients)
-    return c.limit * Fx, c.limit * Fy, c.limit * size * Mz
+        c = replace(c, table=_coefficients(ratio, c.nu, c.slope))
+    return interpolated(book, ratio, c)
 
 
 VECTORISED: dict[str, Callable[..., Forces]] = {

@@ -131,10 +131,6 @@ def _closed_form(state: ContactState, traction: np.ndarray, rigid: np.ndarray, s
     return replace(state, traction=traction, rigid=rigid, slips=slips, status=status)
 
 
-def _at_bound(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    return np.asarray(np.hypot(*traction) >= bound * (1 - 1e-9))
-
-
 def _linear(disc: Discretisation, state: ContactState) -> ContactState:
     """Tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
     problem = disc.tangential_problem(state.pressure)
@@ -166,7 +162,8 @@ def _fastsim(
     carried = float(limits.sum()) * grid.area
     creepage = contact.creepage(lambda creepage: contact.total(tractions(creepage)), carried)
     traction = tractions(creepage)
-    return contact.result(traction / disc.scales.pressure, creepage, _at_bound(traction, limits))
+    slips = np.hypot(*traction) >= limits * (1 - 1e-9)
+    return contact.result(traction / disc.scales.pressure, creepage, slips)
 
 
 def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState:
@@ -297,7 +294,7 @@ def _table(disc: Discretisation, state: ContactState) -> ContactState:
             break
         traction = traction + bound.sum() * np.tensordot(np.linalg.solve(matrix, missing), fields, 1)
         traction = traction * np.minimum(1.0, bound / np.maximum(np.hypot(*traction), np.finfo(float).tiny))
-    return contact.result(traction, creepage, _at_bound(traction, bound))
+    return contact.result(traction, creepage, np.hypot(*traction) >= bound * (1 - 1e-9))
 
 
 THEORIES: dict[str, Theory] = {

@@ -51,10 +51,7 @@ def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) ->
     >>> print(flexibilities(1.0, 1.0, 1.0, creepage_coefficients(1.0, 1.0, 0.25)).round(3))
     [0.648 0.727 0.536]
     """
-    return _separate(positives("a", a), positives("b", b), positives("G", G), coefficients)
-
-
-def _separate(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
     L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
     L3 = np.pi * a**2 / (4 * G * np.sqrt(a * b) * coefficients.C23)
     return np.stack(np.broadcast_arrays(L1, L2, L3), axis=-1)
@@ -111,7 +108,7 @@ def flexibilities_of(
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
         weighted = flexibility(a, b, G, creepages, coefficients)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
-    separate = _separate(a, b, G, coefficients)
+    separate = flexibilities(a, b, G, coefficients)
     check_spin(creepages[..., 2], separate[..., 2], coefficients)
     return separate
 

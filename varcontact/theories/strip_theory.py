@@ -194,25 +194,33 @@ def _forces(
     shape = fields.shape[1:]
     fields = np.clip(fields.reshape(7, -1), -LARGEST_STEP, LARGEST_STEP)
     fields[:3] /= strips.by_bound
-    sums = np.empty((4, fields.shape[1]))
-    size = max(CHUNK_POINTS // strips.width.size, 2)
-    for start in range(0, fields.shape[1], size):
-        chunk = slice(start, start + size)
-        marched = None if fastsim is None else (fastsim[0], fastsim[1][:, chunk])
-        sums[:, chunk] = _chunk(strips, fields[:4, chunk], marched)
+    directions, steps = (None, fields[:0]) if fastsim is None else fastsim
+    columns = np.concatenate([fields[:4], steps])
+    sums = np.empty((4, columns.shape[1]))
+    for which, chunk in _chunks(strips, columns):
+        sums[:, which] = _integrals(strips, chunk, directions)[:, : which.stop - which.start]
     peak = PEAK["elliptic"] * strips.by_bound * fields[6]
     along_x, along_y, by_x, by_y = sums * peak
     moment = fields[4] * by_y - fields[5] * by_x
     return along_x.reshape(shape), along_y.reshape(shape), moment.reshape(shape)
 
 
-def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndarray] | None) -> np.ndarray:
-    """Integrals over the unit disk of px, py, y px and x py, (4, k), in units of the bound's peak."""
-    if creepages.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
-        twice = None if fastsim is None else (fastsim[0], np.repeat(fastsim[1], 2, axis=1))
-        return _chunk(strips, np.repeat(creepages, 2, axis=1), twice)[:, :1]
+def _chunks(strips: Strips, columns: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
+    """A few columns at once, and which they are; one alone twice: a sum over axis 0 of it would be in another order."""
+    size, count = max(CHUNK_POINTS // strips.width.size, 2), columns.shape[1]
+    for start in range(0, count, size):
+        which = slice(start, min(start + size, count))
+        chunk = columns[:, which]
+        yield which, (np.repeat(chunk, 2, axis=1) if chunk.shape[1] == 1 else chunk)
+
+
+def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -> np.ndarray:
+    """Integrals over the unit disk of px, py, y px and x py, (4, k), in units of the bound's peak.
+
+    Columns are creepages, as `strip_creepages` scales them, and below these steps of `march` over `directions`.
+    """
     across, edge, width = strips.across[:, None], strips.edge[:, None], strips.width[:, None]
-    x, y, by_place, turn = creepages
+    x, y, by_place, turn = columns[:4]
     x, y = x - across * by_place, np.broadcast_to(y, (edge.size, y.size))
     d = slip_depth(x, y, turn, edge)
     stick = edge - d
@@ -227,10 +235,11 @@ def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndar
     sum_x = np.where(whole, 0.0, half * x)
     sum_y = np.where(whole, 0.0, half * (y + turn * d) + inner * turn)
     moment = np.where(whole, 0.0, -inner * y)
-    if fastsim is not None or np.any(turn) or np.any(whole):
+    if directions is not None or np.any(turn) or np.any(whole):
+        marched = None if directions is None else march(directions, columns[4:])
         ends = half_circle_area(np.linspace(-1.0, 1.0, strips.along.size + 1))[::-1]
         share = half_circle_area(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
-        slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, ends, share, x, y, edge * turn, fastsim)
+        slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, ends, share, x, y, edge * turn, marched)
         area = edge * edge
         sum_x += area * (slip_x - (share - ends[-1]) * direction_x)
         sum_y += area * (slip_y - (share - ends[-1]) * direction_y)
@@ -246,7 +255,7 @@ def _slip_area(
     x: np.ndarray,
     y: np.ndarray,
     turn: np.ndarray,
-    fastsim: tuple[Strips, np.ndarray] | None,
+    marched: Iterator[tuple[np.ndarray, np.ndarray]] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Integrals over the slip area of the bound: times its direction, that by its place along x, and by place alone.
 
@@ -256,7 +265,6 @@ def _slip_area(
     sum_x, sum_y, moment, lever = np.zeros((4, *x.shape))
     weight, size, across = np.empty((3, *x.shape))
     square = x * x
-    marched = None if fastsim is None else march(*fastsim)
     for i, place in enumerate(along):
         np.subtract(share, ends[i + 1], out=weight)
         np.maximum(weight, 0.0, out=weight)
@@ -394,19 +402,14 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of the peak."""
     steps = steps * np.array([strips.by_creepage, strips.by_creepage, strips.by_spin, strips.by_spin])[:, None]
     steps /= strips.by_bound
-    steps = _moderate_steps(steps)
     sums = np.empty((4, steps.shape[1]))
-    size = max(CHUNK_POINTS // strips.width.size, 2)
-    for start in range(0, steps.shape[1], size):
-        chunk = slice(start, start + size)
-        sums[:, chunk] = _chunk_sums(strips, steps[:, chunk])
+    for which, chunk in _chunks(strips, _moderate_steps(steps)):
+        sums[:, which] = _marched_sums(strips, chunk)[:, : which.stop - which.start]
     return sums * strips.by_bound
 
 
-def _chunk_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
+def _marched_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
     """All strips of a few triples, through the contact at once."""
-    if steps.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
-        return _chunk_sums(strips, np.repeat(steps, 2, axis=1))[:, :1]
     sum_x, sum_y, moment, scratch = np.zeros((4, strips.width.size, steps.shape[1]))
     for place, (px, py) in zip(strips.along, march(strips, steps), strict=True):
         sum_x += px

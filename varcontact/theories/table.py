@@ -6,7 +6,7 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.grid import Grid
-from varcontact.theories.linear import Resultants, creepage_triples
+from varcontact.theories.linear import Contact, Forces, Resultants, creepage_triples
 from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 OUTSIDE = ("refuse", "clamp")
@@ -86,12 +86,12 @@ def table_forces(
         limit = limit if limit.ndim else float(limit)
     if creepage.ndim > 1:
         checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
-    size, unit, coefficients = math.sqrt(a * b), G * a * b / limit, no_slip_coefficients(ratio, book.nu)
-    apart = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
-    Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart, coefficients)
+    vx, vy, spin = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
+    contact = Contact(a, b, G, book.nu, limit, vx, vy, spin, 1.0, no_slip_coefficients(ratio, book.nu))
+    Fx, Fy, Mz = interpolated(book, ratio, contact)
     force = np.empty((*np.shape(Fx), 2))
-    force[..., 0], force[..., 1] = limit * Fx, limit * Fy
-    return Resultants(force, limit * size * Mz)
+    force[..., 0], force[..., 1] = Fx, Fy
+    return Resultants(force, Mz)
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -155,9 +155,9 @@ def check_nu(book: TableBook, nu: Any) -> None:
     """Refuse contacts whose Poisson's ratio is not that of the book."""
     if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
         return
-    far = np.abs(np.asarray(nu) - book.nu) > NEAR
-    if far.any():
-        _refuse("nu", nu, far, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
+    given = np.asarray(nu)
+    allowed = f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own"
+    checks.require_all("nu", given, np.abs(given - book.nu) <= NEAR, allowed)
 
 
 def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
@@ -166,18 +166,12 @@ def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
     if isinstance(ratio, float) and least <= ratio <= greatest and outside in OUTSIDE:
         return ratio
     if checks.choice("outside", outside, OUTSIDE) == "refuse":
-        out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
-        if out.any():
-            hint = 'outside="clamp" takes the nearest'
-            _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
+        given, hint = np.asarray(ratio), 'outside="clamp" takes the nearest'
+        within = (given >= least * (1 - 1e-12)) & (given <= greatest * (1 + 1e-12))
+        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
+        checks.require_all("a/b", given, within, allowed)
     inside = np.clip(ratio, least, greatest)
     return inside if np.ndim(ratio) else float(inside)
-
-
-def _refuse(field: str, values: Any, bad: np.ndarray, allowed: str) -> NoReturn:
-    """The error of the first bad value, by its index where there are several."""
-    where = tuple(int(i) for i in np.argwhere(bad)[0])
-    raise SceneError(f"{field}{list(where)}" if where else field, float(np.asarray(values)[where]), allowed)
 
 
 def why_not_in_book(ratio: float, nu: float) -> str:
@@ -191,25 +185,21 @@ def why_not_in_book(ratio: float, nu: float) -> str:
     return ""
 
 
-def interpolated(
-    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients
-) -> tuple[Any, Any, Any]:
-    """Normalised Fx, Fy and Mz in the shape of all arguments, which broadcast.
-
-    `size` is sqrt(ab), `unit` is G ab / (f Fz), `creepages` are vx, vy and spin.
-    """
-    x, y, z = (scale * creepage for scale, creepage in zip(reduced_scales(coefficients, ratio), creepages, strict=True))
-    x, y, z = unit * x, unit * y, unit * size * z
+def interpolated(book: TableBook, ratio: Any, contact: Contact) -> Forces:
+    """Fx, Fy and Mz of a contact, whose coefficients are those at a `ratio` in the book."""
+    ab, c, limit = contact.a * contact.b, contact.table, contact.limit
+    size, unit, (by_x, by_y, by_spin) = ab**0.5, contact.G * ab / limit, reduced_scales(c, ratio)
+    x, y, z = unit * (by_x * contact.vx), unit * (by_y * contact.vy), unit * size * (by_spin * contact.spin)
     if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
-        return book.normalised(x, y, z, ratio, coefficients)
+        Fx, Fy, Mz = book.normalised(x, y, z, ratio, c)
+        return limit * Fx, limit * Fy, limit * size * Mz
     shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
 
     def each(value: Any) -> Any:
         """One for each place, or one for all."""
         return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
 
-    c = coefficients
     c = CreepageCoefficients(each(c.C11), each(c.C22), each(c.C23), each(c.C33))
     x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
     Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), c)
-    return Fx.reshape(shape), Fy.reshape(shape), Mz.reshape(shape)
+    return limit * Fx.reshape(shape), limit * Fy.reshape(shape), limit * size * Mz.reshape(shape)
