@@ -41,7 +41,8 @@ SATURATION = {
     (0.3, 0.5): 0.1875,
     (3.0, 0.5): 0.127966400866,
 }
-"""Creepages at which the contact is about saturated, by a/b and nu."""
+"""Creepages at which the contact is about saturated, ``3 f Fz / (G a b C11)``, by a/b and nu: they stay as they are."""
+UNIT = SATURATION[1.0, NU]
 
 CLASSES = (
     "normal", "shift", "steady, circular", "steady, slender", "forces given", "non-Hertzian", "unlike bodies",
@@ -184,13 +185,8 @@ def _base(ratio: float = 1.0, nu: float = NU, motion: Motion | Transient | None 
     return Scene(bodies=Bodies(G=1.0, nu=nu), surface=surface, normal_force=1.0, friction=FRICTION, motion=motion)
 
 
-def _unit(ratio: float = 1.0, nu: float = NU) -> float:
-    """The saturation creepage, about ``3 f Fz / (G a b C11)``: the scenes stay as they are when C11 gets more exact."""
-    return SATURATION[ratio, nu]
-
-
 def _rolling(x: float, y: float, turn: float, ratio: float = 1.0, nu: float = NU) -> Scene:
-    unit = _unit(ratio, nu)
+    unit = SATURATION[ratio, nu]
     return _base(ratio, nu, Steady(vx=x * unit, vy=y * unit, spin=turn * unit))
 
 
@@ -233,15 +229,17 @@ def _slender() -> dict[str, Scene]:
 
 
 def _forces() -> dict[str, Scene]:
-    unit = _unit()
+    unit = UNIT
     return {
         "Fx = 0.3": _base(motion=Steady(Fx=-0.3 * LIMIT)),
         "Fx = 0.6 with spin": _base(motion=Steady(Fx=-0.6 * LIMIT, spin=0.4 * unit)),
         "Fy = 0.5 with spin": _base(motion=Steady(Fy=0.5 * LIMIT, spin=0.5 * unit)),
         "Fx and Fy near saturation": _base(motion=Steady(Fx=-0.7 * LIMIT, Fy=0.65 * LIMIT)),
         "no lateral force, spin": _base(motion=Steady(vx=0.2 * unit, Fy=0.0, spin=0.8 * unit)),
-        "a/b = 0.2, Fx = 0.5": _base(0.2, motion=Steady(Fx=-0.5 * LIMIT, vy=0.1 * _unit(0.2))),
-        "a/b = 5, Fx and Fy": _base(5.0, motion=Steady(Fx=0.5 * LIMIT, Fy=-0.3 * LIMIT, spin=0.1 * _unit(5.0))),
+        "a/b = 0.2, Fx = 0.5": _base(0.2, motion=Steady(Fx=-0.5 * LIMIT, vy=0.1 * SATURATION[0.2, NU])),
+        "a/b = 5, Fx and Fy": _base(
+            5.0, motion=Steady(Fx=0.5 * LIMIT, Fy=-0.3 * LIMIT, spin=0.1 * SATURATION[5.0, NU])
+        ),
         "nu = 0, Fx = 0.8": _base(nu=0.0, motion=Steady(Fx=-0.8 * LIMIT)),
     }
 
@@ -291,7 +289,7 @@ def _surfaces() -> dict[str, SampledDistance]:
 
 
 def _non_hertzian() -> dict[str, Scene]:
-    unit, surfaces = _unit(), _surfaces()
+    unit, surfaces = UNIT, _surfaces()
     motions: dict[str, Motion] = {
         "two arcs, creepage": Steady(vx=0.4 * unit, vy=0.1 * unit, spin=0.3 * unit),
         "two arcs, spin": Steady(spin=1.0 * unit),
@@ -347,7 +345,7 @@ def _line() -> dict[str, Scene]:
 
 def _transient() -> dict[str, Scene]:
     """Steps of a given length, so that there is a continuum in space; from bodies without tractions."""
-    unit, step = _unit(), 0.25
+    unit, step = UNIT, 0.25
     load = [1.0 + 0.3 * math.sin(k * math.pi / 6) for k in range(12)]
     first = [0.0] + [step] * 11
     return {
@@ -359,6 +357,9 @@ def _transient() -> dict[str, Scene]:
         ),
         "load that swings": _base(motion=Transient(steps=12, dq=step, vx=0.3 * unit, normal_force=load)),
         "a/b = 3, from rest": _base(
-            3.0, motion=Transient(steps=12, dq=step * math.sqrt(3), vx=0.3 * _unit(3.0), spin=0.2 * _unit(3.0))
+            3.0,
+            motion=Transient(
+                steps=12, dq=step * math.sqrt(3), vx=0.3 * SATURATION[3.0, NU], spin=0.2 * SATURATION[3.0, NU]
+            ),
         ),
     }

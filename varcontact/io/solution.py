@@ -171,20 +171,12 @@ def read(path: str | Path) -> Solution | History:
     from varcontact.io.records import MAGIC
 
     path = checks.file_name("path", path)
-    try:
+    with reading(path, "cannot be read"):
         if not regular(path):
             raise OutputError("path", path, "is not a regular file")
-        stored_steps = begins_with(path, MAGIC)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
-    except ValueError as error:  # a null character in the name
-        raise OutputError("path", path, f"cannot be read ({error})") from None
-    if stored_steps:
+        content = None if begins_with(path, MAGIC) else path.read_bytes()
+    if content is None:
         return load_history(path)
-    with reading(path, "cannot be read"):
-        content = path.read_bytes()
     return replace(solution_from_bytes(path, content), note=AS_STORED)
 
 
