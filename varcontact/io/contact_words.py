@@ -67,8 +67,7 @@ class Group:
 
     def refuse(self, name: str, value: object, why: str) -> NoReturn:
         """Say where which entry is, and what is wrong with it."""
-        message = f"{self.path}, line {self.line}: {name} = {value} {why}"
-        raise SceneError(name, value, message=message)
+        raise SceneError(name, value, message=f"{self.path}, line {self.line}: {name} = {value} {why}")
 
     def integers(self) -> list[int]:
         """All values, as whole numbers."""
@@ -132,8 +131,7 @@ class Lines:
         while len(found) < len(names):
             if not self.more():
                 wanted = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
-                message = f"{self.name} ends where {wanted} should be given"
-                raise SceneError("path", self.name, message=message)
+                raise SceneError("path", self.name, message=f"{self.name} ends where {wanted} should be given")
             found += self._lines[self._next][1]
             self._next += 1
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
@@ -141,8 +139,7 @@ class Lines:
     def many(self, name: str, count: int) -> Group:
         """The next values of an array, of which a damaged file may promise more than there are."""
         if count > sum(len(words) for _, words in self._lines[self._next :]):
-            message = f"{self.name} ends before {count} values of {name}"
-            raise SceneError("path", self.name, message=message)
+            raise SceneError("path", self.name, message=f"{self.name} ends before {count} values of {name}")
         return self.group(*[name] * count)
 
     def digits(

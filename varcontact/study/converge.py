@@ -106,8 +106,7 @@ def converge(
         raise SceneError("scene", scene, "a Scene")
     numbers = checks.wholes("cells", cells, least=2)
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
-        allowed = "a sequence of grids, each finer than the one before"
-        raise SceneError("cells", numbers, allowed)
+        raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")
     if not isinstance(method, Iterable):
         raise SceneError("method", method, "a name, or a list of names")
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
@@ -167,8 +166,7 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 
 def _check_free_of_one_grid(scene: Scene) -> None:
     if not isinstance(scene.motion, Steady | Shift | None):
-        allowed = "Steady, Shift or none: convergence is studied on one problem"
-        raise SceneError("motion", scene.motion, allowed)
+        raise SceneError("motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem")
     if checks.is_array(scene.friction):
         raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
