@@ -150,7 +150,9 @@ def test_a_table_goes_on_where_positions_come_again(tmp_path):
 def test_a_table_of_other_cases_is_refused(tmp_path):
     one = CASE.replace("[1.0, 2.0, 9e2]", "1.0")
     solve_cases(read(tmp_path, one), tmp_path / "table.csv")
-    with pytest.raises(SceneError, match=r"a wheel of it is not in the case file as it is now \(position 1, y = 1 mm"):
+    with pytest.raises(
+        SceneError, match=r"has a wheel that is not in the case file as it is now \(position 1, y = 1 mm"
+    ):
         solve_cases(read(tmp_path, "friction = 0.2" + one), tmp_path / "table.csv")
 
 

@@ -43,8 +43,7 @@ def compare(
     read = {name: vc.read_scene(path) for name, path in by_name(files, set(known)).items()}
     described = {name: scene for name, (scene, _) in read.items()} | known
     if not described:
-        message = "no scenes to compare: name a scene file or give --bank"
-        raise SceneError("scenes", [], "one file at least, or --bank", message=message)
+        raise SceneError("scenes", None, "given: name a scene file or give --bank")
     chosen = DEFAULT_METHODS if methods is None else names_of(methods)
     options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
     if accuracy is None and time_budget is None:

@@ -167,8 +167,7 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
         raise SceneError("solutions", type(found), message="solutions: not a dataset of creep_curve")
     limit = float(found.attrs.get("limit", np.nan))
     if normalised and not limit > 0:
-        message = "normalised: these curves have no single limit of friction; give normalised=False"
-        raise SceneError("normalised", normalised, message=message)
+        raise SceneError("normalised", normalised, "False: these curves have no single limit of friction")
     if against == "auto":  # lengths are unknown here: creepages come before the spin
         moving = [name for name in ("vx", "vy") if np.ptp(found[name].values) > 0] or ["spin"]
         against = max(moving, key=lambda name: float(np.ptp(found[name].values)))

@@ -84,8 +84,7 @@ def corrugation_growth(
     if not isinstance(sol, Solution):
         raise SceneError("sol", sol, "a Solution")
     if sol.grid.edge != "centres":
-        message = f'grid.edge = "{sol.grid.edge}": a moving edge is followed on "centres" only; give a grid'
-        raise SceneError("grid.edge", sol.grid.edge, '"centres"', message=message)
+        raise SceneError("grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid')
     problem = linearise(sol)
     lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))
     if lengths.ndim != 1 or lengths.size == 0:

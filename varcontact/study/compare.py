@@ -18,7 +18,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
-from varcontact.study.csv_table import Table, cell, columns_of_text, identity
+from varcontact.study.csv_table import Table, cell, columns_of_text, identity, of_another
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import opened, results
 from varcontact.study.parameters import named_scenes
@@ -168,14 +168,9 @@ def _check_same(table: Table, methods: list[str], identities: dict[str, str]) ->
     for scene in dict.fromkeys(row["scene"] for row in table.rows):
         rows = [row for row in table.rows if row["scene"] == scene]
         if [row["method"] for row in rows] != methods:
-            what = "compares other methods, or the same in another order"
-            allowed = "a table by the same methods, in the same order"
-        elif any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
-            what, allowed = f"holds another scene named {scene!r}", f"a table with the same scene {scene!r}"
-        else:
-            continue
-        message = f"store = {str(table.path)!r} {what}; name a new file"
-        raise SceneError("store", str(table.path), f"{allowed}, or a new file", message=message)
+            raise of_another(table.path, "compares other methods, or the same in another order")
+        if any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
+            raise of_another(table.path, f"holds another scene named {scene!r}")
 
 
 def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:

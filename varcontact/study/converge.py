@@ -23,7 +23,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.selection import check_fits
 from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
-from varcontact.study.csv_table import Table, identity
+from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import Method, attempted, figures
 from varcontact.study.parallel import alone, opened, results, traced
 
@@ -120,8 +120,7 @@ def converge(
     names = [each.name for each in methods]
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
         if any(row["identity"] != key for row in table.rows):
-            message = f"store = {str(store)!r} holds a study of another scene or tol; name a new file"
-            raise SceneError("store", str(store), "a table of the same scene and tol, or a new file", message=message)
+            raise of_another(store, "holds a study of another scene or tol")
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
         for n in numbers:
             _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)

@@ -93,12 +93,16 @@ def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: 
             if table[name].dtype.kind not in "iufb" and table[name].notna().any():
                 raise ValueError(f"column {name} has words where figures belong")
     except (ValueError, OSError) as error:
-        message = f"store = {str(store)!r} is not {what} ({error}); name a new file"
-        raise SceneError("store", str(store), f"{what}, or a new file", message=message) from None
+        raise of_another(store, f"is not {what} ({error})") from None
     table = table[list(columns)]
     table[list(words)] = table[list(words)].fillna("")
     rows: list[dict[str, Any]] = table.to_dict("records")
     return rows
+
+
+def of_another(store: str | Path | None, what: str) -> SceneError:
+    """The error of a table that belongs to another study."""
+    return SceneError("store", str(store), message=f"store = {str(store)!r} {what}; name a new file")
 
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:

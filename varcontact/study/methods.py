@@ -41,15 +41,13 @@ class Method:
         name = str(given).strip()
         rest, plus, polish = name.partition("+")
         if plus and polish != "polish":
-            message = f'methods: unknown suffix "+{polish}"; only "+polish" is known'
-            raise SceneError("methods", given, "without this suffix", message=message)
+            raise SceneError("methods", given, 'with no other suffix than "+polish"')
         rest, _, formulation = rest.partition("/")
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
         if rest in PRESETS and rest != "auto":
             if plus:
-                message = f'"{given}": only a program solver called by name is polished; write "{rest}"'
-                raise SceneError("methods", given, "without +polish", message=message)
+                raise SceneError("methods", given, f'"{rest}": only a program solver called by name is polished')
             return cls(name, "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
         every = ["auto", *tangential_methods(), *THEORIES]
@@ -71,13 +69,11 @@ class Method:
         """The plan for a scene; SceneError or SolverUnavailable if the method does not apply to it."""
         moves = scene.motion is not None
         if moves and not self.tangential:
-            message = f'"{self.name}" is for normal problems; add a tangential method, as "{self.name}|clarabel"'
-            raise SceneError("methods", self.name, "a pair of methods", message=message)
+            raise SceneError("methods", self.name, f'a pair, as "{self.name}|clarabel": it is for normal problems')
         normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
         plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
         if self.polish and not (plan.programs or states_programs(plan.normal)):
-            message = f'"{self.name}": only program solvers are polished; leave out "+polish"'
-            raise SceneError("methods", self.name, "without +polish", message=message)
+            raise SceneError("methods", self.name, 'without "+polish": only program solvers are polished')
         return plan
 
 

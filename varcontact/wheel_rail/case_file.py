@@ -19,7 +19,7 @@ from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactE
 from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction_laws import LAWS
-from varcontact.study.csv_table import Table
+from varcontact.study.csv_table import Table, of_another
 from varcontact.study.parallel import opened, results
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -276,8 +276,7 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     for row in table.rows:
         if row["identity"] not in kept:
             what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
-            reason = f"a wheel of it is not in the case file as it is now ({what}); name a new file"
-            raise SceneError("store", str(table.path), message=f"store: {reason}")
+            raise of_another(table.path, f"has a wheel that is not in the case file as it is now ({what})")
         known = kept[row["identity"]]
         if not known or known[0]["position"] == row["position"]:
             known.append(row)

@@ -136,13 +136,9 @@ class RailSurface:
 
     def sections(self, x: float) -> list[Curve]:
         """Of all rails, (y, z)."""
-        found = []
-        for each in self.parts:
-            if self._there(each, np.array([x + self.s])).all():
-                curve = each.section(x + self.s)
-                at = curve.sampled(TABLE)
-                found.append(curve.single_valued(float(at[curve.points(at)[:, 1].argmin()])))
-        return found
+        at = np.array([x + self.s])
+        there = [each for each in self.parts if self._there(each, at).all()]
+        return [each.section(x + self.s).about_top(TABLE) for each in there]
 
     def section(self, x: float, y: float) -> Curve:
         """Of the highest rail at a place."""

@@ -207,7 +207,7 @@ class Track:
         if getattr(self, side) == IN_PLACE:
             return right
         moved = right.moved(turn, shift)
-        return _above(moved, moved.sampled(FINE)) if turn[0, 1] else moved
+        return moved.about_top(FINE) if turn[0, 1] else moved
 
     @property
     def constant(self) -> bool:
@@ -226,8 +226,7 @@ class Track:
 
     @cached_property
     def _right(self) -> Curve:
-        curve = self.profile.curve.moved(self._turn, self.origin)
-        return _above(curve, curve.sampled(FINE))
+        return self.profile.curve.moved(self._turn, self.origin).about_top(FINE)
 
     def _moved(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
         """Matrix and shift of a rail's irregularity, for points (y, z)."""
@@ -332,11 +331,6 @@ class WheelSet:
     @cached_property
     def _right(self) -> Curve:
         return self.profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
-
-
-def _above(curve: Curve, s: np.ndarray) -> Curve:
-    """The part of a rail's curve about its top that is single-valued; `s` are samples of it."""
-    return curve.single_valued(float(s[int(curve.points(s)[:, 1].argmin())]))
 
 
 def check_kind(field: str, value: Any, kind: type[Any]) -> None:
