@@ -1,11 +1,11 @@
 """Run what the site shows: every example with its pictures, and every page that shows what its own code draws.
 
 Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/pages/<name of the
-page>. What has not changed since it was run is not run again; without these two folders everything is.
+page>, where the tests leave them. What has not changed since it was run is not run again; without these two folders
+everything is.
 """
 
 import ast
-import hashlib
 import os
 import re
 import shutil
@@ -56,7 +56,7 @@ class Work:
     def done(self) -> str:
         """Run, unless it has been; its standard output."""
         stamp, output = self.folder / "stamp", self.folder / "output.txt"
-        digest = hashlib.sha256(self.text.encode()).hexdigest()
+        digest = pages.stamp(self.text)
         if not (stamp.exists() and stamp.read_text() == digest):
             shutil.rmtree(self.folder, ignore_errors=True)
             self.folder.mkdir(parents=True)

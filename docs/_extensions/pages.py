@@ -8,6 +8,7 @@ Run: python docs/_extensions/pages.py page.md folder
 
 import contextlib
 import doctest
+import hashlib
 import io
 import os
 import re
@@ -93,6 +94,16 @@ def run(page: Path, begun: dict[str, Any] | None = None) -> dict[str, Any]:
         if block.output is not None and not same(block.output, printed.getvalue()):
             raise Wrong(f"{page}:{block.line} prints\n{printed.getvalue()}\nin place of\n{block.output}")
     return names
+
+
+def stamp(text: str) -> str:
+    """What tells one text from another, beside that which was made of it.
+
+    Parameters
+    ----------
+    text : str
+    """
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def same(wanted: str, got: str) -> bool:
