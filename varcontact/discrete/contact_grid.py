@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.scene.consistency import bodies_apart, left_out
-from varcontact.scene.grid import Grid, usual_grid
+from varcontact.scene.grid import Cells, Grid, usual_grid
 from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
@@ -213,6 +213,13 @@ def interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
     """Fields (k, ny, nx), linearly, at the element centres of another grid; zero outside."""
     along = _between(fields, grid.x, other.x)
     return along if grid.line else np.swapaxes(_between(np.swapaxes(along, -1, -2), grid.y, other.y), -1, -2)
+
+
+def on_parts(values: np.ndarray, cells: Cells) -> np.ndarray:
+    """Values (..., ny, nx) on equal parts of elements, bilinear between the centres, with zeros around the grid."""
+    grid = Grid(nx=values.shape[-1], ny=values.shape[-2], dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    padded = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(1, 1), (1, 1)])
+    return interpolated(grid.extended(), padded, grid.divided(cells))
 
 
 def _between(fields: np.ndarray, known: np.ndarray, places: np.ndarray) -> np.ndarray:

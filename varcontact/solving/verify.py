@@ -174,11 +174,9 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
 
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Deformed distance, dimensionless, (ny, nx)."""
-    distance = (disc.distance - disc.base) / disc.scales.displacement + disc.known_distance
-    distance = distance + disc.operators.normal.apply(state.pressure[None])[0]
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0]
-    return np.asarray(distance - state.approach)
+    problem = disc.normal_problem(state.traction if disc.K != 0 and np.any(state.traction) else None)
+    elastic = problem.operator.apply(state.pressure.reshape(1, -1))[0]
+    return np.asarray((problem.distance + elastic - state.approach).reshape(state.pressure.shape))
 
 
 def _rounding(disc: Discretisation, state: ContactState) -> float:

@@ -216,10 +216,6 @@ def _admissible(conditions: Conditions, at: Point, finest: Problem | None) -> Po
 
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
-    """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, in single precision."""
-    return Point(traction, _single_shift(conditions, traction, rigid), rigid, NOISE)
-
-
-def _single_shift(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    """E, in single precision but for what is known."""
-    return conditions.known + conditions.forces.displacement(rigid) + conditions.kernel(traction.astype(np.float32))
+    """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, in single precision but for what is known."""
+    displacement = conditions.known + conditions.forces.displacement(rigid)
+    return Point(traction, displacement + conditions.kernel(traction.astype(np.float32)), rigid, NOISE)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import on_parts
 from varcontact.elasticity.operators import RestrictedOperator
 
 LEAST_SIDE = 12
@@ -64,17 +65,6 @@ def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """A field on a grid (of that shape) of half the element size: bilinear, between elements in contact only."""
-    values, weights = _refined(field * contact), _refined(contact.astype(float))
+    values, weights = on_parts(field * contact, (2, 2)), on_parts(contact.astype(float), (2, 2))
     fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
     return fine[..., : shape[0], : shape[1]]
-
-
-def _refined(field: np.ndarray) -> np.ndarray:
-    """Three quarters of the nearest element and a quarter of the next, along each axis; zero beyond the edge."""
-    for axis in (-2, -1):
-        lines = np.moveaxis(field, axis, -1)
-        padded = np.pad(lines, [(0, 0)] * (field.ndim - 1) + [(1, 1)])
-        pairs = [0.75 * lines + 0.25 * padded[..., :-2], 0.75 * lines + 0.25 * padded[..., 2:]]
-        lines = np.stack(pairs, axis=-1).reshape(*lines.shape[:-1], -1)
-        field = np.moveaxis(lines, -1, axis)
-    return field

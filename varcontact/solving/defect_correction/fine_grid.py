@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import on_parts
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
@@ -159,9 +160,9 @@ def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray)
 
 def interpolated(values: np.ndarray, contact: np.ndarray, cells: Cells) -> np.ndarray:
     """Values on the parts, bilinear between the centres of the elements in contact; zero far from these."""
-    weight = _bilinear(contact.astype(float), cells)
+    weight = on_parts(contact.astype(float), cells)
     known = weight > 1e-9
-    return np.where(known, _bilinear(values * contact, cells) / np.where(known, weight, 1.0), 0.0)
+    return np.where(known, on_parts(values * contact, cells) / np.where(known, weight, 1.0), 0.0)
 
 
 def continued(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
@@ -175,21 +176,6 @@ def _around(values: np.ndarray) -> np.ndarray:
     padded = np.pad(values, 1)
     rows = padded[:-2] + padded[1:-1] + padded[2:]
     return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
-
-
-def _bilinear(values: np.ndarray, cells: Cells) -> np.ndarray:
-    """Interpolated along x, then along y, with zeros around the grid."""
-    along_x = _linear(values, cells[1])
-    return np.swapaxes(_linear(np.swapaxes(along_x, -1, -2), cells[0]), -1, -2)
-
-
-def _linear(values: np.ndarray, parts: int) -> np.ndarray:
-    """Interpolated along the last axis."""
-    place = (np.arange(values.shape[-1] * parts) + 0.5) / parts - 0.5
-    before = np.floor(place).astype(int)
-    part = place - before
-    padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(1, 1)])
-    return np.asarray(padded[..., before + 1] * (1 - part) + padded[..., before + 2] * part)
 
 
 # ----------------------------------------------------------------------------- tractions with the roots of the edge
