@@ -122,7 +122,8 @@ def test_displacements_by_blocks_are_as_good_as_they_are_taken_for(cells, bodies
     x, y = np.meshgrid(np.linspace(left - 1, right + 1, 30), [0.0] if line else np.linspace(bottom - 1, top + 1, 30))
     away = (x < left - dx / 4) | (x > right + dx / 4) | ((y < bottom - dy / 4) | (y > top + dy / 4) & (not line))
     x, y = x[away], y[away]
-    exact = penetration._raised(disc, state, x, y)
+    loaded = penetration._loaded(disc, state)
+    exact = penetration._displacement(penetration._at_once(disc), disc.lattice, *loaded, x, y)
     elements = max(disc.grid.shape)
     for across in {min(penetration.BLOCKS, elements), elements}:
         about = penetration._raised_about(disc, *penetration._in_blocks(disc, state, across), x, y)

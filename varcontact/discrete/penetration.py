@@ -95,7 +95,8 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
     lowest = np.argsort(raised)[:MOST_SAMPLES]
     x, y, below = x[lowest], y[lowest], below[lowest]
-    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
+    raised = _displacement(_at_once(disc), disc.lattice, *_loaded(disc, state), x, y)
+    over = below + raised < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
@@ -134,12 +135,6 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
     elements = np.flatnonzero(state.pressure)
     tractions = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)
     return disc.points.reshape(2, -1)[:, elements], tractions[:, elements]
-
-
-def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Normal displacement difference at points; of viscoelastic bodies what comes at once."""
-    centres, tractions = _loaded(disc, state)
-    return _displacement(_at_once(disc), disc.lattice, centres, tractions, x, y)
 
 
 def _displacement(
