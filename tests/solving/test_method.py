@@ -91,10 +91,7 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     assert sol.plan.reasons["tangential"] == f"requested; {why}"
     assert f"clarabel: requested; {why}; solved by tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]
-    assert (
-        f"tangential: no-slip once (1 iterations), tang-safeguarded once ({count.iterations} iterations)"
-        in sol.report()
-    )
+    assert f"tangential: tang-safeguarded once ({count.iterations} iterations)" in sol.report()
 
 
 def test_files_from_before_calls_were_counted_load(rolling, tmp_path):

@@ -10,8 +10,7 @@ import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import residuals as residuals_of
 from varcontact.discrete.state import unloaded
-from varcontact.solvers.conic.backends import solve_joint
-from varcontact.solvers.interface import Settings, SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.selection import select
 
@@ -41,34 +40,13 @@ def test_where_nothing_can_rub_the_joint_loop_is_the_normal_problem(polish):
         np.testing.assert_allclose(sol.pressure, frictionless.pressure, rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("motion", [vc.Shift(Fx=1e-4), vc.Shift(Fx=2e-4, Fy=1e-4)])
-def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
-    """Under the same bound: pressures, tractions, approach and rigid shift, all from the program's own multipliers."""
-    shift = scene(motion=motion)
-    disc = discretise(shift, vc.Grid(nx=30, dx=0.002, x0=-0.03))
-    steps = ContactSolver(select(shift, "norm", "tang-safeguarded", "joint"), 1e-12, True, SolveStats())
-    start = steps.pressure(disc, unloaded(disc.grid))
-    bearing = dataclasses.replace(start, bound_pressure=start.pressure)
-    reference = steps.together(disc, dataclasses.replace(bearing, passes=((1.0, 1e-10),)))
-    normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), start.pressure)
-    bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
-    blocks = bodies.dense(normal.operator.elements, tangential.operator.elements)
-    pressed, rubbed = solve_joint("clarabel", normal, tangential, blocks, Settings(tol=1e-8))
-    assert pressed.solved
-    np.testing.assert_allclose(pressed.traction, reference.pressure.ravel(), atol=1e-5 * reference.pressure.max())
-    expected, rigid = tangential.of_grid(reference.traction, reference.rigid)
-    np.testing.assert_allclose(rubbed.traction, expected, atol=1e-5 * np.abs(expected).max())
-    assert pressed.rigid[0] == pytest.approx(reference.approach, rel=1e-6)
-    np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
-
-
 @pytest.mark.parametrize(
     ("kind", "motion"),
     [(BALL, vc.Shift(ux=0.05)), ({**LINE, "surface": vc.Cylinders(R=1.0, reference_depth=1.0)}, vc.Shift(uy=2e-4))],
     ids=["ball", "line"],
 )
-def test_the_joint_program_has_the_directions_in_which_pressure_alone_moves(kind, motion):
-    """nu = 0, or a line: no traction causes displacements across it. The program by itself, and not its polish."""
+def test_joint_passes_have_the_directions_in_which_pressure_alone_moves(kind, motion):
+    """nu = 0, or a line: no traction causes displacements across it. Programs by themselves, and not their polish."""
     shift = scene(**kind, motion=motion)
     alone = vc.solve(shift, tangential="clarabel", coupling="joint", polish=False, tol=1e-5)
     reference = vc.solve(shift)

@@ -12,14 +12,13 @@ from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import project, residuals
-from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means, unloaded
+from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import NotConverged, Saturated, VarcontactError
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
-from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import (
@@ -31,12 +30,9 @@ from varcontact.solving.coupling import (
 )
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
 from varcontact.solving.pipeline import (
-    TO_REFINE,
-    UNPOLISHED,
     check_memory,
     solve_normal,
     solve_tangential,
-    without_noise,
 )
 
 PASSES = 0.1
@@ -181,13 +177,8 @@ class ContactSolver:
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
 
-        One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
-        two problems in turn: block descent of the complementary energy, which is convex.
+        The two problems in turn: of a shift that is block descent of the complementary energy, which is convex.
         """
-        if self.plan.formulation == "complementary" and self.plan.programs:
-            state = self._joint_program(disc, state)
-            if not (self.polish or self.plan.convex):
-                return state
         enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         state = self.traction(disc, state)
         for _ in range(MOST_ALTERNATIONS):
@@ -199,37 +190,6 @@ class ContactSolver:
     def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
         """Pressure and tractions together, under the traction bound of the pressure before."""
         return replace(self.together(disc, replace(state, bound_pressure=state.pressure)), bound_pressure=None)
-
-    def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
-        assert state.bound_pressure is not None
-        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bound_pressure[None])
-        normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
-        tangential = disc.tangential_problem(nothing.pressure, state.bound_pressure, acting=shifted)
-        _check_force(tangential, disc.scales.force)
-        if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
-            return self.pressure(disc, self.traction(disc, state))
-        size = normal.distance.size + tangential.rigid_shift.size
-        check_memory("joint", self.plan.tangential, "complementary", size)
-        name, rough = self.plan.tangential, self.polish or self.plan.convex
-        settings = self._settings(TO_REFINE[0] if rough else UNPOLISHED * self.tol)
-        with self.stats.stage("joint"), self.stats.called(name):
-            bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
-            coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressures, tractions = solve_joint(name, normal, tangential, coupling, settings)
-            self.stats.iterated(name, tractions.iterations)
-        traction, rigid = tangential.on_grid(tractions.traction, tractions.rigid)
-        pressures = without_noise(disc.normal_problem(traction), pressures)
-        if not (np.isfinite(traction).all() and np.isfinite(pressures.traction).all()):
-            raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {tractions.status}", np.inf)
-        by_program = replace(state, solved_by={**state.solved_by, "normal": name})
-        return replace(
-            state,
-            pressure=pressures.traction.reshape(disc.grid.shape),
-            approach=float(pressures.rigid[0]),
-            traction=traction,
-            rigid=rigid,
-            **_answered(by_program, "tangential", replace(tractions, solver=name)),
-        )
 
     def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):

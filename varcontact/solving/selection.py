@@ -193,7 +193,7 @@ def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
     if scene.hardens and not (steps or scene.coupled):
         return NEWTON_TRACTIONS  # others take many passes over the yield stress
     many = None if steps else _preset_of_many(scene, together)
-    return many or PRESETS["convex" if coupling == "joint" else "auto"]
+    return many or PRESETS["auto"]
 
 
 def _preset_of_many(scene: Scene, together: bool) -> Preset | None:

@@ -111,8 +111,8 @@ def solve(
         "linear", "vermeulen-johnson"; or "table", exact forces interpolated.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
         How the two meet where the bodies differ (K != 0): one pass; both problems in turn; pressure and tractions
-        together with only the traction bound fixed, in a shift one convex program a pass; or both at once by Newton's
-        method without a matrix, and in turn where that fails.
+        together with only the traction bound fixed; or both at once by Newton's method without a matrix, and in turn
+        where that fails.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
         rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but

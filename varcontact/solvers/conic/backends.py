@@ -16,7 +16,6 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.solvers.conic.programs import (
     ConicProgram,
     gap_program,
-    joint_program,
     monotone_program,
     normal_potential,
     normal_program,
@@ -145,16 +144,6 @@ def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) 
     if formulation not in TANGENTIAL_PROGRAMS:
         formulation = "complementary" if problem.symmetric else "gap"
     return solve_program(name, TANGENTIAL_PROGRAMS[formulation](problem), settings)
-
-
-def solve_joint(
-    name: str, normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray, settings: Settings
-) -> tuple[RawSolution, RawSolution]:
-    """Pressure and tractions of unlike bodies under a fixed traction bound, see `joint_program`."""
-    raw = solve_program(name, joint_program(normal, tangential, coupling), settings)
-    m, how = normal.distance.size, (raw.iterations, raw.status, raw.solved)
-    traction = raw.traction[m:].reshape(tangential.components, -1)
-    return RawSolution(raw.traction[:m], raw.rigid[:1], *how), RawSolution(traction, raw.rigid[1:], *how)
 
 
 def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:

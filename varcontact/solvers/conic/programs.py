@@ -300,38 +300,6 @@ def _ones_at(rows: list[np.ndarray], columns: list[np.ndarray]) -> tuple[np.ndar
     return -np.ones(row.size), (row, column)
 
 
-def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> ConicProgram:
-    """A shift of unlike bodies: ``min 1/2 p'A p + h'p_z + W'p_t, p_z >= 0, |p_t| <= g``, (215) with its sign changed.
-
-    Both programs side by side, with A_zt (m, c n) between them, which each problem is without; only that the bound g is
-    fixed, and not ``f p_z``, makes them one convex program (paper, 4.5).
-    """
-    from scipy.sparse import bmat, csc_matrix
-
-    above, below = normal_program(normal), shift_program(tangential)
-    bound = np.tile(tangential.bound, tangential.components)
-    _, displacement = normal_scales(normal)
-    energy = displacement**2 / normal.operator.diagonal
-    part = shift_scale(tangential) * tangential.bound.max() / energy  # the programs count energies in their own units
-    cross = csc_matrix(coupling * (bound / displacement))
-    cross.resize(cross.shape[0], below.q.size)
-    m, rows = normal.distance.size, above.b.size
-
-    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        pressure, approach = above.recover(x[:m], z[:rows])
-        traction, rigid = below.recover(x[m:], z[rows:] / part)
-        return np.concatenate([pressure, traction.ravel()]), np.concatenate([approach, rigid])
-
-    return ConicProgram(
-        P=bmat([[above.P, cross], [None, part * below.P]], format="csc"),
-        q=np.concatenate([above.q, part * below.q]),
-        A=bmat([[above.A, None], [None, below.A]], format="csc"),
-        b=np.concatenate([above.b, below.b]),
-        cones=above.cones + below.cones,
-        recover=recover,
-    )
-
-
 def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarray, entries: np.ndarray) -> csc_matrix:
     """Columns for cones ``t_i >= |E_i|`` in the first rows: of the tractions, of t, of the unknown shifts.
 
