@@ -78,22 +78,18 @@ def plot_growth(
         if ax is None:
             _, (ax,) = style.new_figure(1, 1, style.figure_size(figsize, (1.3 * style.COLUMN, style.COLUMN)))
         unit = growth.attrs.get("length", "")
-        if growth.growth.ndim > 1:
-            highest = float(growth.growth.max())  # what grows is seen
-            most = highest if highest > 0 else float(abs(growth.growth).max())
-            image = ax.pcolormesh(
-                growth.wavelength, growth.speed, growth.growth.T, cmap="RdBu_r", vmin=-most, vmax=most
-            )
-            style.colour_bar(ax, image, f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
-            ax.set(xscale="log", xlabel=f"wavelength [{unit}]" if unit else "wavelength", ylabel="speed")
-            style.readable_decades(ax)
-            return style.figure_of(ax)
-        ax.semilogx(
-            growth.wavelength, growth.growth, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label
-        )
-        ax.axhline(0, color="k", linewidth=0.5, zorder=0)
-        ax.set_xlabel(f"wavelength [{unit}]" if unit else "wavelength")
-        ax.set_ylabel(f"growth by depth worn off [1/{unit}]" if unit else "growth by depth worn off")
+        length, rate = (f" [{unit}]", f" [1/{unit}]") if unit else ("", "")
+        ax.set(xscale="log", xlabel=f"wavelength{length}", ylabel=f"growth by depth worn off{rate}")
+        x, values = growth.wavelength, growth.growth
+        if values.ndim > 1:
+            highest = float(values.max())  # what grows is seen
+            most = highest if highest > 0 else float(abs(values).max())
+            image = ax.pcolormesh(x, growth.speed, values.T, cmap="RdBu_r", vmin=-most, vmax=most)
+            style.colour_bar(ax, image, ax.get_ylabel())
+            ax.set_ylabel("speed")
+        else:
+            ax.semilogx(x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label)
+            ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         style.readable_decades(ax)
         style.legend_below(ax)
     return style.figure_of(ax)
