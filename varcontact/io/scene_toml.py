@@ -131,17 +131,14 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
         entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
-    if isinstance(entries.get("grid", "auto"), Mapping):
-        entries["grid"] = make("grid", Grid, entries["grid"])
-    if "third_body" in entries:
-        entries["third_body"] = make("third_body", ThirdBody, table_of("third_body", entries["third_body"]))
+    for name, made in (("grid", Grid), ("third_body", ThirdBody), ("units", Units)):
+        if entries.get(name, "auto") != "auto":
+            entries[name] = make(name, made, table_of(name, entries[name]))
     if isinstance(entries.get("thermal"), Mapping):
         thermal = table_of("thermal", entries["thermal"])
         sides = ["upper", "lower"] if "upper" in thermal or "lower" in thermal else []
         pair = [make(f"thermal.{side}", Thermal, table_of(f"thermal.{side}", thermal.get(side))) for side in sides]
         entries["thermal"] = tuple(pair) if pair else make("thermal", Thermal, thermal)
-    if "units" in entries:
-        entries["units"] = make("units", Units, table_of("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):
         table = entries["friction"]
         if "file" in table:
