@@ -90,15 +90,25 @@ class ContactOnGrid:
         deadline: float = math.inf,
     ) -> ContactOnGrid:
         """See `solve_on_grid`; operators that are `known` serve again."""
-        plan = options.plan_for(scene)
-        if final:  # a coarse grid fits where a finer one does
-            check_fits(scene, plan)
-        certify, tol = options.exactness(final)
-        continuum = options.target is not None or options.refine
-        stats, start = SolveStats(progress), options.start
-        solver = ContactSolver(plan, tol, options.polish, stats, start, certify, final, continuum, deadline)
+        solver = _solver(scene, options, progress, final, deadline)
         way = defect_correction.loosely(solver) if options.refine else solver
         return cls(scene, *solve_contact(scene, way, known, near=near), solver)
+
+    def loaded(
+        self, scene: Scene, options: SolveOptions, progress: Callable[[str], None] | None, near: Solution | None
+    ) -> ContactOnGrid | None:
+        """With the tractions to begin with of the same scene with friction, if these leave the pressure as it is."""
+        solver = _solver(scene, options, progress)
+        disc = discretise(scene, self.disc.grid, self.disc.operators, coupled=not solver.plan.left_out)
+        exact = self.solver.plan.normal == solver.plan.normal == "norm" and self.disc.subgrid is None
+        if not exact or solver.plan.coupling != "none":
+            return None
+        state = self.state if near is None else _with_tractions_of(near, disc, self.state)
+        return ContactOnGrid(scene, disc, state, solver)
+
+    def settled(self) -> ContactOnGrid:
+        """With the tractions that go with the pressure."""
+        return replace(self, state=contact(self.disc, self.solver, self.state))
 
     @cached_property
     def rough(self) -> Solution:
@@ -111,6 +121,22 @@ class ContactOnGrid:
             return solution
         warning = noise_warning(self.scene, self.disc, self.state, self.solver)
         return replace(solution, warnings=(warning,)) if warning else solution
+
+
+def _solver(
+    scene: Scene,
+    options: SolveOptions,
+    progress: Callable[[str], None] | None = None,
+    final: bool = True,
+    deadline: float = math.inf,
+) -> ContactSolver:
+    plan = options.plan_for(scene)
+    if final:  # a coarse grid fits where a finer one does
+        check_fits(scene, plan)
+    certify, tol = options.exactness(final)
+    continuum = options.target is not None or options.refine
+    stats, start = SolveStats(progress), options.start
+    return ContactSolver(plan, tol, options.polish, stats, start, certify, final, continuum, deadline)
 
 
 def solve_on_grid(

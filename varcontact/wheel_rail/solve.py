@@ -189,7 +189,7 @@ def _on_elements(
             solutions = [_by_theory(scene, certify, methods) for scene in scenes]
         else:
             beside = [each.rough for each in found] or before or [each.rough for each in pressed]
-            found = _contacts(scenes, certify, methods, beside, pressed)
+            found = _contacts(scenes, certify, methods, beside, pressed, loaded=True)
             solutions = [each.rough for each in found]
         search.borne(_vertical(case, tuple(map(PatchSolution, patches, solutions))))
     if found:
@@ -205,15 +205,21 @@ def _contacts(
     methods: dict[str, Any],
     near: list[Solution],
     last: list[ContactOnGrid],
+    loaded: bool = False,
 ) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
+    """The contacts of patches, from others of theirs, if there are as many: with their influence numbers, or loaded."""
     progress, found = methods.get("progress"), []
     methods = {name: value for name, value in methods.items() if name != "progress"}
     for k, scene in enumerate(scenes):
         options = SolveOptions.checked(scene, certify=certify, **methods)
         start = near[k] if len(near) == len(scenes) else None
-        known = last[k].disc.operators if len(last) == len(scenes) else None
-        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=known))
+        known = last[k] if len(last) == len(scenes) else None
+        waiting = known.loaded(scene, options, progress, start) if known is not None and loaded else None
+        if waiting is not None:
+            found.append(waiting.settled())
+        else:
+            operators = None if known is None else known.disc.operators
+            found.append(ContactOnGrid.of(scene, options, progress, near=start, known=operators))
     kept = [each.disc.operators for each in found]
     for each in last:
         if each.disc.operators not in kept:
