@@ -98,7 +98,7 @@ class ContactSolver:
                 state,
                 pressure=pressure.reshape(disc.grid.shape),
                 approach=float(raw.rigid[0]),
-                **_answered(state, "normal", raw),
+                **answered(state, "normal", raw),
             )
 
     def pressure_on_subgrid(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
@@ -171,7 +171,7 @@ class ContactSolver:
             state,
             traction=traction,
             rigid=rigid,
-            **_answered(state, "tangential", raw),
+            **answered(state, "tangential", raw),
         )
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -322,7 +322,7 @@ def _check_force(problem: TangentialProblem, scale: float) -> None:
         raise Saturated(size * scale, limit * scale)
 
 
-def _answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:
+def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:
     """What a state says of the answer to one of its problems."""
     return {
         "iterations": {**state.iterations, problem: state.iterations.get(problem, 0) + raw.iterations},
