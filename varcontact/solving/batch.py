@@ -472,7 +472,7 @@ def _under_laws(
 
 @one_blas_thread()
 def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
-    """The contacts with the tractions of their pressures; of those that `_rolls_alike` tells side by side."""
+    """The contacts, those that `_rolls_alike` tells with the tractions of their pressures, solved for side by side."""
     found, alike = list(contacts), [k for k, each in enumerate(contacts) if _rolls_alike(each)]
     for difference in DIFFERENCES:
         some = [k for k in alike if getattr(contacts[k].disc.loading.motion, "slip_difference", "") == difference]
@@ -503,7 +503,7 @@ def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
             )
             state = replace(states[j], traction=traction, rigid=raw.rigid, **answered(states[j], "tangential", raw))
             found[some[j]] = replace(contacts[some[j]], state=state)
-    return [each.settled() if each is given else each for each, given in zip(found, contacts, strict=True)]
+    return found
 
 
 def _extent(inside: np.ndarray) -> slice:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.discretisation import discretise
-from varcontact.errors import NotConverged, SceneError
+from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
@@ -23,16 +24,20 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
+from varcontact.solving.batch import settled_together
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
 from varcontact.solving.selection import MANY_PRESSURES
 from varcontact.solving.solve import solve
+from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
 
+SIDE_BY_SIDE = 32
+"""Parts of a sweep whose tractions are solved for at a time."""
 ROUNDS = 30
 """Heights that are tried."""
 GROWTH = 10.0
@@ -81,12 +86,63 @@ class RoughProfile(UserWarning):
 
 Solved = tuple[float, int, tuple[PatchSolution, ...]]
 """Height of the axle, number of heights tried, and the patches."""
+Kind = TypeVar("Kind")
+Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
+"""What gives contacts with their pressures, and is given them, some with tractions, until it has its result."""
 
 
 def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
+    steps = _wheel(case, tol, certify, methods)
+    try:
+        waiting = next(steps)
+        while True:
+            waiting = steps.send(waiting)
+    except StopIteration as end:
+        found: WheelRailSolution = end.value
+    warn(found, stacklevel=5)
+    return found
+
+
+@one_blas_thread()
+def solve_wheels_on_rails(
+    cases: Sequence[WheelOnRail], tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
+) -> list[WheelRailSolution | VarcontactError]:
+    """Solutions of many positions or what refuses them, as of `WheelOnRail.solve`, without its warnings.
+
+    Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before.
+    """
+    found: dict[int, WheelRailSolution | VarcontactError] = {}
+
+    def part(numbers: list[int]) -> Steps[None]:
+        last: WheelRailSolution | None = None
+        for k in numbers:
+            try:
+                last = found[k] = yield from _wheel(cases[k], tol, certify, {"start": last, **methods})
+            except VarcontactError as error:
+                found[k] = error
+
+    order = sorted(range(len(cases)), key=lambda k: cases[k].side)
+    parts = [part(each.tolist()) for each in np.array_split(order, min(SIDE_BY_SIDE, len(cases)))]
+    together = methods.keys().isdisjoint(("tangential", "method", "formulation"))
+    waiting = [(steps, contacts) for steps in parts if (contacts := next(steps, None))]
+    while waiting:
+        flat = [contact for _, contacts in waiting for contact in contacts]
+        settled = settled_together(flat) if together else flat
+        going = []
+        for steps, contacts in waiting:
+            own, settled = settled[: len(contacts)], settled[len(contacts) :]
+            with suppress(StopIteration):
+                going.append((steps, steps.send(own)))
+        waiting = going
+    return [found[k] for k in range(len(cases))]
+
+
+def _wheel(
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+) -> Steps[WheelRailSolution]:
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
@@ -105,21 +161,20 @@ def solve_wheel_on_rail(
     given = (case.dx, case.dy, methods.get("start"))
     by_default = exact and has_friction and all(each is None for each in given) and case.conformal is not True
     if target:
-        found = _to_accuracy(case, tol, certify, methods, target)
+        found = yield from _to_accuracy(case, tol, certify, methods, target)
     elif by_default:
         try:
-            found = _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
+            found = yield from _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
         except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
             if isinstance(error, SceneError) and str(error) != VARIES:
                 raise
-            found = _on_elements(case, tol, certify, methods, near)
+            found = yield from _on_elements(case, tol, certify, methods, near)
     else:
-        found = _on_elements(case, tol, certify, methods, near)
+        found = yield from _on_elements(case, tol, certify, methods, near)
     chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
     if chosen and any(too_wide(case, each) for each in found[2]):
-        case, found = _curved(case, found, tol, certify, methods, target)
+        case, found = yield from _curved(case, found, tol, certify, methods, target)
     z, rounds, patches = found
-    _warn(case, patches)
     return WheelRailSolution(case, z, patches, rounds)
 
 
@@ -130,13 +185,13 @@ def _curved(
     certify: CertifyName | None,
     methods: dict[str, Any],
     target: dict[str, Any],
-) -> tuple[WheelOnRail, Solved]:
+) -> Steps[tuple[WheelOnRail, Solved]]:
     """The case on curved reference surfaces, or, where there are none, as it was on planes."""
     curved = replace(case, conformal=True)
     try:
         if target:
-            return curved, _to_accuracy(curved, tol, certify, methods, target)
-        return curved, _on_elements(curved, tol, certify, methods)
+            return curved, (yield from _to_accuracy(curved, tol, certify, methods, target))
+        return curved, (yield from _on_elements(curved, tol, certify, methods))
     except (NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
         return case, planar
 
@@ -164,7 +219,7 @@ def _on_elements(
     certify: CertifyName | None,
     methods: dict[str, Any],
     near: WheelRailSolution | None = None,
-) -> Solved:
+) -> Steps[Solved]:
     """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`."""
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution] = []
@@ -189,7 +244,12 @@ def _on_elements(
             solutions = [_by_theory(scene, certify, methods) for scene in scenes]
         else:
             beside = [each.rough for each in found] or before or [each.rough for each in pressed]
-            found = _contacts(scenes, certify, methods, beside, pressed, loaded=True)
+            loaded = _loaded(scenes, certify, methods, beside, pressed)
+            if loaded:
+                settled = yield loaded
+                found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
+            else:
+                found = _contacts(scenes, certify, methods, beside, pressed)
             solutions = [each.rough for each in found]
         search.borne(_vertical(case, tuple(map(PatchSolution, patches, solutions))))
     if found:
@@ -205,26 +265,40 @@ def _contacts(
     methods: dict[str, Any],
     near: list[Solution],
     last: list[ContactOnGrid],
-    loaded: bool = False,
 ) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs, if there are as many: with their influence numbers, or loaded."""
-    progress, found = methods.get("progress"), []
-    methods = {name: value for name, value in methods.items() if name != "progress"}
+    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
+    found, progress = [], methods.get("progress")
     for k, scene in enumerate(scenes):
-        options = SolveOptions.checked(scene, certify=certify, **methods)
+        options = _options(scene, certify, methods)
         start = near[k] if len(near) == len(scenes) else None
-        known = last[k] if len(last) == len(scenes) else None
-        waiting = known.loaded(scene, options, progress, start) if known is not None and loaded else None
-        if waiting is not None:
-            found.append(waiting.settled())
-        else:
-            operators = None if known is None else known.disc.operators
-            found.append(ContactOnGrid.of(scene, options, progress, near=start, known=operators))
+        known = last[k].disc.operators if len(last) == len(scenes) else None
+        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=known))
     kept = [each.disc.operators for each in found]
     for each in last:
         if each.disc.operators not in kept:
             each.disc.operators.forget()
     return found
+
+
+def _loaded(
+    scenes: list[Scene],
+    certify: CertifyName | None,
+    methods: dict[str, Any],
+    near: list[Solution],
+    pressed: list[ContactOnGrid],
+) -> list[ContactOnGrid]:
+    """The contacts with their pressures and the tractions to begin with; none where tractions change a pressure."""
+    found, progress = [], methods.get("progress")
+    for k, each in enumerate(pressed):
+        start = near[k] if len(near) == len(scenes) else None
+        found.append(each.loaded(scenes[k], _options(scenes[k], certify, methods), progress, start))
+    return [each for each in found if each is not None] if all(found) else []
+
+
+def _options(scene: Scene, certify: CertifyName | None, methods: dict[str, Any]) -> SolveOptions:
+    return SolveOptions.checked(
+        scene, certify=certify, **{name: value for name, value in methods.items() if name != "progress"}
+    )
 
 
 def _stiffness(pressed: ContactOnGrid) -> float:
@@ -240,14 +314,15 @@ def _stiffness(pressed: ContactOnGrid) -> float:
 
 def _to_accuracy(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any], target: dict[str, Any]
-) -> Solved:
+) -> Steps[Solved]:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
     if case.z is None:
-        near = _on_elements(replace(case, dx=START[0], dy=START[1]), max(tol, START_TOL), None, methods)[0]
+        rough = replace(case, dx=START[0], dy=START[1])
+        near, *_ = yield from _on_elements(rough, max(tol, START_TOL), None, methods)
     else:
         near = case.z
     if "accuracy" in target:
@@ -500,13 +575,14 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     raise NotConverged("the pressures of the parts of a patch did not settle", change)
 
 
-def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
+def warn(found: WheelRailSolution, stacklevel: int) -> None:
     """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
+    case, solved = found.case, found.patches
 
     def warn(message: str, category: type[UserWarning] = UserWarning) -> None:
-        warnings.warn(message, category, stacklevel=6)
+        warnings.warn(message, category, stacklevel=stacklevel + 1)
 
-    check_sides(case.track, stacklevel=6)
+    check_sides(case.track, stacklevel=stacklevel + 1)
     normal = sum(each.normal_force for each in solved)
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:
         steepest = np.degrees(max(abs(each.patch.angle) for each in solved))
