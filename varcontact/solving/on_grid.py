@@ -85,7 +85,7 @@ class ContactOnGrid:
         options: SolveOptions,
         progress: Callable[[str], None] | None = None,
         final: bool = True,
-        near: Solution | None = None,
+        near: Solution | Near | None = None,
         known: Operators | None = None,
         deadline: float = math.inf,
     ) -> ContactOnGrid:
@@ -95,7 +95,7 @@ class ContactOnGrid:
         return cls(scene, *solve_contact(scene, way, known, near=near), solver)
 
     def loaded(
-        self, scene: Scene, options: SolveOptions, progress: Callable[[str], None] | None, near: Solution | None
+        self, scene: Scene, options: SolveOptions, progress: Callable[[str], None] | None, near: Solution | Near | None
     ) -> ContactOnGrid | None:
         """With the tractions to begin with of the same scene with friction, if these leave the pressure as it is."""
         solver = _solver(scene, options, progress)
@@ -111,9 +111,17 @@ class ContactOnGrid:
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
     @cached_property
-    def rough(self) -> Solution:
-        """Without a certificate."""
-        return finish_coarse(self.scene, self.disc, self.state, self.solver)
+    def near(self) -> Near:
+        """Where the contact in a similar scene begins."""
+        return Near.of(self.disc, self.state)
+
+    @property
+    def force(self) -> np.ndarray:
+        """Fx, Fy and the normal force, physical."""
+        fields, surface = (self.near.traction, self.near.pressure), self.scene.surface
+        if isinstance(surface, SampledDistance):
+            fields = surface.along_axes(self.disc.grid, *fields)
+        return np.array([*fields[0].sum(axis=(1, 2)), fields[1].sum()]) * self.disc.grid.area
 
     def solution(self) -> Solution:
         solution = finish(self.scene, self.disc, self.state, self.solver)
@@ -144,7 +152,7 @@ def solve_on_grid(
     options: SolveOptions,
     progress: Callable[[str], None] | None = None,
     final: bool = True,
-    near: Solution | None = None,
+    near: Solution | Near | None = None,
     deadline: float = math.inf,
 ) -> Solution:
     """A scene, which is no history, on its own grid: from the plan to the certified solution.
@@ -157,7 +165,7 @@ def solve_on_grid(
         if final and options.refine:
             disc, state, refinement = defect_correction.run(scene, found.disc, found.state, found.solver)
             return finish(scene, disc, state, found.solver, refinement)
-        return found.solution() if final else found.rough
+        return found.solution() if final else finish_coarse(scene, found.disc, found.state, found.solver)
     finally:
         found.disc.operators.forget()
 
@@ -167,7 +175,7 @@ def solve_contact(
     solver: ContactSolver,
     known: Operators | None = None,
     before: np.ndarray | None = None,
-    near: Solution | None = None,
+    near: Solution | Near | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it.
 
@@ -219,7 +227,7 @@ def _solve_contact(
     solver: ContactSolver,
     known: Operators | None = None,
     before: np.ndarray | None = None,
-    near: Solution | None = None,
+    near: Solution | Near | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
@@ -255,12 +263,12 @@ def _solve_contact(
                 return disc, state
             moved += 1
         known.forget()
-        grid, found = wanted, _Found.of(disc, state)
+        grid, found = wanted, Near.of(disc, state)
     message = "grid: no potential contact was found that holds the contact; give an explicit grid"
     raise SceneError("grid", scene.grid, "explicit", message=f"{message}{if_noise(scene, grid)}")
 
 
-def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> tuple[Grid, _Found | None]:
+def place(scene: Scene, solver: ContactSolver, near: Solution | Near | None = None) -> tuple[Grid, Near | None]:
     """The first grid: the scene's own, or one across the contact, and the contact, where one was looked for.
 
     A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For sampled distances
@@ -268,7 +276,11 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
     """
     spec, surface = known_grid(scene), scene.surface
     if near is not None and not solver.plan.closed_form:
-        found = _Found(near.grid, near.pressure, near.approach)
+        found = (
+            near
+            if isinstance(near, Near)
+            else Near(near.grid, near.pressure, near.approach, near.traction, near.creepage)
+        )
         if spec.explicit:
             return spec, found
         return within(spec.spread(contact_box(found.grid, found.pressure)), surface), found
@@ -295,7 +307,7 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
         lowest = _lowest_in_elements(surface, grid, depth)
         disc = discretise(replace(bare, surface=lowest, grid=grid), grid)
         state = look.pressure(disc, unloaded(grid) if last is None else last.on(disc))
-        last, columns_and_rows = _Found.of(disc, state), across(state.pressure)
+        last, columns_and_rows = Near.of(disc, state), across(state.pressure)
         if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
             break
         box = clipped(contact_box(grid, state.pressure, around=1), surface)
@@ -336,18 +348,22 @@ def _without_tractions(
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class Near:
     """A contact that was found on a grid, physical: where that on the next one is found from."""
 
     grid: Grid
     pressure: np.ndarray
     approach: float
+    traction: np.ndarray
+    creepage: tuple[float, ...]
 
     @classmethod
-    def of(cls, disc: Discretisation, state: ContactState) -> _Found:
-        return cls(
-            disc.grid, state.pressure * disc.scales.pressure, state.approach * disc.scales.displacement + disc.base
-        )
+    def of(cls, disc: Discretisation, state: ContactState) -> Near:
+        scales, motion = disc.scales, disc.loading.motion
+        creepage = (0.0, 0.0) if motion is None else state.rigid / unit_slip(disc)
+        approach = state.approach * scales.displacement + disc.base
+        fields = state.pressure * scales.pressure, approach, state.traction * scales.pressure
+        return cls(disc.grid, *fields, tuple(creepage))
 
     def on(self, disc: Discretisation) -> ContactState:
         pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
@@ -355,7 +371,7 @@ class _Found:
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
-def _with_tractions_of(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
+def _with_tractions_of(near: Solution | Near, disc: Discretisation, state: ContactState) -> ContactState:
     """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
     motion = disc.loading.motion
     if motion is None or disc.loading.law is not None:

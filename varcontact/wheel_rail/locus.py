@@ -9,6 +9,7 @@ track, or the wheel is out of round, there is no closed form: the points are loo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Locus:
     gaps: np.ndarray | None = None
     slopes: np.ndarray | None = None
 
-    @property
+    @cached_property
     def touching(self) -> float:
         """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
         return float(self.gap.min())

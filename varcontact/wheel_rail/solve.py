@@ -25,7 +25,7 @@ from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solving.batch import settled_together
-from varcontact.solving.on_grid import ContactOnGrid
+from varcontact.solving.on_grid import ContactOnGrid, Near
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
 from varcontact.solving.selection import MANY_PRESSURES
 from varcontact.solving.solve import solve
@@ -222,11 +222,14 @@ def _on_elements(
 ) -> Steps[Solved]:
     """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`."""
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
-    before: list[Solution] = []
+    before: list[Solution | Near] = []
     if near is not None:
-        before = [each.solution for each in near.patches]
-        pressing = _pressing([each.patch for each in near.patches], before)
-        search.begin(near.z - near.case.touching, pressing, _vertical(near.case, near.patches))
+        before, known = [each.solution for each in near.patches], [each.patch for each in near.patches]
+        both = (
+            _vertical(known, [each.force for each in near.patches], all_of_it)
+            for all_of_it in (False, case.with_friction)
+        )
+        search.begin(near.z - near.case.touching, *both)
     pressed: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
@@ -234,24 +237,25 @@ def _on_elements(
         scenes = [_scene(patch) for patch in patches]
         if case.z is None:
             bare = [_frictionless(scene) for scene in scenes]
-            pressed = _contacts(bare, None, _for_pressure(methods), [each.rough for each in pressed] or before, pressed)
+            pressed = _contacts(bare, None, _for_pressure(methods), [each.near for each in pressed] or before, pressed)
             slope = sum(
                 _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, pressed, strict=True)
             )
-            if not search.pressed(_pressing(patches, [each.rough for each in pressed]), slope):
+            if not search.pressed(_vertical(patches, [each.force for each in pressed], False), slope):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, certify, methods) for scene in scenes]
+            forces = [np.array([*each.force, each.normal_force]) for each in solutions]
         else:
-            beside = [each.rough for each in found] or before or [each.rough for each in pressed]
+            beside = [each.near for each in found] or before or [each.near for each in pressed]
             loaded = _loaded(scenes, certify, methods, beside, pressed)
             if loaded:
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
             else:
                 found = _contacts(scenes, certify, methods, beside, pressed)
-            solutions = [each.rough for each in found]
-        search.borne(_vertical(case, tuple(map(PatchSolution, patches, solutions))))
+            forces = [each.force for each in found]
+        search.borne(_vertical(patches, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
         for each in (*pressed, *found):
@@ -263,7 +267,7 @@ def _contacts(
     scenes: list[Scene],
     certify: CertifyName | None,
     methods: dict[str, Any],
-    near: list[Solution],
+    near: Sequence[Solution | Near],
     last: list[ContactOnGrid],
 ) -> list[ContactOnGrid]:
     """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
@@ -284,7 +288,7 @@ def _loaded(
     scenes: list[Scene],
     certify: CertifyName | None,
     methods: dict[str, Any],
-    near: list[Solution],
+    near: Sequence[Solution | Near],
     pressed: list[ContactOnGrid],
 ) -> list[ContactOnGrid]:
     """The contacts with their pressures and the tractions to begin with; none where tractions change a pressure."""
@@ -365,7 +369,7 @@ def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | Non
         known = _load_error(case, found)
         errors = [error if known is None else known for error in force_errors]
         solved = tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
-        search.borne(_vertical(case, solved))
+        search.borne(_vertical(patches, [each.force for each in solved], case.with_friction))
     return search.z, search.rounds, solved
 
 
@@ -491,16 +495,11 @@ class BearingHeight:
         return float(step if low < step < high else (low + high) / 2)
 
 
-def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
+def _vertical(patches: Sequence[ContactPatch], forces: Sequence[np.ndarray], with_friction: bool) -> float:
     """The vertical force on the rail; without friction that of the normal forces."""
-    if case.with_friction:
-        return float(sum(each.force_on_track[2] for each in solved))
-    return _pressing([each.patch for each in solved], [each.solution for each in solved])
-
-
-def _pressing(patches: Sequence[ContactPatch], solved: Sequence[Solution]) -> float:
-    """The vertical part of the normal forces."""
-    return float(sum(each.normal_force * np.cos(patch.angle) for patch, each in zip(patches, solved, strict=True)))
+    if with_friction:
+        return float(sum((patch.frame.axes @ force)[2] for patch, force in zip(patches, forces, strict=True)))
+    return float(sum(force[2] * np.cos(patch.angle) for patch, force in zip(patches, forces, strict=True)))
 
 
 def _frictionless(scene: Scene) -> Scene:
