@@ -6,9 +6,10 @@ import dataclasses
 import hashlib
 import json
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
+from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails, warn
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
@@ -209,7 +211,7 @@ def solve_cases(
     store : str or Path, optional
         A table (.csv), written after each wheel; wheels already in it are not solved again.
     progress : callable, optional
-        Called with the progress before each wheel.
+        Called with the progress before each wheel; of many with `dx` or `dy`, which are solved side by side, after it.
     solved : callable, optional
         Called with each solution, but for wheels that the table has already; not with processes.
     workers, executor
@@ -244,20 +246,25 @@ def solve_cases(
     with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
-        told = [
-            f"{k} of {total} wheels, y = {file.cases[k].position.y:.4g} mm, {getattr(file.cases[k], 'side', 'both')}"
-            for k in left
-        ]
-        settings = file.options, file.archard, file.fast, total == 1, solved if pool is None else None
-        tasks = [(file.cases[k], *settings) for k in left]
+        shown = solved if pool is None else None
+        work = partial(
+            _rows, options=file.options, archard=file.archard, fast=file.fast, alone=total == 1, solved=shown
+        )
+        on_grids = all(isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases)
+        answers: Iterator[tuple[int, list[dict[str, Any]]]]
+        if on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE:
+            answers = _side_by_side([file.cases[k] for k in left], file.options, total, report, work)
+        else:
+            told = [_told(k, total, file.cases[k]) for k in left]
+            answers = results(work, [(file.cases[k],) for k in left], pool, progress=report, names=told)
         try:
-            for number, found in results(_rows, tasks, pool, progress=report, names=told):
+            for number, found in answers:
                 k = left[number]
                 rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in found]
                 table.write(whole(rows))
         except KeyboardInterrupt:
-            partial = pd.DataFrame(whole(rows), columns=list(columns))
-            raise Interrupted(partial, f" after {sum(map(bool, rows))} of {total} wheels") from None
+            finished = pd.DataFrame(whole(rows), columns=list(columns))
+            raise Interrupted(finished, f" after {sum(map(bool, rows))} of {total} wheels") from None
     return pd.DataFrame(whole(rows), columns=list(columns))
 
 
@@ -283,6 +290,24 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
 
 
+def _told(done: int, total: int, case: WheelOnRail | WheelSetOnTrack) -> str:
+    return f"{done} of {total} wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}"
+
+
+def _side_by_side(
+    cases: list[Any],
+    options: dict[str, Any],
+    total: int,
+    report: Callable[[str], None] | None,
+    rows: Callable[..., list[dict[str, Any]]],
+) -> Iterator[tuple[int, list[dict[str, Any]]]]:
+    """The number and the rows of each of many wheels on grids, as they are found."""
+    for count, (number, known) in enumerate(solve_wheels_on_rails(cases, **options), total - len(cases)):
+        if report is not None:
+            report(_told(count, total, cases[number]))
+        yield number, rows(cases[number], known=known)
+
+
 def _rows(
     case: WheelOnRail | WheelSetOnTrack,
     options: dict[str, Any],
@@ -290,14 +315,21 @@ def _rows(
     fast: bool,
     alone: bool,
     solved: Callable[[Any], None] | None,
+    known: WheelRailSolution | VarcontactError | None = None,
 ) -> list[dict[str, Any]]:
-    """The rows of a case, which raises its error if it is alone."""
+    """The rows of a case, `known` or not, which raises its error if it is alone."""
     at = case.position
     row: dict[str, Any] = {"side": getattr(case, "side", "both"), "y": at.y, "roll": at.roll, "yaw": at.yaw}
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            found: Any = case.estimate(**options) if fast else case.solve(**options)
+            found: Any = known
+            if isinstance(known, VarcontactError):
+                raise known
+            if known is None:
+                found = case.estimate(**options) if fast else case.solve(**options)
+            else:
+                warn(known, stacklevel=1)
     except VarcontactError as error:
         if alone:
             raise

@@ -106,11 +106,10 @@ def solve_wheel_on_rail(
     return found
 
 
-@one_blas_thread()
 def solve_wheels_on_rails(
     cases: Sequence[WheelOnRail], tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
-) -> list[WheelRailSolution | VarcontactError]:
-    """Solutions of many positions or what refuses them, as of `WheelOnRail.solve`, without its warnings.
+) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
+    """The numbers of cases, and their solutions or what refuses them, as they are found, without `warn`.
 
     Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before.
     """
@@ -123,21 +122,30 @@ def solve_wheels_on_rails(
                 last = found[k] = yield from _wheel(cases[k], tol, certify, {"start": last, **methods})
             except VarcontactError as error:
                 found[k] = error
+            yield []
 
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
-    parts = [part(each.tolist()) for each in np.array_split(order, min(SIDE_BY_SIDE, len(cases)))]
+    parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
     together = methods.keys().isdisjoint(("tangential", "method", "formulation"))
-    waiting = [(steps, contacts) for steps in parts if (contacts := next(steps, None))]
+    waiting: list[tuple[Steps[None], list[ContactOnGrid]]] = [(part(each.tolist()), []) for each in parts]
     while waiting:
-        flat = [contact for _, contacts in waiting for contact in contacts]
+        flat, going = [contact for _, contacts in waiting for contact in contacts], []
         settled = settled_together(flat) if together else flat
-        going = []
         for steps, contacts in waiting:
-            own, settled = settled[: len(contacts)], settled[len(contacts) :]
-            with suppress(StopIteration):
-                going.append((steps, steps.send(own)))
+            then = _advanced(steps, [settled.pop(0) for _ in contacts])
+            if then is not None:
+                going.append((steps, then))
+            yield from found.items()
+            found.clear()
         waiting = going
-    return [found[k] for k in range(len(cases))]
+
+
+@one_blas_thread()
+def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactOnGrid] | None:
+    """What the steps wait for next; None at their end."""
+    with suppress(StopIteration):
+        return steps.send(settled) if settled else next(steps)
+    return None
 
 
 def _wheel(
