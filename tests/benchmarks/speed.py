@@ -3,6 +3,7 @@
 import itertools
 import multiprocessing
 import tempfile
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.table import Table, least
-from tests.wheel_rail.conditions import benchmark, manchester
+from tests.wheel_rail.conditions import benchmark, manchester, wheel
 from varcontact.theories.creep_forces import VECTORISED
+from varcontact.wheel_rail import Position
+from varcontact.wheel_rail.case_file import CaseFile, solve_cases
 
 SHAPES = (0.2, 1.0, 5.0)
 CREEPAGES = ((0.22, 0.0, 0.0), (0.08, 0.08, 0.1), (0.0, 0.0, 0.1), (0.0, 0.0, 0.8), (0.05, 0.1, -0.3))
@@ -154,6 +157,17 @@ def wheel_rail(quick: bool) -> Table:
     return Table(["way", "ms: median, largest"], ["", "{:.3g}, {:.3g}"], rows)
 
 
+def wheel_rail_sweep(quick: bool) -> Table:
+    """Milliseconds of each position of a wheel with a given load, elements of 1 mm: in a sweep, and alone."""
+    one, count = wheel(dx=1.0, dy=1.0), 50 if quick else 1000
+    cases = [replace(one, position=Position(y=float(y), yaw=1e-3)) for y in np.linspace(-5.0, 5.0, count)]
+    file = CaseFile(tuple(cases), tuple(range(count)), {}, None)
+    together = least(lambda: solve_cases(file), 1) / count
+    alone = least(lambda: [case.solve() for case in cases[:: count // 25]], 1) / len(cases[:: count // 25])
+    rows = [[f"sweep of {count} positions", 1e3 * together, 1 / together], ["alone", 1e3 * alone, 1 / alone]]
+    return Table(["wheel on a rail", "ms a position", "positions a second"], ["", ".1f", ".0f"], rows)
+
+
 TABLES = {
     "solvers": solvers,
     "many_elements": many_elements,
@@ -162,4 +176,5 @@ TABLES = {
     "sweeps": sweeps,
     "fast_theories": fast_theories,
     "wheel_rail": wheel_rail,
+    "wheel_rail_sweep": wheel_rail_sweep,
 }

@@ -11,6 +11,7 @@ from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity
 from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
+from varcontact.wheel_rail.solve import SIDE_BY_SIDE
 
 CASE = """
 vertical_force = 20e3
@@ -105,6 +106,25 @@ def test_a_sequence_of_both_wheels(tmp_path):
 def test_what_a_case_cannot_be(tmp_path, old, new, said):
     with pytest.raises(SceneError, match=said):
         read(tmp_path, CASE.replace(old, new))
+
+
+def test_many_wheels_side_by_side_have_the_rows_of_each_alone(tmp_path):
+    """Both sides, and one beside the rail among them."""
+    text = CASE.replace("[1.0, 2.0, 9e2]", f"[{', '.join(f'{0.3 * k}' for k in range(20))}, 9e2]")
+    found = read(tmp_path, text.replace("1e-3 }", '1e-3 }\nside = "both"\nsolve = { tol = 1e-9 }'))
+    assert len(found.cases) > SIDE_BY_SIDE
+    table = solve_cases(found).groupby("side")
+    for k in (0, 1, 26, 27, 40, 41):
+        row = table.get_group(found.cases[k].side).query(f"position == {found.numbers[k]}").iloc[0]
+        if found.numbers[k] == 21:
+            assert (row["outcome"], "beside the rail" in row["reason"]) == ("refused", True)
+            continue
+        own = found.cases[k].solve(tol=1e-9)
+        (each,) = own.patches
+        assert (row["outcome"], row["z"]) == ("solved", pytest.approx(own.z, abs=1e-9))
+        wanted = [each.normal_force, *each.force[:2]]
+        assert row[["FN", "Fx", "Fs"]].tolist() == pytest.approx(wanted, abs=1e-7 * each.normal_force)
+        assert row["Mz"] == pytest.approx(each.moment, rel=1e-6)
 
 
 def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
