@@ -105,12 +105,18 @@ except KeyboardInterrupt:
     assert run(code) == "interrupted True\n"
 
 
+@pytest.mark.parametrize("back", [True, False])
 @pytest.mark.parametrize("method", ["scs", "osqp|clarabel"])
-def test_solvers_that_take_ctrl_c_for_themselves(method):
-    """SCS and OSQP return as if they had failed: the second solve of `compare` was lost, and nobody knew."""
+def test_solvers_that_take_ctrl_c_for_themselves(method, back):
+    """Taken back from them, or as their status tells: SCS and OSQP return as if they had failed."""
     code = """
 import {package}
+from types import SimpleNamespace
 from unittest import mock
+from varcontact.system import process
+
+if not {back}:
+    process.signal = SimpleNamespace(SIGINT=signal.SIGINT, getsignal=lambda _: None)
 
 solve, calls, begun = {package}.{solver}.solve, [], threading.Event()
 
@@ -140,7 +146,7 @@ with mock.patch.object({package}.{solver}, "solve", pressed):
     package, solver, at, tol = ("scs", "SCS", 2, 1e-3)
     if method.startswith("osqp"):
         package, solver, at, tol = ("osqp", "OSQP", 1, 1e-12)
-    names = {"package": package, "solver": solver, "method": method, "at": at, "tol": tol}
+    names = {"package": package, "solver": solver, "method": method, "at": at, "tol": tol, "back": back}
     told = run(SCENE.format(cells=20) + code.format(**names))
     last = told.splitlines()[-1]  # the solvers themselves say a word before
     assert last == "interrupted after 0 of 1 scenes []"
