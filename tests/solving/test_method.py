@@ -58,7 +58,7 @@ def test_convex_history(rolling):
 
 
 def test_convex_march(rolling):
-    """Where the gap is not convex, it is refused, with what to ask for instead."""
+    """Where the gap is not convex, it is refused, with what to ask for instead; and that has the solution."""
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.03, spin=0.03, dq=0.4 * 2 * a / 6)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=6, ny=6))
@@ -66,6 +66,9 @@ def test_convex_march(rolling):
         vc.solve(scene, method="convex")
     assert refusal.value.field == "formulation"
     assert '"marching", or a longer motion.dq' in str(refusal.value)
+    sol = vc.solve(scene, method="convex", formulation="marching")
+    assert called(sol, "tangential") == CONIC
+    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-6 * friction_force(sol))
 
 
 def test_kalker_is_as_printed(rolling):
