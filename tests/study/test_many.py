@@ -294,6 +294,20 @@ def test_starts_that_do_not_do_are_refused_in_words():
         vc.solve_many([coarse], fields="no")
 
 
+@pytest.mark.parametrize("tol", [1e-4, 1e-8])
+def test_spin_on_a_slender_ellipse_converges(tol):
+    """Where steps damped too much would hardly get on; in single precision and in double."""
+    ellipse, motion = vc.Ellipse(a=5**0.5, b=5**-0.5), vc.Steady(spin=1.1338e-4)
+    spins = vc.Scene(
+        bodies=vc.Bodies(1.0, 0.28), surface=ellipse, normal_force=1e-3, friction=1.0, motion=motion,
+        grid=vc.Grid(nx=48, ny=32),
+    ).second_order()  # fmt: skip
+    found, sol = vc.solve_many([spins], tol=tol), vc.solve(spins, certify=None)
+    assert found.by.values == ["batched"]
+    assert found.iterations[0] < 30
+    assert abs(float(found.Mz[0]) - sol.Mz) + abs(float(found.Fy[0]) - sol.Fy) < tol * 1e-3
+
+
 @pytest.mark.parametrize("difference", ["first-order", "second-order", None])
 def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     """Coulomb's law of the problem as the influence operator of the package poses it."""
