@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import difflib
 import functools
@@ -71,6 +72,23 @@ def moderate(field: str, value: Any, allowed: str = "a finite number", most: flo
     return result
 
 
+def at_least_zero(field: str, value: Any, allowed: str = "a finite number, zero or positive") -> float:
+    """A finite number that is not negative, of a size that can be computed with."""
+    result = moderate(field, value, allowed)
+    if result < 0:
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def poisson_ratio(field: str, value: Any) -> float:
+    """One Poisson's ratio, in (-1, 0.5]."""
+    allowed = "a Poisson's ratio in (-1, 0.5]"
+    result = number(field, value, allowed)
+    if not -1 < result <= 0.5:
+        raise SceneError(field, value, allowed)
+    return result
+
+
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
     """A whole number of at least `least`, and at most `most`."""
     allowed = f"a whole number, {least} or more"
@@ -125,6 +143,14 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
         require_all(field, result, sizes <= LARGE, f"at most {LARGE:g} in size")
     result.flags.writeable = False
     return result
+
+
+def coordinates(field: str, value: Any, size: int, of: str) -> np.ndarray:
+    """Ascending places, shape (size,), of the rows or columns `of` something."""
+    points = array(field, value, 1)
+    if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
+        raise SceneError(field, points, f"{size} ascending coordinates, one for each {of} (at least 2)")
+    return points
 
 
 def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
@@ -208,22 +234,17 @@ def flag(field: str, value: Any) -> bool:
 
 def progress(value: Any) -> Callable[[str], None] | None:
     """The function that is called with the name of each stage, or None."""
-    if value is None or (callable(value) and _takes_a_word(value)):
-        return value
-    raise SceneError("progress", value, "None, or a function of one string")
-
-
-def _takes_a_word(function: Callable[..., Any]) -> bool:
-    """Whether it is a function that can be called with one string, as far as it is known what it takes."""
-    if isinstance(function, type):
-        return False
-    try:
-        inspect.signature(function).bind("")
-    except ValueError:  # built in, and its signature is not known
-        return True
-    except TypeError:
-        return False
-    return True
+    if value is None:
+        return None
+    refusal = SceneError("progress", value, "None, or a function of one string")
+    if not callable(value) or isinstance(value, type):
+        raise refusal
+    with contextlib.suppress(ValueError):  # of a function that is built in the signature may not be known
+        try:
+            inspect.signature(value).bind("")
+        except TypeError:
+            raise refusal from None
+    return value
 
 
 def file_name(field: str, value: Any) -> Path:

@@ -141,10 +141,8 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     """
     from scipy.special import j0, j1
 
-    kappa = checks.number("kappa_a", kappa_a, "a frequency of 0 or more")
-    if kappa < 0:
-        raise SceneError("kappa_a", kappa, "a frequency of 0 or more")
-    _, nu = check_ellipse(1.0, nu, LEAST_RATIO)
+    kappa = checks.at_least_zero("kappa_a", kappa_a, "a frequency of 0 or more")
+    nu = checks.poisson_ratio("nu", nu)
     depth = checks.positive("depth_over_a", depth_over_a)
     if depth < 2:
         raise SceneError("depth_over_a", depth, "at least 2: the depth is beyond the length of the contact")

@@ -74,7 +74,7 @@ def hunter(a: float, R: float, G: float, nu: float, part: float, relaxation_leng
     from scipy.special import ive, kve
 
     a, R, G = checks.positive("a", a), checks.positive("R", R), checks.positive("G", G)
-    nu = float(checks.poisson(nu))
+    nu = checks.poisson_ratio("nu", nu)
     f, length = checks.positive("part", part), checks.positive("relaxation_length", relaxation_length)
     relaxed = (1 + f) * a / length
     ratio = float(kve(1, a / length) / kve(0, a / length))

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from varcontact.checks import number, poisson, positive, whole
+from varcontact.checks import poisson_ratio, positive, whole
 from varcontact.errors import SceneError
 from varcontact.system.process import one_blas_thread
 
@@ -79,7 +79,7 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
 
 def check_ellipse(a_over_b: float, nu: float, least: float) -> tuple[float, float]:
     """The ratio of semi-axes, between its least and the inverse of that, and Poisson's ratio."""
-    ratio, nu = positive("a_over_b", a_over_b), float(poisson(number("nu", nu, "a Poisson's ratio in (-1, 0.5]")))
+    ratio, nu = positive("a_over_b", a_over_b), poisson_ratio("nu", nu)
     if not least * (1 - 1e-12) <= ratio <= (1 + 1e-12) / least:
         raise SceneError("a_over_b", ratio, f"in [{least:g}, {1 / least:g}]")
     return ratio, nu

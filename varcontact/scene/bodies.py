@@ -44,10 +44,7 @@ class Bodies:
     slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        G = _pair("bodies.G", self.G, _modulus)
-        nu = _pair("bodies.nu", self.nu, _poisson)
-        if math.isinf(G[0]) and math.isinf(G[1]):
-            raise SceneError("bodies.G", self.G, "finite for one body at least (both are rigid)")
+        G, nu = _moduli("bodies.G", self.G), _pair("bodies.nu", self.nu, checks.poisson_ratio)
         object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
         object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
 
@@ -76,10 +73,7 @@ class Bodies:
         >>> Bodies.from_young(E=210e9, nu=0.25)
         Bodies(G=84000000000.0, nu=0.25)
         """
-        moduli = _pair("bodies.E", E, _modulus)
-        ratios = _pair("bodies.nu", nu, _poisson)
-        if math.isinf(moduli[0]) and math.isinf(moduli[1]):
-            raise SceneError("bodies.E", E, "finite for one body at least (both are rigid)")
+        moduli, ratios = _moduli("bodies.E", E), _pair("bodies.nu", nu, checks.poisson_ratio)
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property
@@ -160,9 +154,8 @@ class Layer:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=0))
-        for name in ("h", "G"):
-            object.__setattr__(self, name, checks.positive(f"layer.{name}", getattr(self, name)))
-        object.__setattr__(self, "nu", _poisson("layer.nu", self.nu))
+        checks.entries(self, "layer", checks.positive, "h", "G")
+        checks.entries(self, "layer", checks.poisson_ratio, "nu")
 
 
 @dataclass(frozen=True)
@@ -209,7 +202,7 @@ class Layered:
             raise SceneError("bodies.base", self.base, allowed)
         else:
             G, nu, *own = self.base
-            base = checks.positive("bodies.base[0]", G), _poisson("bodies.base[1]", nu)
+            base = checks.positive("bodies.base[0]", G), checks.poisson_ratio("bodies.base[1]", nu)
             object.__setattr__(self, "base", (*base, *(_relaxations(each, least=1) for each in own)))
         if self.relaxations and any(self.own_relaxations):
             raise SceneError(
@@ -263,8 +256,8 @@ class Viscoelastic:
     relaxations: tuple[tuple[float, float], ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "G", checks.positive("bodies.G", self.G))
-        object.__setattr__(self, "nu", _poisson("bodies.nu", self.nu))
+        checks.entries(self, "bodies", checks.positive, "G")
+        checks.entries(self, "bodies", checks.poisson_ratio, "nu")
         object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=1))
 
     @property
@@ -432,12 +425,11 @@ def _modulus(field: str, value: Any) -> float:
     return modulus if math.isinf(modulus) else checks.computable(field, modulus)
 
 
-def _poisson(field: str, value: Any) -> float:
-    allowed = "a Poisson's ratio in (-1, 0.5]"
-    ratio = checks.number(field, value, allowed)
-    if not -1 < ratio <= 0.5:
-        raise SceneError(field, value, allowed)
-    return ratio
+def _moduli(field: str, value: Any) -> tuple[float, float]:
+    moduli = _pair(field, value, _modulus)
+    if math.isinf(moduli[0]) and math.isinf(moduli[1]):
+        raise SceneError(field, value, "finite for one body at least (both are rigid)")
+    return moduli
 
 
 def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:

@@ -55,15 +55,11 @@ class Carried:
     period: float | None = None
 
     def __post_init__(self) -> None:
-        set_, rows = object.__setattr__, self.y is not None
-        set_(self, "height", checks.array("carried.height", self.height, 2 if rows else 1))
-        for name, size in (("x", self.height.shape[-1]), ("y", self.height.shape[0])):
-            if name == "y" and not rows:
-                continue
-            points = checks.array(f"carried.{name}", getattr(self, name), 1)
-            if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
-                raise SceneError(f"carried.{name}", points, f"{size} ascending coordinates (at least 2), as of height")
-            set_(self, name, points)
+        set_ = object.__setattr__
+        set_(self, "height", checks.array("carried.height", self.height, 1 if self.y is None else 2))
+        set_(self, "x", checks.coordinates("carried.x", self.x, self.height.shape[-1], "column of height"))
+        if self.y is not None:
+            set_(self, "y", checks.coordinates("carried.y", self.y, self.height.shape[0], "row of height"))
         if self.period is not None:
             set_(self, "period", checks.positive("carried.period", self.period))
             length = np.ptp(self.x)

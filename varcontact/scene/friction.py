@@ -36,9 +36,7 @@ class Law(ABC):
         checks.entries(self, "friction", checks.number, "kinetic")
         if not 0 <= self.kinetic <= self.static:
             raise SceneError("friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]")
-        for name in ("memory_distance", "memory_velocity"):
-            if not 0 <= checks.moderate(f"friction.{name}", getattr(self, name)):
-                raise SceneError(f"friction.{name}", getattr(self, name), "zero (no memory) or positive")
+        checks.entries(self, "friction", checks.at_least_zero, "memory_distance", "memory_velocity")
         if self.memory_velocity > 0 and self.memory_distance == 0:
             raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
 

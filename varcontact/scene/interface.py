@@ -47,10 +47,9 @@ class ThirdBody:
     k_tau: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "third_body", checks.moderate, "h", "k_tau")
+        checks.entries(self, "third_body", checks.at_least_zero, "h")
+        checks.entries(self, "third_body", checks.moderate, "k_tau")
         checks.entries(self, "third_body", checks.positive, "G")
-        if self.h < 0:
-            raise SceneError("third_body.h", self.h, "zero or positive: a thickness")
         if not isinstance(self.tau_c0, float) or self.tau_c0 != math.inf:
             checks.entries(self, "third_body", checks.positive, "tau_c0")
         elif self.k_tau != 0:

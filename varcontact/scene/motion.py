@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
@@ -127,7 +127,7 @@ class Harmonic:
     rolls: ClassVar[int] = 1  # towards positive x
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "wave_number", at_least_zero("motion.wave_number", self.wave_number))
+        checks.entries(self, "motion", checks.at_least_zero, "wave_number")
         _check_rigid(self, "vx", "vy", "spin")
         _ = self.free_rolling
 
@@ -241,12 +241,3 @@ def check_offset(spin_offset: float | None) -> None:
     offset = checks.number("motion.spin_offset", spin_offset, "a number in [0, 1]")
     if not 0 <= offset <= 1:
         raise SceneError("motion.spin_offset", spin_offset, "a number in [0, 1]")
-
-
-def at_least_zero(field: str, value: Any) -> float:
-    """The number, where it is finite and not negative."""
-    allowed = "a finite number, zero or positive"
-    number = checks.moderate(field, value, allowed)
-    if number < 0:
-        raise SceneError(field, value, allowed)
-    return number

@@ -193,18 +193,11 @@ class SampledDistance:
             raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
         _check_depth(self)
         for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
-            if getattr(self, name) is None:
-                continue
-            points = checks.array(f"surface.{name}", getattr(self, name), 1)
-            if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
-                each = "column" if name == "x" else "row"
-                allowed = f"{size} ascending coordinates, one for each {each} of h (at least 2)"
-                raise SceneError(f"surface.{name}", points, allowed)
-            set_(self, name, points)
-        if self.inclination is not None:
-            self._check_inclination()
-
-    def _check_inclination(self) -> None:
+            if getattr(self, name) is not None:
+                of = "column of h" if name == "x" else "row of h"
+                set_(self, name, checks.coordinates(f"surface.{name}", getattr(self, name), size, of))
+        if self.inclination is None:
+            return
         if self.line:
             raise SceneError("surface.inclination", self.inclination, "left out in line contact, which has no y")
         angles = checks.array("surface.inclination", self.inclination, 1)

@@ -13,7 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, at_least_zero, check_offset
+from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, check_offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 MOST_STEPS = 1_000_000
@@ -168,8 +168,7 @@ spin_offset=0.16666666666666666, dt=None)
 
     def every(self, name: str) -> list[Any]:
         """Values of the entry `name`, one a step, in the entry's unit."""
-        value = getattr(self, name)
-        return list(value) if isinstance(value, tuple) else [value] * self.steps
+        return [self.of(name, k) for k in range(self.steps)]
 
     @property
     def repeats(self) -> bool:
@@ -229,7 +228,7 @@ _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 
 def _distance(field: str, value: Any) -> float:
-    distance = at_least_zero(field, value)
+    distance = checks.at_least_zero(field, value)
     return checks.computable(field, distance) if distance > 0 else distance
 
 
@@ -246,6 +245,6 @@ _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
     "dt": _distance,
     "direction": _direction,
     **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
-    "normal_force": at_least_zero,
+    "normal_force": checks.at_least_zero,
     "friction": coefficient,
 }

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, number, numbers, positive, positives, wrong_shape
+from varcontact.checks import array, at_least_zero, choice, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.friction import Law
@@ -115,9 +115,7 @@ def fastsim_forces(
     division: str = "calibrated",
 ) -> Forces:
     """Fx, Fy and Mz of `fastsim`, also with a `layer`, see `creep_forces`."""
-    layer = number("layer", layer, "zero or positive: a compliance")
-    if layer < 0:
-        raise SceneError("layer", layer, "zero or positive: a compliance")
+    layer = at_least_zero("layer", layer, "zero or positive: a compliance")
     strips = divided(m, n, bound, division)
     creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
     L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility) + layer

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import number, numbers, poisson, positive
+from varcontact.checks import numbers, poisson_ratio, positive
 from varcontact.errors import Saturated, SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import (
@@ -76,7 +76,7 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     4.0000 4.0000
     """
     g = positive("b", b) / positive("a", a)
-    nu = float(poisson(number("nu", nu, "a Poisson's ratio in (-1, 0.5]")))
+    nu = poisson_ratio("nu", nu)
     # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the trapezoidal rule with
     # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many times as many.
     step, end = 0.1875, 40.0 + max(0.0, -math.log(g))
