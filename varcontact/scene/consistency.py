@@ -45,6 +45,9 @@ def check_parts(scene: Scene) -> None:
     _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
     if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
         raise SceneError("surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces")
+    thermal = scene.thermal
+    if thermal is not None and not (len(thermal) == 2 and all(isinstance(each, Thermal) for each in thermal)):
+        raise SceneError("thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)")
     if scene.motion is not None:
         _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient, Harmonic))
     if scene.units is not None:
@@ -193,7 +196,8 @@ def check_depth(scene: Scene) -> None:
     if scene.motion is None or isinstance(scene.motion, Steady | Harmonic):
         return
     for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
-        if not _displaced(scene, problems, i):
+        by_pressure = i == 0 and scene.coupled and not scene.frictionless
+        if not by_pressure and not _moves(scene, (i,)):
             continue
         for problem in problems:
             if getattr(problem.motion, force) is None and problem.step is None:
@@ -215,15 +219,16 @@ def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
     )
 
 
-def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
-    """Whether tractions arise along x (i = 0) or y in any of the problems."""
+def _moves(scene: Scene, directions: tuple[int, ...]) -> bool:
+    """Whether a motion or a force is prescribed in these of x, y and about z, or tractions are there at the start."""
     start = scene.motion.start if isinstance(scene.motion, Transient) else None
-    if start is not None and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
-        return True
-    if i == 0 and scene.coupled and not scene.frictionless:
-        return True
-    motions = [problem.motion for problem in problems if problem.motion is not None]
-    return any(motion.rigid[i] != 0 or (motion.Fx, motion.Fy)[i] for motion in motions)
+    for i in directions:
+        if start is not None and i < 2 and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
+            return True
+        motions = (problem.motion for problem in _problems(scene))
+        if any(motion is not None and (motion.rigid[i] or (motion.Fx, motion.Fy, None)[i]) for motion in motions):
+            return True
+    return False
 
 
 def check_friction(scene: Scene) -> None:
@@ -303,15 +308,6 @@ def check_conformal(scene: Scene) -> None:
         raise SceneError("motion.Fy", motion.Fy, allowed)
 
 
-def thermal_pair(thermal: Any) -> tuple[Thermal, Thermal] | None:
-    """Thermal data of both bodies, which may be alike."""
-    if thermal is None or isinstance(thermal, Thermal):
-        return None if thermal is None else (thermal, thermal)
-    if not (isinstance(thermal, tuple | list) and len(thermal) == 2 and all(isinstance(t, Thermal) for t in thermal)):
-        raise SceneError("thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)")
-    return thermal[0], thermal[1]
-
-
 def check_third_body(scene: Scene) -> None:
     """One that softens has a history, one that yields friction to slip at last."""
     layer, motion = scene.third_body, scene.motion
@@ -371,8 +367,6 @@ SLOPE = 4.0
 Closed form gives 4/pi for a cylinder that rolls without slip; docs/theory.md has what was measured elsewhere.
 """
 
-_RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation", "Fx", "Fy")
-
 
 def coupling_effect(bodies: Bodies, friction: float | np.ndarray) -> float:
     """What the coupling of pressure and tractions changes of the tangential forces at most, in parts of f Fz.
@@ -396,19 +390,8 @@ def left_out(scene: Scene) -> float:
     bodies = scene.bodies
     if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law or scene.conformal:
         return 0.0
-    if not _moves(scene):
+    given = isinstance(scene.motion, Steady) and scene.motion.rigid_slip is not None
+    if not given and not _moves(scene, (0, 1, 2)):
         return 0.0
     effect = max(coupling_effect(bodies, f) for f in scene.frictions if not (f is None or isinstance(f, Law)))
     return effect if effect <= NEGLIGIBLE else 0.0
-
-
-def _moves(scene: Scene) -> bool:
-    """Whether a creepage, a shift or a force is prescribed that is not zero, or tractions are there at the start."""
-    motion = scene.motion
-    if isinstance(motion, Steady) and motion.rigid_slip is not None:
-        return True
-    names = [name for name in _RIGID if hasattr(motion, name)]
-    if isinstance(motion, Transient):
-        started = motion.start is not None and bool(motion.start.traction.any())
-        return started or any(value for name in names for value in motion.every(name))
-    return any(getattr(motion, name) for name in names)

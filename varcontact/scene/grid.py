@@ -178,10 +178,7 @@ class Grid:
         Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to choose.
         """
         dx, dy, x0, y0 = self._lattice()
-        nx, x0 = right - left, x0 + left * dx
-        if self.line:
-            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
-        return Grid(nx=nx, ny=top - bottom, dx=dx, dy=dy, x0=x0, y0=y0 + bottom * dy, edge=self.edge)
+        return self._like(right - left, top - bottom, dx, dy, x0 + left * dx, y0 + bottom * dy)
 
     def extended(self) -> Grid:
         """The same lattice with one more element on every side."""
@@ -206,9 +203,8 @@ class Grid:
         (4, 15)
         """
         (dx, dy, x0, y0), (rows, columns) = self._lattice(), cells
-        if self.line:
-            return Grid(nx=self.nx * columns, dx=dx / columns, x0=x0)
-        return Grid(nx=self.nx * columns, ny=self.rows * rows, dx=dx / columns, dy=dy / rows, x0=x0, y0=y0)
+        parts = self._like(self.nx * columns, self.rows * rows, dx / columns, dy / rows, x0, y0)
+        return replace(parts, edge="centres")
 
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
@@ -221,9 +217,12 @@ class Grid:
         """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the margin around it."""
         left, right, bottom, top = box
         dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
-        if self.ny is None:
-            return Grid(nx=self.nx + 2 * m, dx=dx, x0=left - m * dx, edge=self.edge)
-        nx, ny, x0, y0 = self.nx + 2 * m, self.ny + 2 * m, left - m * dx, bottom - m * dy
+        return self._like(self.nx + 2 * m, self.rows + 2 * m, dx, dy, left - m * dx, bottom - m * dy)
+
+    def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
+        """A lattice with the same edge; in line contact without rows."""
+        if self.line:
+            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
 
 

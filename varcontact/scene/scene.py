@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, Required, TypedDict, Unpack, overload
 
 import numpy as np
 
@@ -34,6 +34,20 @@ else:
     from typing import TypeVar
 
     MotionT_co = TypeVar("MotionT_co", covariant=True)
+
+
+class _Entries(TypedDict, total=False):
+    """What a scene takes beside its motion, for type checkers."""
+
+    bodies: Required[BodyPair | Body | tuple[Body | str, Body | str]]
+    surface: Required[Surface]
+    normal_force: float | None
+    approach: float | None
+    friction: float | np.ndarray | Law | None
+    third_body: ThirdBody | None
+    thermal: Thermal | tuple[Thermal, Thermal] | None
+    grid: Grid | Literal["auto"]
+    units: Units | None
 
 
 @checks.named(
@@ -113,44 +127,18 @@ class Scene(Generic[MotionT_co]):
     if TYPE_CHECKING:  # without a motion it is a Scene[None]
 
         @overload
-        def __init__(
-            self: Scene[None],
-            *,
-            bodies: BodyPair | Body | tuple[Body | str, Body | str],
-            surface: Surface,
-            normal_force: float | None = None,
-            approach: float | None = None,
-            friction: float | np.ndarray | Law | None = None,
-            third_body: ThirdBody | None = None,
-            thermal: Thermal | tuple[Thermal, Thermal] | None = None,
-            motion: None = None,
-            grid: Grid | Literal["auto"] = "auto",
-            units: Units | None = None,
-        ) -> None: ...
-
+        def __init__(self: Scene[None], *, motion: None = None, **entries: Unpack[_Entries]) -> None: ...
         @overload
-        def __init__(
-            self,
-            *,
-            bodies: BodyPair | Body | tuple[Body | str, Body | str],
-            surface: Surface,
-            normal_force: float | None = None,
-            approach: float | None = None,
-            friction: float | np.ndarray | Law | None = None,
-            third_body: ThirdBody | None = None,
-            thermal: Thermal | tuple[Thermal, Thermal] | None = None,
-            motion: MotionT_co,
-            grid: Grid | Literal["auto"] = "auto",
-            units: Units | None = None,
-        ) -> None: ...
-
+        def __init__(self, *, motion: MotionT_co, **entries: Unpack[_Entries]) -> None: ...
         def __init__(self, **entries: Any) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "bodies", as_bodies(self.bodies))
-        object.__setattr__(self, "thermal", consistency.thermal_pair(self.thermal))
-        consistency.check_parts(self)
         set_ = object.__setattr__
+        set_(self, "bodies", as_bodies(self.bodies))
+        thermal: Any = self.thermal
+        if thermal is not None:
+            set_(self, "thermal", tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal))
+        consistency.check_parts(self)
         if self.normal_force is not None:
             unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
             check = checks.moderate if unloaded else checks.positive
@@ -268,7 +256,11 @@ class Scene(Generic[MotionT_co]):
             return None  # a step without contact, or loads of the steps alone
         load = {"force": self.normal_force, "approach": self.approach}
         if isinstance(self.surface, Cylinders):
-            return _hertz_line(self.surface, self.bodies, **load)
+            R, depth, approach = self.surface.R, self.surface.reference_depth, self.approach
+            contact = line_contact(R, self.bodies, **load, depth=depth)
+            if approach is None:
+                approach = math.nan if depth is None else contact.approach(depth)
+            return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf)
         if isinstance(self.surface, Paraboloids):
             return hertz(self.surface.Rx, self.surface.Ry, self.bodies, **load)
         if isinstance(self.surface, Ellipse):
@@ -430,15 +422,3 @@ class Scene(Generic[MotionT_co]):
         assert isinstance(self.bodies, Bodies)
         own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
         return Paraboloids(own.Rx, own.Ry)
-
-
-def _hertz_line(surface: Cylinders, bodies: Bodies, force: float | None, approach: float | None) -> HertzContact:
-    depth = surface.reference_depth
-    if force is None:
-        assert approach is not None
-        assert depth is not None
-        contact = line_contact(surface.R, bodies, approach=approach, depth=depth)
-    else:
-        contact = line_contact(surface.R, bodies, force=force)
-        approach = math.nan if depth is None else contact.approach(depth)
-    return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, surface.R, math.inf)
