@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import common_grid, known_grid
-from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.halfspace import HalfSpaces
-from varcontact.elasticity.operators import DIFFERENCES, edge_compliance
+from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
@@ -31,8 +29,6 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import brought, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
-from varcontact.solving.contact_solver import answered
-from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
@@ -42,7 +38,6 @@ MOST_ELEMENTS = 4096
 MOST_IN_LINE = 512
 """The same of strips in line contact."""
 START = "the result of as many scenes on the same lattices, with fields=True"
-BESIDE = "side by side with other contacts, by newton"
 PASSES = 40
 """Passes of laws of friction."""
 WHOLE = 1e-9
@@ -465,59 +460,3 @@ def _under_laws(
         part[..., left] += change[..., goes_on]
         start = found.traction[..., goes_on], found.rigid[:, goes_on]
     return whole, part
-
-
-# ----------------------------------------------------------------------------- contacts with any pressure
-
-
-@one_blas_thread()
-def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
-    """The contacts, those that `_rolls_alike` tells with the tractions of their pressures, solved for side by side."""
-    found, alike = list(contacts), [k for k, each in enumerate(contacts) if _rolls_alike(each)]
-    for difference in DIFFERENCES:
-        some = [k for k in alike if getattr(contacts[k].disc.loading.motion, "slip_difference", "") == difference]
-        if not some:
-            continue
-        discs, states = ([getattr(contacts[k], name) for k in some] for name in ("disc", "state"))
-        boxes = [tuple(_extent(state.pressure.any(axis=axis)) for axis in (1, 0)) for state in states]
-        bound = np.zeros(
-            (*(max(each.stop - each.start for each in along) for along in zip(*boxes, strict=True)), len(some))
-        )
-        shift, start = np.zeros((2, 2, *bound.shape))
-        for j, (disc, state, box) in enumerate(zip(discs, states, boxes, strict=True)):
-            pressed = (disc.loading.coefficient * state.pressure)[box]
-            here = np.s_[: pressed.shape[0], : pressed.shape[1], j]
-            bound[here] = pressed
-            shift[:, *here], start[:, *here] = disc.known_shift[:, *box], state.traction[:, *box]
-        dx, dy = np.array([disc.lattice.sides for disc in discs]).T
-        nu = np.array([disc.operators.medium.nu for disc in discs])
-        tol, free = contacts[some[0]].solver.tol / 10, np.full((2, len(some)), math.nan)
-        problem = BatchedProblem(dx, dy, nu, shift, bound, free, difference)
-        answer = solve_batch(problem, tol, (start, np.zeros_like(free)))
-        for j in np.flatnonzero(answer.converged).tolist():
-            traction = np.zeros_like(states[j].traction)
-            ny, nx = traction[:, *boxes[j]].shape[1:]
-            traction[:, *boxes[j]] = answer.traction[:, :ny, :nx, j]
-            raw = RawSolution(
-                traction, np.zeros(2), int(answer.iterations[j]), "Solved", solver="newton", reason=BESIDE
-            )
-            state = replace(states[j], traction=traction, rigid=raw.rigid, **answered(states[j], "tangential", raw))
-            found[some[j]] = replace(contacts[some[j]], state=state)
-    return found
-
-
-def _extent(inside: np.ndarray) -> slice:
-    first, *_, last = np.flatnonzero(inside)[[0, -1]].tolist()
-    return slice(first, last + 1)
-
-
-def _rolls_alike(contact: ContactOnGrid) -> bool:
-    """Whether like half-spaces roll steadily at given creepages, under coefficients, and few elements touch."""
-    disc, plan = contact.disc, contact.solver.plan
-    loading, motion = disc.loading, disc.loading.motion
-    if not (isinstance(motion, Steady) and motion.dq is motion.Fx is motion.Fy is None and loading.law is None):
-        return False
-    plain = type(disc.operators.medium) is HalfSpaces and loading.third_body is None and disc.grid.edge == "centres"
-    few = plan.solves and not disc.grid.line and disc.grid.size <= MOST_ELEMENTS
-    finite = loading.coefficient is not None and bool(np.isfinite(loading.coefficient).all())
-    return plain and few and plan.coupling == "none" and finite

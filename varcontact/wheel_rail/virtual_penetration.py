@@ -31,11 +31,11 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
 from varcontact.theories.creep_forces import TheoryName, creep_forces
+from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.result import WheelForces
-from varcontact.wheel_rail.solve import BearingHeight
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
