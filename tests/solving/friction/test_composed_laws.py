@@ -173,7 +173,7 @@ def test_laws_where_they_do_not_belong():
     with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
         mixed(0.3, motion=replace(steps, friction=vc.FrictionLaw(0.3, 0.1, np.full((3, 3), 0.3))))
     for theory in ("fastsim", "linear", "polach", "table"):
-        with pytest.raises(vc.SceneError, match=rf"{theory}.*by slip alone.*use another method"):
+        with pytest.raises(vc.SceneError, match=rf"{theory}.*another method.*by slip alone"):
             vc.solve(mixed(law), tangential=theory)
 
 
