@@ -287,8 +287,8 @@ def test_marching_where_the_gap_is_not_convex(rolling, check_kkt):
         ({"tangential": "osqp"}, "second-order cones"),
         ({"tangential": "cvxpy:OSQP"}, "second-order cones"),
         ({"tangential": "norm"}, "normal problems"),
-        ({"normal": "tang"}, "tangential problem"),
-        ({"normal": "fastsim"}, "tangential problem"),
+        ({"normal": "tang"}, "method of the normal problem"),
+        ({"normal": "fastsim"}, "method of the normal problem"),
     ],
 )
 def test_a_method_of_the_other_problem_is_refused_with_the_reason(rolling, arguments, reason):

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import common_grid, known_grid
-from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
@@ -29,6 +28,7 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import brought, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
+from varcontact.solving.lattices import across, in_place
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
@@ -325,41 +325,6 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
 
 
-@dataclass(frozen=True, eq=False)
-class _Lattices:
-    """The elements of n scenes, x (nx, n) and y (ny, n) of their centres, and the parts of the load that they carry."""
-
-    sides: np.ndarray  # (2, n)
-    x: np.ndarray
-    y: np.ndarray
-    share: np.ndarray
-    compliance: np.ndarray | None = None
-
-
-def _across(grid: Grid, a: np.ndarray, b: np.ndarray) -> _Lattices:
-    """A grid across each contact: the unit circle's, stretched."""
-    circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
-    half = 0.5 if grid.line else 1.0
-    lattice = grid.spread((-1.0, 1.0, -half, half))
-    sides, x, y = np.multiply.outer(lattice.sides, a), np.multiply.outer(lattice.x, a), np.multiply.outer(lattice.y, b)
-    sides[1] = 1.0 if grid.line else lattice.sides[1] * b
-    pressure = circle.on_elements(lattice)
-    share = np.repeat((pressure / pressure.sum())[..., None], len(a), axis=-1)
-    soft = grid.edge == "softened"
-    return _Lattices(sides, x, y, share, edge_compliance(circle.covered(*lattice.lines)) if soft else None)
-
-
-def _in_place(grids: list[Grid], contacts: list[HertzContact]) -> _Lattices:
-    """Grids that have their own place; where the contact goes on outside nothing is carried."""
-    shares = [contact.on_elements(grid) for grid, contact in zip(grids, contacts, strict=True)]
-    for share, grid, contact in zip(shares, grids, contacts, strict=True):
-        left, right, bottom, top = grid.box
-        along_y = grid.line or (bottom <= -contact.b and contact.b <= top)
-        share /= share.sum() if share.any() and left <= -contact.a and contact.a <= right and along_y else math.inf
-    x, y, sides = (np.array([getattr(grid, name) for grid in grids]).T for name in ("x", "y", "sides"))
-    return _Lattices(sides, x, y, np.stack(shares, axis=-1))
-
-
 def _solve_group(
     members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
 ) -> tuple[Figures, np.ndarray]:
@@ -368,9 +333,9 @@ def _solve_group(
     a, b, force = (np.array([getattr(contact, name) for contact in contacts]) for name in ("a", "b", "force"))
     G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
     if kind.grid is None:
-        lattices = _in_place([member.grid for member in members], contacts)
+        lattices = in_place([member.grid for member in members], contacts)
     else:
-        lattices = _across(kind.grid, a, np.zeros_like(a) if kind.line else b)
+        lattices = across(kind.grid, a, np.zeros_like(a) if kind.line else b)
     x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
     motions = [member.motion for member in members]
     steps = [motion.step(length) for motion, length in zip(motions, dx.tolist(), strict=True)]

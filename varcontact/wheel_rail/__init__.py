@@ -5,6 +5,7 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in rad
 
 from varcontact.wheel_rail.contact_input import read_contact_input
 from varcontact.wheel_rail.damage import Shakedown, shakedown, wear_down, worn_profile
+from varcontact.wheel_rail.doubts import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.geometry_table import (
     GeometryTable,
     WheelSetForces,
@@ -17,7 +18,6 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices
-from varcontact.wheel_rail.solve import CoarseElements, ConformalContact, RoughProfile
 from varcontact.wheel_rail.sweep import sweep_wheel_sets
 from varcontact.wheel_rail.track import Irregularity, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel

@@ -22,13 +22,14 @@ from varcontact.io.toml_tables import check_keys, file_named, make, needed, numb
 from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table, of_another
 from varcontact.study.parallel import opened, results
+from varcontact.wheel_rail.doubts import warn
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
-from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails, warn
+from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -12,7 +11,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.discretisation import discretise
 from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
@@ -20,10 +18,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
-from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import DENSE
-from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solving.on_grid import ContactOnGrid, Near
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
 from varcontact.solving.selection import MANY_PRESSURES
@@ -32,19 +26,13 @@ from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
-from varcontact.wheel_rail.patches import Seams
+from varcontact.wheel_rail.doubts import too_wide, warn
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.track import check_sides
+from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
-CONFORMAL = 3.0
-"""Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
-STEEP = 2.0
-"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
-FEWEST = 4
-"""Elements of a patch either way below which its pressures are rough."""
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
 TRIED = 4
@@ -56,20 +44,6 @@ START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
-WEAK_ROUNDS, WEAK_CLOSE = 40, 1e-6
-"""Rounds for the pressures of parts, and the change of the distance, relative to the approach, that ends them."""
-
-
-class CoarseElements(UserWarning):
-    """A patch of so few elements that its pressures are rough; its forces hardly are."""
-
-
-class ConformalContact(UserWarning):
-    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not describe it well."""
-
-
-class RoughProfile(UserWarning):
-    """A patch whose pressure is dominated by noise of the profiles."""
 
 
 Solved = tuple[float, int, tuple[PatchSolution, ...]]
@@ -446,90 +420,3 @@ def _by_theory(scene: Scene, certify: CertifyName | None, methods: dict[str, Any
     hertz: dict[str, Any] = {"surface": Ellipse(a, b), "approach": None, "normal_force": normal.normal_force}
     scene = replace(scene, **hertz, friction=f, grid=ellipse)
     return solve(scene, certify=certify, **{name: value for name, value in methods.items() if name != "normal"})
-
-
-def weakened(scene: Scene, seams: Seams) -> Scene:
-    """The scene with the undeformed distance in which each part of a patch feels the others by the seams' weights.
-
-    Parts lie in one plane. The displacement that the pressure of one makes in another is multiplied by a weight, from 1
-    where they are so near as to be one patch to 0 where they are two: forces do not jump when parts come nearer, as in
-    CONTACT (D_COMB, D_SEP). What a part would feel too much is taken off its distance, with the pressures of the round
-    before.
-    """
-    surface, grid = scene.surface, scene.grid
-    assert isinstance(surface, SampledDistance)
-    assert isinstance(grid, Grid)
-    assert scene.approach is not None
-    places, weights = np.array(seams).T
-    count = weights.size + 1
-    missing = np.array([[1 - np.prod(weights[min(i, j) : max(i, j)]) for j in range(count)] for i in range(count)])
-    part = np.searchsorted(places, grid.y)
-    disc = discretise(_frictionless(scene), grid, coupled=False)
-    problem = disc.normal_problem()
-    assert problem.approach is not None
-    taken, raw = np.zeros(grid.shape), None
-    for _ in range(WEAK_ROUNDS):
-        near = replace(problem, distance=problem.distance - taken.ravel())
-        # NORM is the fastest where the contact hardly changes from round to round, unless elements are many
-        few = np.count_nonzero(near.distance < problem.approach) <= DENSE
-        found = norm(near, raw) if few else None
-        raw = found if found is not None and found.solved else newton_normal(near, Settings(loose_tolerance=True), raw)
-        pressure, before = raw.traction.reshape(grid.shape), taken
-        parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(count)]
-        taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
-        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
-        if change <= WEAK_CLOSE:
-            return replace(scene, surface=replace(surface, h=surface.h - taken * disc.scales.displacement))
-    raise NotConverged("the pressures of the parts of a patch did not settle", change)
-
-
-def warn(found: WheelRailSolution, stacklevel: int) -> None:
-    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
-    case, solved = found.case, found.patches
-
-    def warn(message: str, category: type[UserWarning] = UserWarning) -> None:
-        warnings.warn(message, category, stacklevel=stacklevel + 1)
-
-    check_sides(case.track, stacklevel=stacklevel + 1)
-    normal = sum(each.normal_force for each in solved)
-    if case.vertical_force is not None and normal > STEEP * case.vertical_force:
-        steepest = np.degrees(max(abs(each.patch.angle) for each in solved))
-        warn(
-            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
-            f"{steepest:.3g} degrees: a wheel with this load hardly comes to this position"
-        )
-    for each in solved:
-        patch, solution, half = each.patch, each.solution, each.half_width
-        where = f"the patch at y = {patch.location[1]:.4g} mm"
-        counts = [int(np.count_nonzero((solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
-        for count, side, name, size in zip(counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True):
-            if 0 < count < FEWEST:
-                reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
-                elements = f"{count} element{'s' * (count > 1)} {size}"
-                warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
-        noisy = any(text.lower().startswith("noise") for text in solution.warnings)
-        if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
-            reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
-            warn(f"noise dominates {where}: {reason}", RoughProfile)
-        for kind, radius in too_wide(case, each).items():
-            warn(
-                f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {kind}'s radius "
-                f"of curvature there is {radius:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
-                "are too soft for that, and the tangent plane too flat; conformal = True has a curved surface",
-                ConformalContact,
-            )
-
-
-def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
-    """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
-    patch, half = solved.patch, solved.half_width
-    found: dict[str, float] = {}
-    if patch.scene.conformal or half == 0:
-        return {}
-    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
-    for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
-        turned = curve.angles(curve.at(y + across))  # on average over the patch: noise does not count
-        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
-        if curvature * half * CONFORMAL > 1:
-            found[kind] = float(1 / curvature)
-    return found

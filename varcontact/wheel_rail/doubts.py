@@ -1,0 +1,82 @@
+"""What may be wrong with the patches of a wheel on a rail: warnings."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.track import check_sides
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+
+CONFORMAL = 3.0
+"""Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
+STEEP = 2.0
+"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
+FEWEST = 4
+"""Elements of a patch either way below which its pressures are rough."""
+
+
+class CoarseElements(UserWarning):
+    """A patch of so few elements that its pressures are rough; its forces hardly are."""
+
+
+class ConformalContact(UserWarning):
+    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not describe it well."""
+
+
+class RoughProfile(UserWarning):
+    """A patch whose pressure is dominated by noise of the profiles."""
+
+
+def warn(found: WheelRailSolution, stacklevel: int) -> None:
+    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
+    case, solved = found.case, found.patches
+
+    def warn(message: str, category: type[UserWarning] = UserWarning) -> None:
+        warnings.warn(message, category, stacklevel=stacklevel + 1)
+
+    check_sides(case.track, stacklevel=stacklevel + 1)
+    normal = sum(each.normal_force for each in solved)
+    if case.vertical_force is not None and normal > STEEP * case.vertical_force:
+        steepest = np.degrees(max(abs(each.patch.angle) for each in solved))
+        warn(
+            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
+            f"{steepest:.3g} degrees: a wheel with this load hardly comes to this position"
+        )
+    for each in solved:
+        patch, solution, half = each.patch, each.solution, each.half_width
+        where = f"the patch at y = {patch.location[1]:.4g} mm"
+        counts = [int(np.count_nonzero((solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
+        for count, side, name, size in zip(counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True):
+            if 0 < count < FEWEST:
+                reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
+                elements = f"{count} element{'s' * (count > 1)} {size}"
+                warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
+        noisy = any(text.lower().startswith("noise") for text in solution.warnings)
+        if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
+            reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
+            warn(f"noise dominates {where}: {reason}", RoughProfile)
+        for kind, radius in too_wide(case, each).items():
+            warn(
+                f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {kind}'s radius "
+                f"of curvature there is {radius:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
+                "are too soft for that, and the tangent plane too flat; conformal = True has a curved surface",
+                ConformalContact,
+            )
+
+
+def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
+    """Radii of curvature [mm], by profile, that are small beside a patch in a plane."""
+    patch, half = solved.patch, solved.half_width
+    found: dict[str, float] = {}
+    if patch.scene.conformal or half == 0:
+        return {}
+    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
+    for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
+        turned = curve.angles(curve.at(y + across))  # on average over the patch: noise does not count
+        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+        if curvature * half * CONFORMAL > 1:
+            found[kind] = float(1 / curvature)
+    return found
