@@ -41,6 +41,8 @@ FIRST, SEEN = 1e-3, 0.01
 """Residuals asked for in passes: in the first, and by the residual after the pass before."""
 EXACTEST = 1e-12
 """The least residual that is asked for."""
+FORCE, MOST = 1e-9, 20
+"""Part of the normal force that may be missing in conformal contact, and the most solutions to find it."""
 MOST_ALTERNATIONS = 50
 """Pressures and tractions in turn within a joint pass."""
 PLAIN, NEAR, MOST_UNDER_LAW = 100, 1e-4, 500
@@ -331,3 +333,28 @@ def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, A
         "solved_by": {**state.solved_by, problem: raw.solver},
         "reasons": {**state.reasons, problem: raw.reason},
     }
+
+
+def with_normal_force(
+    disc: Discretisation, solver: ContactSolver, state: ContactState, coupled: bool
+) -> tuple[Discretisation, ContactState]:
+    """The contact that bears its force along the normal of the plane; the approach is then as good as given.
+
+    Newton's method for pressure and tractions has found it; of others pressures have the force as their sum, and the
+    secant finds the sum.
+    """
+    tried: list[tuple[float, float]] = []
+    total = float(state.pressure.sum()) * disc.lattice.area * disc.scales.force
+    while True:
+        excess = disc.excess_force(state.traction, state.pressure)
+        no_nearer = len(tried) > 1 and abs(excess) >= abs(tried[-1][1])
+        if abs(excess) <= max(FORCE, solver.tol) or len(tried) == MOST or no_nearer:
+            return disc.at_approach(state.approach), state
+        slope = (1 + excess) / total  # forces grow together
+        if tried:
+            slope = (excess - tried[-1][1]) / (total - tried[-1][0])
+        tried.append((total, excess))
+        total -= excess / slope
+        one = disc.with_loading(normal_force=total)
+        state = replace(state, pressure=state.pressure * (total / tried[-1][0]))
+        state = contact(one, solver, state) if coupled else solver.pressure(one, state)

@@ -33,8 +33,8 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.finish import finish
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
+from varcontact.solving.on_grid import finish
 from varcontact.system.process import need
 
 REMEMBERED = 24.0

@@ -18,8 +18,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.finish import finish
-from varcontact.solving.on_grid import solve_contact
+from varcontact.solving.on_grid import finish, solve_contact
 from varcontact.solving.options import check_saturation
 from varcontact.solving.selection import check_fits
 from varcontact.system.process import one_blas_thread
