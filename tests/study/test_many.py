@@ -97,15 +97,21 @@ def test_scenes_to_an_accuracy_have_the_values_and_bars_of_solve(kind):
 
 
 def test_neighbours_order_and_units_change_nothing():
+    """Nor do those on larger lattices, with which a batch shares its arrays."""
     rng, grid = np.random.default_rng(1), vc.Grid(nx=9, ny=12)
-    scenes = [scene(KINDS[i % 4], rng, grid) for i in range(60)]
-    together = vc.solve_many(scenes)
+    grids = grid, vc.Grid(nx=10, ny=11, edge="touched"), vc.Grid(nx=12, ny=9)
+    scenes = [scene(KINDS[i % 4], rng, grids[i % 3]) for i in range(60)]
+    together = vc.solve_many(scenes, fields=True)
     limit = np.array([each.friction * each.normal_force for each in scenes])
     order = rng.permutation(60)
     shuffled = vc.solve_many([scenes[i] for i in order])
     np.testing.assert_allclose(shuffled.Fx / limit[order], (together.Fx / limit)[order], rtol=0, atol=2e-8)
-    alone = vc.solve_many(scenes[7:8])
-    assert float(alone.Mz[0]) == pytest.approx(float(together.Mz[7]), abs=2e-8 * limit[7])
+    for i in (7, 8, 9):
+        alone = vc.solve_many(scenes[i : i + 1], fields=True)
+        assert float(alone.Mz[0]) == pytest.approx(float(together.Mz[i]), abs=2e-8 * limit[i])
+        whole = together.isel(scene=i).dropna("y", how="all").dropna("x", how="all")
+        own, most = alone.traction[0].values, float(whole.traction_bound.max())
+        np.testing.assert_allclose(whole.traction, own, rtol=0, atol=1e-6 * most)
     one, other = (scene("forces", np.random.default_rng(2), grid, unit) for unit in (1.0, 1e3))
     found = vc.solve_many([one, other])
     np.testing.assert_allclose(found.vx[1], found.vx[0], rtol=1e-7)
@@ -225,7 +231,7 @@ def history(rng, grid, **motion):
 def test_histories_side_by_side(motion):
     """Steps of an element, back and forth, in place; of parts of an element they are for `solve`."""
     rng = np.random.default_rng(6)
-    scenes = [history(rng, vc.Grid(nx=9, ny=8, edge="centres"), **motion) for _ in range(4)]
+    scenes = [history(rng, vc.Grid(nx=nx, ny=8, edge="centres"), **motion) for nx in (9, 11, 9, 9)]
     found = vc.solve_many(scenes)
     assert set(found.by.values) == {"solve" if motion == {"dq": 0.01} else "batched"}
     assert dict(found.sizes) == {"scene": 4, "step": 4}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import brought, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
-from varcontact.solving.lattices import across, in_place
+from varcontact.solving.lattices import Lattices, across, in_place, padded
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
@@ -153,13 +154,14 @@ def _on_grids(
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
     figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
-    groups: dict[_Kind, list[_Member]] = {}
+    groups: dict[_Kind, dict[_Kind, list[_Member]]] = {}
     fit = [k for k in some if fits(scenes[k])]
     for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
         member = None if hertz is None else _member(number, scenes[number], hertz)
         if member is not None:
-            groups.setdefault(member.kind, []).append(member)
-    for kind, members in groups.items():
+            groups.setdefault(member.kind.padded, {}).setdefault(member.kind, []).append(member)
+    for kind, by_kind in groups.items():
+        members = [member for alike in by_kind.values() for member in alike]
         places = max(1, AT_ONCE // math.prod(kind.shape))
         for first in range(0, len(members), places):
             part = members[first : first + places]
@@ -249,6 +251,15 @@ class _Kind:
     line: bool
     under_law: bool
 
+    @property
+    def padded(self) -> _Kind:
+        """That of all which are solved on one lattice: its sides are powers of two, and three quarters of these."""
+        if self.grid is not None and self.grid.edge == "softened":
+            return self
+        powers = [2 ** math.ceil(math.log2(side)) for side in self.shape]
+        ny, nx = (3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(self.shape, powers, strict=True))
+        return replace(self, shape=(ny, nx), grid=None)
+
 
 @dataclass(frozen=True, eq=False)
 class _Member:
@@ -325,17 +336,23 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
 
 
+def _lattices(members: list[_Member]) -> Lattices:
+    """The elements of scenes of one kind."""
+    kind, contacts = members[0].kind, [member.hertz for member in members]
+    if kind.grid is None:
+        return in_place([member.grid for member in members], contacts)
+    a, b = np.array([[contact.a, contact.b] for contact in contacts]).T
+    return across(kind.grid, a, np.zeros_like(a) if kind.line else b)
+
+
 def _solve_group(
     members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of scenes of one kind, and which of them are solved; `before` are the fields of the step before."""
+    """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of the step before."""
     kind, contacts = members[0].kind, [member.hertz for member in members]
-    a, b, force = (np.array([getattr(contact, name) for contact in contacts]) for name in ("a", "b", "force"))
+    force = np.array([contact.force for contact in contacts])
     G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
-    if kind.grid is None:
-        lattices = in_place([member.grid for member in members], contacts)
-    else:
-        lattices = across(kind.grid, a, np.zeros_like(a) if kind.line else b)
+    lattices = Lattices.side_by_side([_lattices(list(alike)) for _, alike in groupby(members, lambda each: each.kind)])
     x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
     motions = [member.motion for member in members]
     steps = [motion.step(length) for motion, length in zip(motions, dx.tolist(), strict=True)]
@@ -343,7 +360,7 @@ def _solve_group(
     vx, vy, spin = np.array([each.rigid for each in steps]).T
     sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
     given = np.array([[motion.Fx, motion.Fy] for motion in motions], dtype=float).T  # NaN for None
-    W = np.empty((2, *kind.shape, len(members)))
+    W = np.empty((2, *lattices.share.shape))
     W[0], W[1] = (vx - spin * y) * step, (vy + spin * x + sampled) * step
     laws = [member.friction for member in members]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
@@ -354,7 +371,8 @@ def _solve_group(
     numbers = [member.number for member in members]
     start = None if near is None else near.on(problem, numbers, [vx, vy], step)
     if before is not None:
-        came = np.stack([before[number][0] for number in numbers], axis=-1) / G
+        came = [padded(before[number][0][..., None], W.shape[1:3]) for number in numbers]
+        came = np.concatenate(came, axis=-1) / G
         W -= brought(problem, came, kind.ahead)
         start = came, np.zeros((2, len(members)))
     with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
@@ -393,7 +411,9 @@ def _solve_group(
     solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
     if kept is not None:
         for j in np.flatnonzero(solved):
-            kept[members[j].number] = traction[..., j], bound[..., j], x[:, j], lattices.y[:, j]
+            ny, nx = members[j].kind.shape
+            fields = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], lattices.y[:ny, j]
+            kept[members[j].number] = fields
     return figures, solved
 
 

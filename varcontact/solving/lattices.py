@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,25 @@ class Lattices:
     y: np.ndarray
     share: np.ndarray
     compliance: np.ndarray | None = None
+
+    @classmethod
+    def side_by_side(cls, some: Sequence[Lattices]) -> Lattices:
+        """Those of several shapes in one: behind the rows and columns of the smaller ones nothing is carried."""
+        if len(some) == 1:
+            return some[0]
+        ny, nx = (max(each.share.shape[axis] for each in some) for axis in (0, 1))
+
+        def joined(name: str, shape: tuple[int, ...]) -> np.ndarray:
+            return np.concatenate([padded(getattr(each, name), shape) for each in some], axis=-1)
+
+        return cls(joined("sides", (2,)), joined("x", (nx,)), joined("y", (ny,)), joined("share", (ny, nx)))
+
+
+def padded(field: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """A field (..., *own shape, n) with zeros behind it, up to the `shape`."""
+    own = field.shape[-len(shape) - 1 : -1]
+    behind = [(0, to - size) for to, size in zip(shape, own, strict=True)]
+    return np.pad(field, [(0, 0)] * (field.ndim - len(shape) - 1) + behind + [(0, 0)])
 
 
 def across(grid: Grid, a: np.ndarray, b: np.ndarray) -> Lattices:
