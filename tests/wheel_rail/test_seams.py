@@ -9,8 +9,8 @@ import pytest
 import varcontact as vc
 from tests.wheel_rail.conditions import wheel
 from varcontact.elasticity.operators import influence_operator
-from varcontact.wheel_rail import solve
-from varcontact.wheel_rail.solve import weakened
+from varcontact.wheel_rail import seams
+from varcontact.wheel_rail.seams import weakened
 
 GRID = vc.Grid(nx=16, ny=40, dx=0.5, dy=0.5, x0=-4.0, y0=-10.0)
 BUMPS = np.minimum(
@@ -41,10 +41,10 @@ def test_no_weight_is_two_half_spaces():
     assert found.sum() > 1.1 * pressure(scene()).sum()
 
 
-@pytest.mark.parametrize("few", [solve.DENSE, 0])
+@pytest.mark.parametrize("few", [seams.DENSE, 0])
 def test_the_weight_multiplies_the_influence_between_the_parts(few, monkeypatch):
     """The conditions of contact with the weighted matrix itself, whichever method the rounds take."""
-    monkeypatch.setattr(solve, "DENSE", few)
+    monkeypatch.setattr(seams, "DENSE", few)
     found = solved(0.3).ravel()
     part = np.repeat(GRID.y > 0, GRID.nx)
     felt = np.where(part[:, None] == part, 1.0, 0.3)

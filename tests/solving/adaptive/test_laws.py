@@ -87,7 +87,7 @@ def test_corrected_solutions_are_those_of_the_kinetic_coefficient():
 
 
 def test_a_start_from_stick_is_refused_where_it_is_not_the_continuums():
-    with pytest.raises(vc.SceneError, match=r'start = "stick": .* vanishes as the grid gets finer') as error:
+    with pytest.raises(vc.SceneError, match="vanishes as the grid gets finer") as error:
         vc.solve(ROLLING, accuracy=0.01, start="stick")
     assert error.value.field == "start"
     falling = replace(ROLLING, friction=vc.RationalFalling(0.3, 0.2, half_velocity=0.1))
