@@ -33,6 +33,8 @@ from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRai
 
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
+LEAP = 0.1
+"""Change of the depth between positions, relative, from which the next one is not expected to follow it."""
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
 TRIED = 4
@@ -73,15 +75,19 @@ def solve_wheels_on_rails(
 ) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
     """The numbers of cases, and their solutions or what refuses them, as they are found, without `warn`.
 
-    Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before.
+    Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before,
+    and as much deeper as that was than the one before it.
     """
     found: dict[int, WheelRailSolution | VarcontactError] = {}
 
     def part(numbers: list[int]) -> Steps[None]:
         last: WheelRailSolution | None = None
+        depth = deeper = 0.0
         for k in numbers:
             try:
-                last = found[k] = yield from _wheel(cases[k], tol, certify, {"start": last, **methods})
+                last = found[k] = yield from _wheel(cases[k], tol, certify, {"start": last, **methods}, deeper)
+                before, depth = depth, last.z - last.case.touching
+                deeper = depth - before if abs(depth - before) < LEAP * depth else 0.0
             except VarcontactError as error:
                 found[k] = error
             yield []
@@ -111,7 +117,7 @@ def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactO
 
 
 def _wheel(
-    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any], deeper: float = 0.0
 ) -> Steps[WheelRailSolution]:
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
@@ -138,9 +144,9 @@ def _wheel(
         except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
             if isinstance(error, SceneError) and str(error) != VARIES:
                 raise
-            found = yield from _on_elements(case, tol, certify, methods, near)
+            found = yield from _on_elements(case, tol, certify, methods, near, deeper)
     else:
-        found = yield from _on_elements(case, tol, certify, methods, near)
+        found = yield from _on_elements(case, tol, certify, methods, near, deeper)
     chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
     if chosen and any(too_wide(case, each) for each in found[2]):
         case, found = yield from _curved(case, found, tol, certify, methods, target)
@@ -189,8 +195,12 @@ def _on_elements(
     certify: CertifyName | None,
     methods: dict[str, Any],
     near: WheelRailSolution | None = None,
+    deeper: float = 0.0,
 ) -> Steps[Solved]:
-    """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`."""
+    """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`.
+
+    The first one is as deep as that position, or so much `deeper`.
+    """
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
     if near is not None:
@@ -199,7 +209,7 @@ def _on_elements(
             _vertical(known, [each.force for each in near.patches], all_of_it)
             for all_of_it in (False, case.with_friction)
         )
-        search.begin(near.z - near.case.touching, *both)
+        search.begin(near.z - near.case.touching + deeper, *both)
     pressed: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
