@@ -8,6 +8,7 @@ import pytest
 import varcontact as vc
 from varcontact.discrete import positive_definite as module
 from varcontact.discrete.positive_definite import norm, positive_definite
+from varcontact.discrete.problems import FoldedOperator
 from varcontact.elasticity.operators import influence_operator
 
 DENSE, BY_FFT = 10**9, 0
@@ -100,6 +101,21 @@ def test_a_positive_symbol_needs_no_chance(monkeypatch):
     M = operator(1.0, None, cells=20)
     true = np.linalg.eigvalsh(dense(M))[0]
     assert 0.9 * true < positive_definite(M, BY_FFT).least <= true
+
+
+def test_half_of_a_problem():
+    """On one side of a line of symmetry, with the images' tractions, as by the dense matrix of that."""
+    whole = operator(1.0, 1.0, cells=10)
+    half = np.arange(50, 100)
+    images = (9 - half // 10) * 10 + half % 10
+    for signs in ((1.0, -1.0), (-1.0, 1.0)):
+        M = FoldedOperator(whole.grid_operator, half, images, signs)
+        right = np.random.default_rng(2).normal(size=(1, 2, 50))
+        expected = right.ravel() @ np.linalg.solve(dense(M), right.ravel())
+        for limit in (DENSE, BY_FFT):
+            found = positive_definite(M, limit)
+            assert expected * (1 - 1e-12) <= found.energies(right)[0] <= expected * (1 + module.SLACK)
+            assert found.least <= np.linalg.eigvalsh(dense(M))[0]
 
 
 def test_many_elements_need_no_matrix(monkeypatch):

@@ -63,3 +63,9 @@ def test_the_matrix_of_a_shift_is_symmetric_and_that_of_rolling_is_positive(angl
     assert np.linalg.eigvalsh(dense + dense.T).min() > 0
     np.testing.assert_allclose(rolling.symmetric_part().dense(EVERY), (dense + dense.T) / 2, atol=1e-16)
     np.testing.assert_allclose(rolling.symmetric_part(-1.0).dense(EVERY), (dense - dense.T) / 2, atol=1e-16)
+
+
+def test_only_rows_whose_inclination_is_odd_have_a_mirror():
+    own = operator("xy", "xy", np.sin(GRID.y - GRID.y[8]), 0.0, None)
+    assert own.has_mirror(4, 12)
+    assert not own.has_mirror(4, 13)

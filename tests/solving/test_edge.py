@@ -33,11 +33,12 @@ def test_touched_elements_are_those_with_a_point_inside(rolling):
 
 @pytest.mark.parametrize("cells", [7, 12, 60])
 def test_the_plan_knows_them(rolling, cells):
-    """Elements as they then are."""
+    """Elements as they then are; mirror images on both sides of y = 0 where no row lies on it."""
     scene = rolling(grid=vc.Grid(nx=cells, ny=cells, edge="touched"), motion=vc.Steady(spin=0.05))
     plan = vc.plan(scene, tangential="tang-safeguarded")
     sizes = plan.sizes
     assert sizes.exact
+    assert sizes.mirrored == (cells % 2 == 0)
     if cells < 20:
         sol = vc.solve(scene)
         assert sizes.elements["tangential"] == sol.elements["contact"]

@@ -30,6 +30,7 @@ def test_auto_with_many_elements(rolling, changes):
     assert (plan.normal, plan.tangential, plan.fallback) == ("hertz", "newton", "clarabel")
     assert plan.matrix_free
     assert "matrix-free" in plan.reasons["tangential"]
+    assert not plan.sizes.mirrored
 
 
 @pytest.mark.parametrize(

@@ -243,6 +243,11 @@ class ConformalOperator(GridOperator):
         table = super().symmetric_part(sign).table
         return ConformalOperator(self.shape, table, self.angles, found)
 
+    def has_mirror(self, first: int, last: int) -> bool:
+        """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
+        sums = self.angles[first : last + 1] + self.angles[first : last + 1][::-1]
+        return bool(np.ptp(sums) <= STRAIGHT)
+
     @cached_property
     def _single_transforms(self) -> Transforms:
         return {

@@ -56,23 +56,23 @@ class Sizes:
         By problem, "normal" and "tangential": the elements that enter it.
     unknowns : dict
         By problem: pressures, or traction components.
+    mirrored : bool
+        Whether the tangential problem is solved on one side of its line of symmetry only.
     matrices : tuple of Matrix
     memory : dict
         Bytes at the peak of each problem, "normal" and "tangential".
     exact : bool
         Whether elements are known; otherwise they, and what follows from them, are upper bounds.
-    mirrored : bool
-        Whether one side of a line of symmetry was solved alone, by an earlier version.
     """
 
     grid: tuple[int, int]
     sides: tuple[float, float] | None
     elements: dict[str, int]
     unknowns: dict[str, int]
+    mirrored: bool
     matrices: tuple[Matrix, ...]
     memory: dict[str, float]
     exact: bool
-    mirrored: bool = False
 
     @property
     def peak(self) -> float:
@@ -275,6 +275,8 @@ def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
         unknowns = sizes.unknowns[problem]
         solved = f"{most}{unknowns} unknowns" if unknowns else "closed form"
         rows.append((f"{problem} problem", f"{most}{count} elements, {solved}"))
+    if sizes.mirrored:
+        rows.append(("", "half the unknowns: the tangential problem is its own mirror image"))
     for matrix in sizes.matrices:
         shape = f"{matrix.rows} x {matrix.columns}{' offsets' if matrix.kind == 'table' else ''}"
         at_most = "at most " if matrix.at_most else ""

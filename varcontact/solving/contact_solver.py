@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
-from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
 from varcontact.discrete.stick_slip import with_yield_stress
@@ -200,7 +200,11 @@ class ContactSolver:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        return self._solved(problem, start, settings)
+        mirror = None if self.plan.matrix_free else mirror_of(problem)
+        if mirror is None:
+            return self._solved(problem, start, settings)
+        halved = None if start is None else replace(start, traction=start.traction[:, mirror.half])
+        return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
 
     def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
         check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)

@@ -20,7 +20,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 from varcontact.solving.options import CouplingName, FormulationName, MethodName
 from varcontact.solving.pipeline import check_memory, peak
-from varcontact.solving.selection import PRESETS, select, tangential_unknowns
+from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
 
 SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}
 """Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind of method."""
@@ -67,8 +67,8 @@ def plan(
     ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
     ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
     >>> plan = vc.plan(scene)
-    >>> plan.normal, plan.bodies, plan.sizes.elements
-    ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112})
+    >>> plan.normal, plan.bodies, plan.sizes.elements, plan.sizes.mirrored
+    ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112}, True)
     >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
     ['A_zz', 'A_tt - C_tt']
     """
@@ -119,10 +119,11 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         if isinstance(scene.friction, np.ndarray):
             count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
         elements["tangential"] = count
-        unknowns["tangential"] = round(tangential_unknowns(scene, count)) if plan.solves else 0
+        unknowns["tangential"] = round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
     matrices = _matrices(scene, plan, shape, unknowns, exact)
     needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
-    return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, matrices, needed, exact)
+    mirrored = plan.solves and not plan.matrix_free and own_image(scene)
+    return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, mirrored, matrices, needed, exact)
 
 
 def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
@@ -173,7 +174,7 @@ def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
         kind = "products" if solver in MATRIX_FREE else "program" if states_programs(solver) else "active sets"
         unknowns = float(elements)
         if problem == "tangential":
-            unknowns = tangential_unknowns(scene, elements)
+            unknowns = tangential_unknowns(scene, plan, elements)
         factor, exponent = SECONDS[kind]
         seconds += factor * elements**exponent
         needed = max(needed, peak(solver, plan.formulation, unknowns))

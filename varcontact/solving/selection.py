@@ -17,6 +17,7 @@ from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import left_out, why_centres
 from varcontact.scene.friction import Law
 from varcontact.scene.friction_laws import kind_of
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -203,7 +204,7 @@ def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
     """
     count, dx = _elements_in_contact(scene)
     motion = scene.motion
-    if one_direction(scene):
+    if own_image(scene) or one_direction(scene):
         count /= 2  # active sets have half the unknowns
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
         return NEWTON if count > TOO_MANY else None
@@ -377,6 +378,23 @@ def one_direction(scene: Scene) -> bool:
     return not (along_x and along_y)
 
 
+def own_image(scene: Scene) -> bool:
+    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image about the x-axis.
+
+    With x its tractions along x are even in y and those along y odd where nothing moves along y, or about z; and the
+    other way round where nothing moves along x.
+    """
+    motion, grid = scene.motion, scene.grid
+    placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
+    if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
+        return False
+    if scene.coupled or isinstance(scene.friction, np.ndarray):
+        return False
+    along_x, along_y, about_z = motion.rigid
+    straight = along_y == about_z == 0 and motion.Fy is None
+    return straight or (along_x == 0 and motion.Fx is None)
+
+
 def many_pressures(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT find the pressure first."""
     return _elements_in_contact(scene)[0] > MANY_PRESSURES
@@ -399,14 +417,15 @@ def _elements_in_contact(scene: Scene) -> tuple[float, float]:
     return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
 
 
-def tangential_unknowns(scene: Scene, elements: float) -> float:
-    """Traction components on so many elements."""
-    return (1 if one_direction(scene) else 2) * elements
+def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
+    """Traction components on so many elements, on one side of a line of symmetry where the plan uses it."""
+    halved = plan.solves and not plan.matrix_free and own_image(scene)
+    return (1 if one_direction(scene) else 2) * elements / (2 if halved else 1)
 
 
 def check_fits(scene: Scene, plan: Plan) -> None:
     """Refuse a contact that is known not to fit into memory before any work; of others each problem as it is posed."""
     wanted_grid(scene)
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
-        unknowns = tangential_unknowns(scene, _elements_in_contact(scene)[0])
+        unknowns = tangential_unknowns(scene, plan, _elements_in_contact(scene)[0])
         check_memory("tangential", plan.tangential, plan.formulation, unknowns)

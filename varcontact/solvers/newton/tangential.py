@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding, along_rows, further_along
 from varcontact.discrete.residuals import gap, project, tangential_residual
+from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import EXACT, point, solve
@@ -37,6 +38,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
+    assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "NotANumber", False)
     scaled = ScaledTangential.of(problem, settings)
