@@ -105,7 +105,7 @@ def test_a_plan_is_printed(folder):
         "quasi-identical: K = 0",
         "hertz: ",
         "tang-safeguarded: active sets",
-        "52 elements, 104 unknowns",
+        "52 elements, 52 unknowns",
         "peak memory",
     ):
         assert words in done.stdout
