@@ -166,7 +166,7 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
             if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):
                 raise ValueError("frequencies increase, and there are as many receptances")
             values = np.interp(frequencies, table, numbers, left=np.nan, right=np.nan)
-    except Exception as error:
+    except Exception as error:  # a receptance of the user may raise anything
         allowed = f"a function, or frequencies and receptances ({type(error).__name__}: {error})"
         raise SceneError(name, given, allowed) from error
     for frequency, value in zip(frequencies.flat, values.flat, strict=True):

@@ -26,7 +26,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
-from varcontact.solvers.batched.newton import brought, solve_batch
+from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
 from varcontact.solving.lattices import Lattices, across, in_place, padded
@@ -373,7 +373,7 @@ def _solve_group(
     if before is not None:
         came = [padded(before[number][0][..., None], W.shape[1:3]) for number in numbers]
         came = np.concatenate(came, axis=-1) / G
-        W -= brought(problem, came, kind.ahead)
+        W -= shift_before(problem, came, kind.ahead)
         start = came, np.zeros((2, len(members)))
     with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
         if kind.under_law:

@@ -28,8 +28,8 @@ LITTLE = 1e-4
 class BearingHeight:
     """The heights to try until one bears the load; of a case with a height, that alone.
 
-    At each, `pressed` may be told the vertical part of the normal forces, and says whether it is worth solving for the
-    rest; `borne` is told the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
+    At each, `normal_forces_bear` takes the vertical part of the normal forces, and says whether it is worth solving for
+    the rest; `borne` takes the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
     straight, between heights that bear less and more; the vertical force is nearly a power of what normal forces bear.
     """
 
@@ -43,11 +43,11 @@ class BearingHeight:
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True  # tractions bear a part
         self._near, self._excess, self._borne = FAR if self._mixed else tol, math.inf, False
 
-    def begin(self, depth: float, pressed: float, borne: float) -> None:
+    def begin(self, depth: float, normal: float, borne: float) -> None:
         """From a depth and forces of another position."""
         if self._case.z is None:
             self.z = self._case.touching + depth
-            self._known, self._near = (pressed, borne), NEAR if self._mixed else self._tol
+            self._known, self._near = (normal, borne), NEAR if self._mixed else self._tol
 
     def __iter__(self) -> Iterator[float]:
         if self._case.z is not None:
@@ -67,7 +67,7 @@ class BearingHeight:
             missed += f" {rounded}; give a larger load, or tol"
         raise NotConverged(missed, abs(self._excess))
 
-    def pressed(self, force: float, stiffness: float = math.nan) -> bool:
+    def normal_forces_bear(self, force: float, stiffness: float = math.nan) -> bool:
         self._tried.append((self.z, force))
         self._tangent = 2 / 3 * force ** (-1 / 3) * stiffness
         normal, known = self._known

@@ -256,7 +256,7 @@ def solve_cases(
         if on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE:
             answers = _side_by_side([file.cases[k] for k in left], file.options, total, report, work)
         else:
-            told = [_told(k, total, file.cases[k]) for k in left]
+            told = [_progress_line(k, total, file.cases[k]) for k in left]
             answers = results(work, [(file.cases[k],) for k in left], pool, progress=report, names=told)
         try:
             for number, found in answers:
@@ -291,7 +291,7 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
 
 
-def _told(done: int, total: int, case: WheelOnRail | WheelSetOnTrack) -> str:
+def _progress_line(done: int, total: int, case: WheelOnRail | WheelSetOnTrack) -> str:
     return f"{done} of {total} wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}"
 
 
@@ -305,7 +305,7 @@ def _side_by_side(
     """The number and the rows of each of many wheels on grids, as they are found."""
     for count, (number, known) in enumerate(solve_wheels_on_rails(cases, **options), total - len(cases)):
         if report is not None:
-            report(_told(count, total, cases[number]))
+            report(_progress_line(count, total, cases[number]))
         yield number, rows(cases[number], known=known)
 
 

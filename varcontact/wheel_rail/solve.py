@@ -210,35 +210,37 @@ def _on_elements(
             for all_of_it in (False, case.with_friction)
         )
         search.begin(near.z - near.case.touching + deeper, *both)
-    pressed: list[ContactOnGrid] = []
+    frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
         patches = case.patches(z)
         scenes = [_scene(patch) for patch in patches]
         if case.z is None:
             bare = [_frictionless(scene) for scene in scenes]
-            pressed = _contacts(bare, None, _for_pressure(methods), [each.near for each in pressed] or before, pressed)
-            slope = sum(
-                _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, pressed, strict=True)
+            frictionless = _contacts(
+                bare, None, _for_pressure(methods), [each.near for each in frictionless] or before, frictionless
             )
-            if not search.pressed(_vertical(patches, [each.force for each in pressed], False), slope):
+            slope = sum(
+                _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, frictionless, strict=True)
+            )
+            if not search.normal_forces_bear(_vertical(patches, [each.force for each in frictionless], False), slope):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, certify, methods) for scene in scenes]
             forces = [np.array([*each.force, each.normal_force]) for each in solutions]
         else:
-            beside = [each.near for each in found] or before or [each.near for each in pressed]
-            loaded = _loaded(scenes, certify, methods, beside, pressed)
+            beside = [each.near for each in found] or before or [each.near for each in frictionless]
+            loaded = _loaded(scenes, certify, methods, beside, frictionless)
             if loaded:
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
             else:
-                found = _contacts(scenes, certify, methods, beside, pressed)
+                found = _contacts(scenes, certify, methods, beside, frictionless)
             forces = [each.force for each in found]
         search.borne(_vertical(patches, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
-        for each in (*pressed, *found):
+        for each in (*frictionless, *found):
             each.disc.operators.forget()
     return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions))
 
@@ -269,11 +271,11 @@ def _loaded(
     certify: CertifyName | None,
     methods: dict[str, Any],
     near: Sequence[Solution | Near],
-    pressed: list[ContactOnGrid],
+    frictionless: list[ContactOnGrid],
 ) -> list[ContactOnGrid]:
     """The contacts with their pressures and the tractions to begin with; none where tractions change a pressure."""
     found, progress = [], methods.get("progress")
-    for k, each in enumerate(pressed):
+    for k, each in enumerate(frictionless):
         start = near[k] if len(near) == len(scenes) else None
         found.append(each.loaded(scenes[k], _options(scenes[k], certify, methods), progress, start))
     return [each for each in found if each is not None] if all(found) else []
@@ -285,11 +287,11 @@ def _options(scene: Scene, certify: CertifyName | None, methods: dict[str, Any])
     )
 
 
-def _stiffness(pressed: ContactOnGrid) -> float:
+def _stiffness(frictionless: ContactOnGrid) -> float:
     """Of a contact without tractions, along its normal [N/mm]; NaN where its matrix is none of a few elements."""
     from scipy.linalg import cho_solve
 
-    disc, elements = pressed.disc, np.flatnonzero(pressed.state.pressure)
+    disc, elements = frictionless.disc, np.flatnonzero(frictionless.state.pressure)
     if elements.size > MANY_PRESSURES or disc.conformal or not disc.normal_problem().symmetric:
         return math.nan
     added = cho_solve(disc.operators.normal.on(elements).cholesky, np.ones(elements.size)).sum()
@@ -329,18 +331,18 @@ def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | Non
     forces, force_errors = [], []  # at the approach of each patch
     for scene in (patch.scene for patch in patches):
         if scene.coupled:  # tractions change the pressure
-            pressed = solve(scene, certify=None, **methods)
-            force_errors.append(_estimate(pressed).largest)
+            frictionless = solve(scene, certify=None, **methods)
+            force_errors.append(_estimate(frictionless).largest)
         else:
-            pressed = _solve_pressure(scene, methods)
-            force_errors.append(_estimate(pressed).errors["normal_force"])
-        forces.append(pressed.normal_force)
+            frictionless = _solve_pressure(scene, methods)
+            force_errors.append(_estimate(frictionless).errors["normal_force"])
+        forces.append(frictionless.normal_force)
 
     search = BearingHeight(case, tol, near)
     for z in search:
         deeper = [max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0) ** 1.5 for patch in patches]
         loads = [force * more for force, more in zip(forces, deeper, strict=True)]
-        if case.z is None and not search.pressed(float(np.cos([each.angle for each in patches]) @ loads)):
+        if case.z is None and not search.normal_forces_bear(float(np.cos([each.angle for each in patches]) @ loads)):
             continue
         scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
         found = [

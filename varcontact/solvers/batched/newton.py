@@ -100,7 +100,7 @@ def solve_batch(
     return whole
 
 
-def brought(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
+def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> np.ndarray:
     """Displacements (2, ny, nx, n) by tractions, of particles so many elements ahead."""
     ny, nx, _ = problem.bound.shape
     ways = transforms(ny, nx, ((ahead, 1.0),))
