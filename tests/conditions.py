@@ -41,9 +41,7 @@ class Held:
 
     @cached_property
     def constants(self) -> Constants:
-        """Of the bodies; almost like ones count as alike where the plan says so."""
-        constants = Constants.of(self.sol.scene.bodies)
-        return Constants(constants.G, constants.nu, 0.0) if self.sol.plan.left_out else constants
+        return Constants.of(self.sol.scene.bodies)
 
     @property
     def pressure(self) -> np.ndarray:

@@ -106,7 +106,7 @@ def posed(solution: Solution) -> Posed:
             "give one that is solved without refine"
         )
         raise SceneError("solution", "corrected towards the continuum", "solved without refine", message=message)
-    disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
+    disc = discretise(scene, solution.grid)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
         disc = disc.with_loading(coefficient=solution.friction)

@@ -101,7 +101,7 @@ def pressed(cells, line=False, bodies=None):
         bodies=bodies or vc.Bodies(G=1.0, nu=0.28),
     )
     sol = vc.solve(scene, certify=None)
-    disc = discretise(scene, sol.grid, coupled=scene.bodies.K != 0)
+    disc = discretise(scene, sol.grid)
     state = ContactState(
         sol.pressure / disc.scales.pressure,
         sol.approach / disc.scales.displacement,

@@ -90,7 +90,7 @@ def _base(rng: Random) -> Base:
 
 
 def _bodies(rng: Random, modulus: float) -> vc.Bodies:
-    """Like bodies, unlike ones, one that is rigid, almost like ones."""
+    """Like bodies, unlike ones, one that is rigid, nearly like ones."""
     nu = float(_one_of(rng, {0.28: 2, 0.5: 1, 0.0: 1, rng.uniform(-0.9, 0.5): 2}))
     other, ratio = float(rng.uniform(-0.5, 0.5)), float(10 ** rng.uniform(-2, 2))
     return _one_of(

@@ -90,7 +90,7 @@ def with_entry(*keys, value):
             ["scene"], ["scene", "bodies"], ["scene", "bodies", "G"], ["scene", "surface"], ["scene", "motion"],
             ["grid"], ["grid", "nx"], ["plan"], ["plan", "reasons"], ["plan", "sizes"], ["certificate"],
             ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"],
-            ["timing", "total"], ["iterations", "tangential"], ["branch"], ["plan", "left_out"])),
+            ["timing", "total"], ["iterations", "tangential"], ["branch"])),
     ],
 )  # fmt: skip
 def test_records_that_cannot_be(files, tmp_path, change):

@@ -27,7 +27,6 @@ UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 SCENES = {
     "like": scene(),
     "unlike": scene(bodies=UNLIKE),
-    "almost like": scene(bodies=vc.Bodies(G=1.0, nu=(0.28, 0.280005))),
     "sampled": scene(
         surface=vc.SampledDistance((SAMPLES.x**2 + 0.7 * SAMPLES.y[:, None] ** 2) / 4 + 3.0),
         normal_force=0.5,

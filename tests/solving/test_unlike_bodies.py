@@ -113,3 +113,30 @@ def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
         residuals.append(whole)
     assert residuals[1] > 10 * residuals[0]
     assert residuals[2] == pytest.approx(10 * residuals[1], rel=0.1)
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=0.01, spin=0.03), vc.Shift(ux=0.06)], ids=["rolling", "shift"])
+def test_what_a_small_difference_changes_goes_with_it(motion):
+    """And none of it is too small to converge; bodies without any are not coupled."""
+    rolling = scene(**BALL, motion=motion)
+    like = vc.solve(dataclasses.replace(rolling, bodies=vc.Bodies(1.0, 0.28)), normal="norm")
+    assert like.plan.coupling == "none"
+    changes = []
+    for K in (1e-3, 1e-5, 1e-7, 1e-12):
+        nearly = vc.solve(dataclasses.replace(rolling, bodies=vc.Bodies(1.0, (0.28 - K, 0.28 + K))), tol=1e-11)
+        assert (nearly.plan.coupling, nearly.plan.bodies) == ("panagiotopoulos", "unlike")
+        changes.append(np.abs(nearly.traction - like.traction).max() / K)
+    assert changes[0] > 0.01
+    np.testing.assert_allclose(changes[1:3], changes[0], rtol=0.05)
+    assert changes[3] < 100
+
+
+def test_a_cylinder_without_slip_has_the_closed_form():
+    """A pressure p rolled without slip leaves ``beta p sqrt((a - x)/(a + x))``: 4/pi beta Fz, beta = |K|/(1 - nu)."""
+    K, nu = 1e-4, 0.28
+    rolling = scene(bodies=vc.Bodies(1.0, (nu - K, nu + K)), friction=1.0, motion=vc.Steady(vx=1e-9), normal_force=1e-2)
+    found = [vc.solve(dataclasses.replace(rolling, grid=vc.Grid(nx=n))) for n in (50, 100, 200)]
+    parts = [abs(sol.force[0]) / sol.normal_force * (1 - nu) / K for sol in found]
+    errors = np.abs(np.array(parts) - 4 / math.pi)
+    assert errors[2] < 0.02
+    assert np.all(errors[1:] < 0.7 * errors[:-1])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.errors import SceneError, TooCoarse
-from varcontact.scene.consistency import bodies_apart, left_out
+from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Cells, Grid, usual_grid
 from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.scene import Scene
@@ -76,7 +76,7 @@ def _spec(scene: Scene) -> Grid:
         hertz = scene.hertz
         wider = math.sqrt(1 + scene.motion.height_range / (hertz.a**2 / hertz.Rx)) - 1
         spec = replace(spec, margin=spec.margin + math.ceil(wider * max(spec.nx, spec.rows) / 2))
-    coupled = scene.coupled and not scene.frictionless and not left_out(scene)
+    coupled = scene.coupled and not scene.frictionless
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))

@@ -70,7 +70,7 @@ class Discretisation:
 
     @property
     def K(self) -> float:
-        """The constant (60) by which the problems couple; 0: like bodies, or almost like ones that count as such."""
+        """The constant (60) by which the problems couple; 0: like bodies."""
         return self.operators.medium.K
 
     @property
@@ -313,12 +313,11 @@ class Discretisation:
         return shift if self.edge_compliance is None else shift + self.edge_compliance * traction
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
     """A scene of one problem on an explicit grid, with the `known` operators where they are those of its lattice.
 
-    Unless `coupled`, pressure and tractions are independent, whatever K is. A `SceneError` is raised if the grid cannot
-    hold the contact (elements larger than it, or a distance beyond the approach all over), or for a reference depth
-    within the potential contact.
+    A `SceneError` is raised if the grid cannot hold the contact (elements larger than it, or a distance beyond the
+    approach all over), or for a reference depth within the potential contact.
     """
     hertz, (dx, dy) = scene.hertz, grid.sides
     along_x, depth = grid.nx * dx, scene.reference_depth
@@ -358,7 +357,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
         raise SceneError("scene", sizes, f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}")
     free = None if depth is None else depth / length
-    medium = medium_of(scene.bodies, length, free, coupled, scene.speed)
+    medium = medium_of(scene.bodies, length, free, scene.speed)
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
         medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
     third_body = scene.third_body

@@ -153,15 +153,13 @@ class Operators:
         return GridOperator(operator.shape, table)
 
 
-def medium_of(
-    bodies: Bodies | BodyPair, length: float, depth: float | None, coupled: bool = True, speed: float | None = None
-) -> Medium:
-    """The medium of a scene's bodies, at a speed, in units of a length; without their coupling unless `coupled`.
+def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None) -> Medium:
+    """The medium of a scene's bodies, at a speed, in units of a length.
 
     `depth` is in units of that length already; without it, it is as deep as makes all influence numbers positive.
     """
     if isinstance(bodies, Bodies):
-        return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, FREE_DEPTH if depth is None else depth)
+        return HalfSpaces(bodies.combined_nu, bodies.K, FREE_DEPTH if depth is None else depth)
     if depth is None:
         depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
     if not any(isinstance(body, Layered) for body in (bodies.upper, bodies.lower)):
@@ -173,7 +171,7 @@ def medium_of(
 
     def pair(upper: Body | str, lower: Body | str) -> LayeredPair:
         G = BodyPair(upper, lower).combined_G
-        return LayeredPair(_stack(upper, G, length), _stack(lower, G, length), depth, coupled)
+        return LayeredPair(_stack(upper, G, length), _stack(lower, G, length), depth)
 
     lagging = []
     alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))

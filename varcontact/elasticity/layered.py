@@ -129,19 +129,18 @@ class LayeredPair:
 
     Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta p_t/k`` and
     ``u_z = (-i kappa p_s + gamma p_z)/k``. Those of line contact count from the depth, but from bases that do not
-    move; unless `coupled`, kappa is left out.
+    move.
     """
 
     upper: Stack
     lower: Stack
     depth: float = 1.0
-    coupled: bool = True
     even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     @cached_property
     def K(self) -> float:
         """Largest size of the coupling over all wave numbers."""
-        if not self.coupled or self.upper == self.lower:
+        if self.upper == self.lower:
             return 0.0
         k = np.geomspace(1e-6, 1e3, 400) / self.thickness
         largest = float(np.abs(self.symbols(k)[1]).max()) / 2
@@ -170,7 +169,7 @@ class LayeredPair:
 
     def _of_both(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
         both = upper + lower
-        both[1] = upper[1] - lower[1] if self.coupled else 0.0
+        both[1] = upper[1] - lower[1]
         return both
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:

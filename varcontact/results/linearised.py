@@ -279,7 +279,7 @@ def linearise(sol: Solution) -> Linearised:
     bearing, pressed = with_friction(sol), np.flatnonzero(sol.pressure.ravel() > 0)
     if bearing.size == 0:
         raise SceneError("solution", "no traction", "a contact with friction")
-    disc = with_subgrid(discretise(scene, sol.grid, coupled=not sol.plan.left_out), sol.pressure_on_parts)
+    disc = with_subgrid(discretise(scene, sol.grid), sol.pressure_on_parts)
     may, shifts = directions(disc, sol, bearing), unit_shifts(disc)
     inputs, bears = ("vx", "vy", "spin")[: len(shifts)], np.searchsorted(pressed, bearing)
     entering, leading, thin = _entering(sol, bearing)

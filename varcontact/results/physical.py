@@ -110,7 +110,7 @@ def rolling_resistance(sol: Solution) -> float:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
         slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1)
         return rolls * float(np.sum(sol.pressure * slope) * sol.grid.area)
-    if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
+    if rolls == 0 or not sol.scene.coupled or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
     operator, pressure = (

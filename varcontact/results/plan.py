@@ -102,7 +102,7 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos",
+        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos",
         "joint" or "newton".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
@@ -111,7 +111,7 @@ class Plan:
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
-        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
+        "quasi-identical" (K = 0), "unlike" or "conformal".
     surface : str
         "Hertzian", "sampled", or "analytic" where the surface has a formula and the bodies are no half-spaces.
     motion : str
@@ -127,9 +127,6 @@ class Plan:
         The solver of programs that takes over where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
-    left_out : float
-        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
-        creepages at most, in parts of f Fz; else 0.
     costs : tuple of Cost
         Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
     doubts : tuple of str
@@ -150,7 +147,6 @@ class Plan:
     sizes: Sizes | None = None
     fallback: str = "none"
     method: str = "auto"
-    left_out: float = 0.0
     costs: tuple[Cost, ...] = field(default=(), compare=False)
     doubts: tuple[str, ...] = field(default=(), compare=False)
 
@@ -230,10 +226,8 @@ class Plan:
         """From the `record` that `summary` and JSON made of it; ValueError if it is no plan's."""
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
-        if not isinstance(record.get("left_out", 0.0), (int, float)):
-            raise ValueError("a plan whose left_out is no number")
-        beside = {"sizes": None, "costs": (), "doubts": ()}
-        return cls(**{**record, **beside, "special": tuple(record.get("special", ()))})
+        beside = {"sizes": None, "costs": (), "doubts": (), "special": tuple(record.get("special", ()))}
+        return cls(**{name: value for name, value in record.items() if name != "left_out"} | beside)  # of old files
 
     def __str__(self) -> str:
         """The plan in words."""

@@ -49,7 +49,7 @@ _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling
 def headline(sol: Solution) -> str:
     """What was solved, in a line."""
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
-    unlike = "almost like" if sol.plan.left_out else "conformal" if sol.scene.conformal else "unlike"
+    unlike = "conformal" if sol.scene.conformal else "unlike"
     bodies = f"{unlike} bodies ({sol.scene.difference})" if sol.scene.coupled else "quasi-identical bodies"
     state = "" if sol.converged else ": NOT CONVERGED"
     size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
@@ -152,9 +152,6 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
         rows.append(("", f"guaranteed bounds on this grid{where}{tractions}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
-    if sol.plan.left_out:
-        effect = f"tangential forces at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
-        rows.append(("", f"coupling of almost like bodies neglected: it changes {effect}"))
     if sol.plan.closed_form:
         rows.append(("", "(Hertz's pressure is exact in the continuum; on this grid its residual is "
                          f"{certificate.normal_residual:.1e})"))  # fmt: skip
@@ -203,7 +200,7 @@ def no_guarantee(sol: Solution) -> str:
         return ""
     if np.any(np.isnan(bound)):
         return "the values exceed the range of floating-point numbers"
-    if sol.scene.coupled and not sol.plan.left_out:
+    if sol.scene.coupled:
         kind = "conformal" if sol.scene.conformal else "unlike"
         return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
@@ -310,7 +307,6 @@ def summary(sol: Solution) -> dict[str, Any]:
         "method": {name: getattr(sol.plan, name) for name in ("normal", "tangential", "coupling")},
         "road": sol.plan.method,
         "formulation": sol.plan.formulation,
-        "left_out": sol.plan.left_out,
         "iterations": sol.iterations,
         "status": sol.status,
         "solved_by": sol.solved_by,

@@ -23,7 +23,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
 
     Unknowns are those of `Directions` and, for unlike bodies, the pressures and the approach.
     """
-    scene, plan = sol.scene, sol.plan
+    scene = sol.scene
     check_linear(sol)
     if scene.shift_undetermined and not isinstance(scene.motion, Steady):
         if scene.bodies.slides:
@@ -33,7 +33,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
     bearing = with_friction(sol)
     if bearing.size == 0:
         return np.zeros((2, 3))
-    disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
+    disc = with_subgrid(discretise(scene, sol.grid), sol.pressure_on_parts)
     with_pressure = contact if disc.K != 0 else np.zeros(0, dtype=int)
     shifts = unit_shifts(disc)[:, :, bearing]
     may = directions(disc, sol, bearing)

@@ -120,11 +120,6 @@ class Bodies:
         """How the bodies differ, in words."""
         return f"K = {self.K:.3g}"
 
-    @property
-    def alike(self) -> Bodies:
-        """Two like bodies with the same combined constants: these without their difference K."""
-        return Bodies(G=self.combined_G, nu=self.combined_nu)
-
 
 RIGID = "rigid"
 """A body of a pair, or a base, that does not give way."""

@@ -20,7 +20,6 @@ from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.consistency import left_out
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -284,7 +283,7 @@ def fits(scene: Scene) -> bool:
             return False
     elif type(friction) is not float or not 0 < friction < math.inf:
         return False
-    if scene.bodies.coupled and not left_out(scene):
+    if scene.bodies.coupled:
         return False
     if isinstance(motion, Steady):
         return motion.dq is None and motion.rigid_slip is None

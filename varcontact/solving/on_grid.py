@@ -97,7 +97,7 @@ class ContactOnGrid:
     ) -> ContactOnGrid | None:
         """With the tractions to begin with of the same scene with friction, if these leave the pressure as it is."""
         solver = _solver(scene, options, progress)
-        disc = discretise(scene, self.disc.grid, self.disc.operators, coupled=not solver.plan.left_out)
+        disc = discretise(scene, self.disc.grid, self.disc.operators)
         exact = self.solver.plan.normal == solver.plan.normal == "norm" and self.disc.subgrid is None
         if not exact or solver.plan.coupling != "none":
             return None
@@ -213,7 +213,7 @@ def _solve_contact(
         grid, found = place(scene, solver, near)
     moved = 0
     for attempt in range(GRIDS):
-        disc = discretise(scene, grid, known, coupled=not solver.plan.left_out)
+        disc = discretise(scene, grid, known)
         known = disc.operators
         start = unloaded(grid) if found is None else found.on(disc)
         disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)

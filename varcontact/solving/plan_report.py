@@ -128,7 +128,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
 
 def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
     """Elements that may be in contact; a grid that does not hold Hertz's contact is refused as by `solve`."""
-    disc = discretise(scene, grid, coupled=False)
+    disc = discretise(scene, grid)
     if not plan.closed_form:
         return np.ones(grid.shape, dtype=bool)
     assert disc.hertz is not None
@@ -145,7 +145,7 @@ def _matrices(
     scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[str, int], exact: bool
 ) -> tuple[Matrix, ...]:
     rows, columns = 2 * shape[0] - 1, 2 * shape[1] - 1
-    steady, unlike = isinstance(scene.motion, Steady), scene.coupled and not plan.left_out
+    steady, unlike = isinstance(scene.motion, Steady), scene.coupled
     tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")
     tables = [("A_zz", 1, "distances due to pressures")]
     if plan.has_friction:

@@ -14,7 +14,7 @@ from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.consistency import left_out, why_centres
+from varcontact.scene.consistency import why_centres
 from varcontact.scene.friction import Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
@@ -104,12 +104,8 @@ def select(
     """
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
     wanted["method"] = method
-    effect = left_out(scene) if coupling == "auto" and scene.coupled else 0.0
     for error in _unknown_names(scene, wanted):
         raise error
-    bodies = scene.bodies
-    if effect and isinstance(bodies, Bodies):
-        scene = replace(scene, bodies=bodies.alike)
     preset = _preset(scene, wanted)
     reasons = {"method": WHY[method]}
     of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
@@ -123,13 +119,8 @@ def select(
     plan = replace(plan, coupling=loop, formulation=program)
     for error in _refusals(scene, wanted, plan):
         raise error
-    if effect:
-        reasons["coupling"] = (
-            f"left out ({bodies.difference}): it changes the tangential force at given creepages by less than "
-            f'{effect:.1e} of f Fz; coupling="panagiotopoulos" includes it'
-        )
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
-    surface = "Hertzian" if isinstance(bodies, Bodies) else "analytic"
+    surface = "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
     if isinstance(scene.surface, SampledDistance):
         surface = "sampled"
     kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.marches else "steady"}
@@ -140,13 +131,12 @@ def select(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
-        bodies="almost like" if effect else _kind_of_bodies(scene),
+        bodies=_kind_of_bodies(scene),
         surface=surface,
         motion=motion,
         friction="none" if not plan.has_friction else laws.pop() if len(laws) == 1 else "several",
         special=special,
         fallback=fallback,
-        left_out=effect,
     )
 
 

@@ -257,7 +257,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         raise SceneError("grid", scene.grid, "explicit, with dx, dy, x0 and y0, for tractions to be certified")
     plan = select(scene, "hertz" if pressure is None else "clarabel")
     grid = known_grid(scene)
-    disc = discretise(scene, grid, coupled=not plan.left_out)
+    disc = discretise(scene, grid)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:

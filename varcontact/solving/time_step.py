@@ -77,7 +77,7 @@ def marching_on(scene: Scene, largest: Scene, grid: Grid, solver: ContactSolver)
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
-    disc = discretise(replace(largest, grid=grid), grid, coupled=not solver.plan.left_out)
+    disc = discretise(replace(largest, grid=grid), grid)
     scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
     if not scene.bodies.relaxes:
         return March(scene, replace(disc, scales=scales), solver)

@@ -80,7 +80,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         sol = replace(found, note="")
         if isinstance(sol.scene.motion, TimeStep) and (sol.refinement is None or not sol.pressure.any()):
             return replace(sol, note=ALONE)
-        disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
+        disc = discretise(sol.scene, sol.grid)
         if sol.scene.conformal and sol.scene.normal_force is not None:
             disc = disc.with_loading(normal_force=None, approach=sol.approach)
         return _verified(disc, sol)

@@ -37,7 +37,7 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     count = weights.size + 1
     missing = np.array([[1 - np.prod(weights[min(i, j) : max(i, j)]) for j in range(count)] for i in range(count)])
     part = np.searchsorted(places, grid.y)
-    disc = discretise(replace(scene, motion=None, friction=None), grid, coupled=False)
+    disc = discretise(replace(scene, motion=None, friction=None), grid)
     problem = disc.normal_problem()
     assert problem.approach is not None
     taken, raw = np.zeros(grid.shape), None

@@ -98,7 +98,7 @@ def _why_not(scene: Scene, plan: Plan) -> str:
             "with infinite friction forces under Hertz's pressure are known in closed form "
             "(varcontact.reference.no_slip_ellipse)"
         )
-    if scene.coupled and not plan.left_out:
+    if scene.coupled:
         return f"it is for quasi-identical bodies, and here {scene.difference}; {INSTEAD}"
     if not plan.closed_form:
         return f"it is for Hertz's pressure in closed form, and here the pressure is solved for; {INSTEAD}"
@@ -167,7 +167,7 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
         friction = overlaps(other_y, y) @ friction.reshape(grid.shape) @ overlaps(other_x, x).T
     scene = replace(scene, grid=coarser, friction=friction)
     loose = replace(loosely(solver), stats=SolveStats())
-    other = discretise(scene, coarser, coupled=False)
+    other = discretise(scene, coarser)
     try:
         state = contact(other, loose, loose.pressure(other, unloaded(coarser)))
         return _corrected(other, state, loose, replace(loose, tol=solver.tol))
