@@ -14,7 +14,7 @@ that two Gauss points are as good.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,12 +31,14 @@ KINDS = (
     *("phi_x", "phi_y", "chi_xx", "chi_xy", "chi_yy", "omega_xxy", "omega_xyy"),
     *("phi_xx", "phi_xy", "phi_yy", "phi_xz", "phi_yz", "chi_xxy", "chi_xyy"),
 )
-"""The derivatives that `rectangle_potentials` returns; those of the last row times z, which keeps them finite."""
+"""The derivatives that there are; those of the last row times z, which keeps them finite."""
 
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
-def rectangle_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+def rectangle_potentials(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray | float, dx: float, dy: float, kinds: Sequence[str] = KINDS
+) -> np.ndarray:
     """Derivatives of the potentials of a unit density on a rectangle.
 
     Parameters
@@ -45,11 +47,13 @@ def rectangle_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float,
         Field point minus element centre, and depth ``z >= 0`` [length]; broadcast together.
     dx, dy : float
         Sides of the element [length].
+    kinds : sequence of str
+        Which derivatives.
 
     Returns
     -------
-    ndarray, shape (19, ...)
-        In the order of `KINDS`: the first five [length], the others [-].
+    ndarray, shape (kinds, ...)
+        The first five of `KINDS` [length], the others [-].
 
     Notes
     -----
@@ -70,11 +74,13 @@ def rectangle_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float,
     far_x = distance >= FAR * dx
     far_y = ~far_x & (distance >= FAR * dy)
     near = ~(far_x | far_y)
-    result = np.empty((len(KINDS), x.size))
-    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy)[:, 0, 0]
-    result[:, far_x] = _gauss(x[far_x], y[far_x], z[far_x], dx, dy)
-    result[:, far_y] = _gauss(y[far_y], x[far_y], z[far_y], dy, dx)[_SWAPPED]
-    return result.reshape(len(KINDS), *given[0].shape)
+    result = np.empty((len(kinds), x.size))
+    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy, kinds)[:, 0, 0]
+    if far_x.any():
+        result[:, far_x] = _gauss(x[far_x], y[far_x], z[far_x], dx, dy, kinds)
+    if far_y.any():
+        result[:, far_y] = _gauss(y[far_y], x[far_y], z[far_y], dy, dx, [exchanged(kind) for kind in kinds])
+    return result.reshape(len(kinds), *given[0].shape)
 
 
 def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
@@ -96,7 +102,7 @@ def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, d
     ndarray, shape (19, nx, ny, n)
     """
     if np.all(_distance(x, y, z, dx, dy) < FAR * min(dx, dy)):
-        return _near(x, y, z, dx, dy)
+        return _near(x, y, z, dx, dy, KINDS)
     return rectangle_potentials(x, y, z, dx, dy)
 
 
@@ -160,8 +166,6 @@ def exchanged(kind: str) -> str:
 
 
 _ODD_X = np.array([kind.count("x") % 2 == 1 for kind in KINDS])
-_ODD_Y = np.array([kind.count("y") % 2 == 1 for kind in KINDS])
-_SWAPPED = np.array([KINDS.index(exchanged(kind)) for kind in KINDS])
 
 
 def _snapped(distance: np.ndarray, side: float, z: np.ndarray) -> np.ndarray:
@@ -296,87 +300,82 @@ class _Segment:
         """1/(R (R + z))."""
         return self.u * self.v
 
+    @property
+    def fall(self) -> _Ends:
+        """-1/R times the derivative of w by R."""
+        return self.w * self.w + self.w * (self.u * self.u)
 
-def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+
+_Form = Callable[[_Segment], np.ndarray]
+
+_BETWEEN_EDGES: dict[str, _Form] = {
+    "omega_xx": lambda s: (s.z * s.angle if s.z.any() else 0.0) - s.xi * s.inverse,
+    "omega_xy": lambda s: s.odd * ((s.z * s.logarithm if s.z.any() else 0.0) - s.r.step),
+    "chi_x": lambda s: s.xi * s.angle + s.z * s.inverse,
+    "phi_x": lambda s: s.inverse,
+    "chi_xx": lambda s: s.angle,
+    "chi_xy": lambda s: s.odd * s.logarithm,
+    "omega_xxy": lambda s: -s.odd * s.xi * s.v.step,
+    "omega_xyy": lambda s: -_step(s.eta, s.v),
+    "phi_xx": lambda s: -s.z * s.xi * s.cube,
+    "phi_xy": lambda s: s.odd * s.z * s.u.step,
+    "phi_xz": lambda s: -(s.z**2) * s.cube,
+    "chi_xxy": lambda s: s.odd * s.z * s.xi * s.w.step,
+    "chi_xyy": lambda s: s.z * _step(s.eta, s.w),
+}
+"""Integrals along an edge in y, whose difference over two edges is that over the element; others are `exchanged`.
+
+To chi_x belongs what the edges in x have in addition, see `_near`.
+"""
+
+_ALONG_Y: dict[str, _Form] = {
+    "omega_xx": lambda s: _step(s.eta, s.v) - s.inverse,
+    "omega_xy": lambda s: -s.xi * s.v.step,
+    "omega_yy": lambda s: -_step(s.eta, s.v),
+    "chi_x": lambda s: s.angle,
+    "chi_y": lambda s: s.logarithm,
+    "phi_x": lambda s: -s.xi * s.cube,
+    "phi_y": lambda s: s.u.step,
+    "chi_xx": lambda s: s.z * s.cube - _step(s.eta, s.w),
+    "chi_xy": lambda s: s.xi * s.w.step,
+    "chi_yy": lambda s: _step(s.eta, s.w),
+    "omega_xxy": lambda s: s.xi**2 * (s.v * s.w).step - s.v.step,
+    "omega_xyy": lambda s: s.xi * _step(s.eta, s.v * s.w),
+    "phi_xx": lambda s: s.z * (3 * s.xi**2 * s.fifth - s.cube),
+    "phi_xy": lambda s: -s.z * s.xi * (s.u * s.u * s.u).step,
+    "phi_yy": lambda s: -s.z * _step(s.eta, s.u * s.u * s.u),
+    "phi_xz": lambda s: 3 * s.xi * s.z**2 * s.fifth,
+    "phi_yz": lambda s: -(s.z**2) * (s.u * s.u * s.u).step,
+    "chi_xxy": lambda s: s.z * (s.w.step - s.xi**2 * s.fall.step),
+    "chi_xyy": lambda s: -s.z * s.xi * _step(s.eta, s.fall),
+}
+"""The integrals of all kinds along a segment that the field point is not on."""
+
+
+def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]) -> np.ndarray:
     """Differences over opposite edges of integrals along them; shapes as in `lattice_potentials`."""
     floor = min(dx, dy) / (2 * np.e)  # ln(floor) is the mean of ln|x| over the side
     z = np.where(z < SNAP * min(dx, dy), 0.0, z)
     columns = _snapped(np.concatenate([x + dx / 2, x[-1:] - dx / 2]), dx, z)
     rows = _snapped(np.concatenate([y + dy / 2, y[:, -1:] - dy / 2], axis=1), dy, z)
-    upright, level = _Segment(columns, y, z, dy, floor), _Segment(rows, x, z, dx, floor)
-
-    def over_x(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
-        values = line(upright)
-        return values[:-1] - values[1:]
-
-    def over_y(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
-        values = line(level)
-        return values[:, :-1] - values[:, 1:]
-
-    phi_x = over_x(lambda s: s.inverse)
-    phi_y = over_y(lambda s: s.inverse)
-    return np.array(
-        [
-            -over_x(lambda s: s.xi * s.inverse - s.z * s.angle),
-            upright.odd * over_x(lambda s: s.z * s.logarithm - s.r.step),
-            -over_y(lambda s: s.xi * s.inverse - s.z * s.angle),
-            over_x(lambda s: s.xi * s.angle) + level.odd * over_y(lambda s: s.xi * s.logarithm) + z * phi_x,
-            over_y(lambda s: s.xi * s.angle) + upright.odd * over_x(lambda s: s.xi * s.logarithm) + z * phi_y,
-            phi_x,
-            phi_y,
-            over_x(lambda s: s.angle),
-            upright.odd * over_x(lambda s: s.logarithm),
-            over_y(lambda s: s.angle),
-            -upright.odd * over_x(lambda s: s.xi * s.v.step),
-            -over_x(lambda s: _step(s.eta, s.v)),
-            -over_x(lambda s: s.z * s.xi * s.cube),
-            z * upright.odd * over_x(lambda s: s.u.step),
-            -over_y(lambda s: s.z * s.xi * s.cube),
-            -(z**2) * over_x(lambda s: s.cube),
-            -(z**2) * over_y(lambda s: s.cube),
-            z * upright.odd * over_x(lambda s: s.xi * s.w.step),
-            z * over_x(lambda s: _step(s.eta, s.w)),
-        ]
-    )
+    edges = _Segment(columns, y, z, dy, floor), _Segment(rows, x, z, dx, floor)
+    found = []
+    for kind in kinds:
+        axis = 0 if kind in _BETWEEN_EDGES else 1
+        form = _BETWEEN_EDGES[exchanged(kind) if axis else kind]
+        value = -np.diff(form(edges[axis]), axis=axis)
+        if kind in ("chi_x", "chi_y"):
+            across = edges[1 - axis]
+            value -= np.diff(across.odd * across.xi * across.logarithm, axis=1 - axis)
+        found.append(value)
+    return np.array(found)
 
 
-def _gauss(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+def _gauss(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]) -> np.ndarray:
     """Closed forms along y, Gauss's rule along x."""
-    total = np.zeros((len(KINDS), x.size))
+    total = np.zeros((len(kinds), x.size))
     for point, weight in zip(_GAUSS_POINTS, _GAUSS_WEIGHTS, strict=True):
-        total += 0.5 * dx * weight * _lines(_Segment(x - 0.5 * dx * point, y, z, dy, 0.0))
-    total[_ODD_Y] *= np.sign(y)
+        segment = _Segment(x - 0.5 * dx * point, y, z, dy, 0.0)
+        total += 0.5 * dx * weight * np.array([_ALONG_Y[kind](segment) for kind in kinds])
+    total[[kind.count("y") == 1 for kind in kinds]] *= np.sign(y)
     return total
-
-
-def _lines(s: _Segment) -> np.ndarray:
-    """The integrals of all kinds along a segment that the field point is not on."""
-    xi, z, eta, u, v, w = s.xi, s.z, s.eta, s.u, s.v, s.w
-    u2, w2 = u * u, w * w
-    u3 = u2 * u
-    curve = w2 + w * u2  # -(derivative of w by R)/R
-    vw = v * w
-    along, beside = _step(eta, v), _step(eta, w)
-    return np.array(
-        [
-            along - s.inverse,
-            -xi * v.step,
-            -along,
-            s.angle,
-            s.logarithm,
-            -xi * s.cube,
-            u.step,
-            z * s.cube - beside,
-            xi * w.step,
-            beside,
-            xi**2 * vw.step - v.step,
-            xi * _step(eta, vw),
-            z * (3 * xi**2 * s.fifth - s.cube),
-            -z * xi * u3.step,
-            -z * _step(eta, u3),
-            3 * xi * z**2 * s.fifth,
-            -(z**2) * u3.step,
-            z * (w.step - xi**2 * curve.step),
-            -z * xi * _step(eta, curve),
-        ]
-    )
