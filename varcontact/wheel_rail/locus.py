@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.errors import NoContact, SceneError
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.surface import RailSurface, WheelSurface
+from varcontact.wheel_rail.surface import RailSurface, Surface
 
 STEP = 0.05
 """Distance of the circles of the wheel [mm]."""
@@ -191,30 +191,29 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     return Locus(s, theta, points, r, gap, angles, float(centre[2]))
 
 
-def varied_locus(wheel: WheelSurface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray) -> Locus:
+def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray) -> Locus:
     """The contact locus of a wheel over a rail of which one varies; arguments as of `contact_locus`."""
-    surface = wheel.surface
-    length = float(np.diff(surface.features, axis=1).sum(axis=1).max())
-    v = np.linspace(wheel.s[0], wheel.s[1], int(np.ceil(length / CIRCLE)) + 1)
+    length = float(np.diff(wheel.features, axis=1).sum(axis=1).max())
+    v = np.linspace(0.0, wheel.s[-1], int(np.ceil(length / CIRCLE)) + 1)
     a, b, c = rotation[0]
-    radius = float(surface.points(surface.positions[:1], v[:1])[0, 0, 1])
-    middle = float(surface.points(surface.positions[:1], np.array([v.mean()]))[0, 0, 0])
+    radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
+    middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
     lowest = centre[0] + b * middle + c * radius
     planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
-    turned = np.remainder(surface.steps + wheel.pitch + np.pi, 2 * np.pi) - np.pi
+    turned = np.remainder(wheel.steps + np.pi, 2 * np.pi) - np.pi
     steps = np.concatenate([rail.steps, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
     planes = np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
     theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
     for _ in range(ROUNDS):
-        (y, r), (y_by, r_by) = np.moveaxis(wheel.around(theta, v[:, None])[:2], -1, 1)
+        (y, r), (y_by, r_by) = np.moveaxis(wheel.points(theta, v[:, None])[:2], -1, 1)
         sine, cosine = np.sin(theta), np.cos(theta)
         off = a * r * sine + b * y + c * r * cosine + centre[0] - planes
         step = off / (a * (r * cosine + r_by * sine) + b * y_by + c * (r_by * cosine - r * sine))
         theta = theta - step
         if np.abs(step).max() * radius < 1e-9:
             break
-    (y, r), sine, cosine = np.moveaxis(wheel.around(theta, v[:, None])[0], -1, 0), np.sin(theta), np.cos(theta)
+    (y, r), sine, cosine = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0), np.sin(theta), np.cos(theta)
     points = np.stack([r * sine, y, r * cosine], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
     gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))

@@ -15,7 +15,7 @@ from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve, growing
 from varcontact.wheel_rail.locus import Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
-from varcontact.wheel_rail.surface import RailSurface, WheelSurface
+from varcontact.wheel_rail.surface import RailSurface, Surface
 
 GUARD = 1
 """Elements beyond the overlap on every side."""
@@ -72,7 +72,9 @@ def tangent_of(overlaps: list[Overlap], rail: Curve | RailSurface) -> Tangent:
     else:
         slopes = [each.locus.slopes[each.run] for each in overlaps if each.locus.slopes is not None]
         slope = -math.atan(float(weights @ np.concatenate(slopes)) * math.cos(angle))
-        surface = rail.nearest(x, y, np.concatenate([each.surface for each in overlaps]))
+        z = float(rail.along(np.array([[[x, y, 0.0]]]), np.array([0.0, 0.0, 1.0]))[0].item())
+        known = np.concatenate([each.surface for each in overlaps])  # the nearest where there is a gap
+        surface = np.array([y, z]) if np.isfinite(z) else known[np.abs(known[:, 0] - y).argmin()]
     return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle, pitch=slope)), angle, slope)
 
 
@@ -100,7 +102,7 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve | RailSurface, separate
 def undeformed_distance(
     overlaps: list[Overlap],
     frame: Frame,
-    wheel: Curve | WheelSurface,
+    wheel: Curve | Surface,
     rail: Curve | RailSurface,
     axle: np.ndarray,
     centre: np.ndarray,
@@ -119,7 +121,8 @@ def undeformed_distance(
         on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
         rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)[:, None]
     else:
-        rail_heights = rail.heights(frame, grid.x, grid.y)
+        flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
+        rail_heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
     gap = rail_heights - wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, grid.y), axle, centre)
     known = np.isfinite(gap)
     if not known.any():
@@ -178,7 +181,7 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
 
 def wheel_heights(
     locus: Locus,
-    wheel: Curve | WheelSurface,
+    wheel: Curve | Surface,
     frame: Frame,
     lines: tuple[np.ndarray, np.ndarray],
     axle: np.ndarray,
@@ -219,14 +222,14 @@ def wheel_heights(
 
 
 def _surface(
-    wheel: Curve | WheelSurface, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
+    wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of the wheel in the frame, shape (3, n), and their derivatives with respect to theta and s."""
     if isinstance(wheel, Curve):
         (y, r), (dy, dr) = np.moveaxis(wheel.points(s), -1, 0), np.moveaxis(wheel.directions(s), -1, 0)
         ty, tr = np.zeros_like(y), np.zeros_like(r)
     else:
-        (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.around(theta, s), -1, 1)
+        (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.points(theta, s), -1, 1)
     sine, cosine = np.sin(theta), np.cos(theta)
     return (
         np.tensordot(axes, np.array([r * sine, y, r * cosine]), 1) + middle[:, None],

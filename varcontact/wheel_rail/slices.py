@@ -174,3 +174,8 @@ class ProfileSlices:
                 at = [positions[i] for i in has]
                 found.append(cls(profiles=[profiles[i] for i in has], positions=at, features=used))
         return found[0] if len(found) == 1 else tuple(found)
+
+
+def sliced(given: Profile | ProfileSlices) -> ProfileSlices:
+    """Slices as they are, and a profile as the only one."""
+    return given if isinstance(given, ProfileSlices) else ProfileSlices(profiles=given, positions=[0.0])

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 
-from varcontact.kinematics import Frame
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.slices import ProfileSlices
@@ -25,51 +25,53 @@ SMALL = 1e-10
 class Surface:
     """A surface by its sections, each over v from 0 to the number of features less one.
 
-    `curves` are the different sections, with their arc lengths at the features; `of` has the one of each position.
+    `curves` are the different sections, with their arc lengths at the `features`. `weights`, shape (n, m + 1), has
+    those of the curves at each position, and what is added to z. Positions are x, or angles from a wheel's bottom.
     """
 
     positions: np.ndarray
     curves: tuple[Curve, ...]
     features: np.ndarray
-    of: np.ndarray
-    z: np.ndarray
+    weights: np.ndarray
     period: float = np.inf
 
     @cached_property
-    def _pieces(self) -> list[tuple[float, Callable[..., np.ndarray]]]:
-        """Between steps: where each begins, and the spline of the weights of all curves and of z."""
-        from scipy.interpolate import CubicSpline
+    def _weights(self) -> Any:
+        """The weights over all positions: cubics between steps, and constant before the first position and after."""
+        from scipy.interpolate import CubicSpline, PPoly
 
-        weights = np.concatenate([np.eye(len(self.curves))[self.of], self.z[:, None]], axis=1)
-        at = self.positions
+        at, weights = self.positions, self.weights
         if np.isfinite(self.period):  # closed
             at = np.concatenate([at - self.period, at, at + self.period])
             weights = np.tile(weights, (3, 1))
-        ends = [0, *(np.flatnonzero(np.diff(at) == 0) + 1).tolist(), at.size]
-        pieces: list[tuple[float, Callable[..., np.ndarray]]] = []
-        for a, b in pairwise(ends):
-            one = np.repeat(weights[a : a + 1], 2, axis=0)
-            fit = CubicSpline(at[a:b], weights[a:b]) if b - a > 1 else CubicSpline([at[a], at[a] + 1.0], one)
-            pieces.append((float(at[a]), fit))
-        return pieces
+        constant = np.zeros((4, 2, weights.shape[1]))
+        constant[3] = weights[[0, -1]]
+        breaks, cubics = [at[:1] - 1.0], [constant[:, :1]]
+        steps = np.flatnonzero(np.diff(at) == 0) + 1
+        for a, b in pairwise([0, *steps.tolist(), at.size]):
+            if b - a > 1:
+                breaks.append(at[a : b - 1])
+                cubics.append(CubicSpline(at[a:b], weights[a:b]).c)
+        breaks += [at[-1:], at[-1:] + 1.0]
+        return PPoly(np.concatenate([*cubics, constant[:, 1:]], axis=1), np.concatenate(breaks))
 
     @property
     def steps(self) -> np.ndarray:
         """Positions of steps and kinks."""
         return self.positions[1:][np.diff(self.positions) == 0]
 
+    @cached_property
+    def s(self) -> np.ndarray:
+        """v along a section, `TABLE` apart."""
+        count = int(np.diff(self.features, axis=1).sum(axis=1).max() / TABLE)
+        return np.linspace(0.0, self.features.shape[1] - 1, max(count, 2) + 1)
+
     def points(self, at: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Points, and their derivatives by position and by v, shape (3, ..., 2)."""
         at, v = np.broadcast_arrays(at, v)
-        closed = bool(np.isfinite(self.period))
-        known = (at - self.positions[0]) % self.period if closed else np.clip(at, *self.positions[[0, -1]])
-        known = known + self.positions[0] if closed else known
-        piece = np.searchsorted([begin for begin, _ in self._pieces], known, side="right") - 1
-        weights, slopes = (np.zeros((*at.shape, len(self.curves) + 1)) for _ in range(2))
-        for k in range(len(self._pieces)):
-            here, fit = piece == k, self._pieces[k][1]
-            weights[here], slopes[here] = fit(known[here]), fit(known[here], 1)
-        slopes[(known != at) & (not closed)] = 0.0
+        if np.isfinite(self.period):
+            at = self.positions[0] + (at - self.positions[0]) % self.period
+        weights, slopes = self._weights(at), self._weights(at, 1)
         found = np.zeros((3, *at.shape, 2))
         found[0, ..., 1], found[1, ..., 1] = weights[..., -1], slopes[..., -1]
         between = np.clip(v.astype(int), 0, self.features.shape[1] - 2)
@@ -80,86 +82,69 @@ class Surface:
             stretch = np.diff(features)[between]
             s = features[between] + (v - between) * stretch
             point, along = curve.points(s), curve.directions(s) * stretch[..., None]
-            if len(self.curves) == 1:
-                found[0] += point
-                found[2] = along
-            else:
-                found += np.array([weight * point, slope * point, weight * along])
+            found += np.array([weight * point, slope * point, weight * along])
         return found
-
-    @cached_property
-    def table(self) -> np.ndarray:
-        """v along a section, `TABLE` apart."""
-        count = int(np.diff(self.features, axis=1).sum(axis=1).max() / TABLE)
-        return np.linspace(0.0, self.features.shape[1] - 1, max(count, 2) + 1)
 
     def section(self, at: float) -> Curve:
         """The section at a position, as a curve."""
-        return spline(self.points(np.array(at), self.table)[0], np.zeros(0, dtype=int), 0.0)
+        return spline(self.points(np.array(at), self.s)[0], np.zeros(0, dtype=int), 0.0)
+
+    def starts(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """v of a rail's section at each of the columns x where it is nearest to y, shape (rows, columns)."""
+        sections = self.points(x[None, :], self.s[:, None])[0]
+        found = np.zeros(y.shape)
+        for j in range(x.size):
+            across, height = sections[:, j].T
+            run = growing(across, int(height.argmin()))
+            found[:, j] = np.interp(y[:, j], across[run], self.s[run], left=np.nan, right=np.nan)
+        return found
 
 
-def surface_of(slices: Profile | ProfileSlices, placed: Callable[[Profile], Curve], *, backwards: bool) -> Surface:
-    """The surface of slices, or of one profile, each `placed`: `backwards` where that turns its direction."""
-    if isinstance(slices, Profile):
-        slices = ProfileSlices(profiles=slices, positions=[0.0])
-    profiles: Sequence[Profile] = slices.profiles  # type: ignore[assignment]
-    keys = [id(each) if slices.features is None else i for i, each in enumerate(profiles)]  # features are of slices
+def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift: float, *, backwards: bool) -> Surface:
+    """The surface of slices, each `placed`, and their positions shifted: `backwards` where that turns its direction."""
+    profiles, features = cast(Sequence[Profile], slices.profiles), slices.features
+    keys = [id(each) if features is None else i for i, each in enumerate(profiles)]  # features are of slices
     different = list(dict.fromkeys(keys))
     curves = tuple(placed(profiles[keys.index(key)]) for key in different)
-    features = np.array([curve.s[[0, -1]] for curve in curves])
-    if slices.features is not None:
-        whole = np.array([[curve.s[-1]] for curve in curves])
-        features = whole - slices.features[:, ::-1] if backwards else slices.features
-    of = np.array([different.index(key) for key in keys])
+    if features is None:
+        features = np.array([curve.s[[0, -1]] for curve in curves])
+    elif backwards:
+        features = np.array([[curve.s[-1]] for curve in curves]) - features[:, ::-1]
+    weights = np.eye(len(curves))[[different.index(key) for key in keys]]
     period = 2 * np.pi if slices.kind == "wheel" else np.inf
-    return Surface(slices.positions, curves, features, of, slices.z, period)
+    weights = np.concatenate([weights, slices.z[:, None]], axis=1)
+    return Surface(slices.positions + shift, curves, features, weights, period)
 
 
 @dataclass(frozen=True, eq=False)
 class RailSurface:
-    """Rails under one wheel, each over its own positions; the highest counts. `s` is where the wheel set is."""
+    """Rails under one wheel, each over its own x; the highest counts."""
 
     parts: tuple[Surface, ...]
-    s: float
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """x between which each rail is, shape (n, 2): the first and the last one go on."""
+        first, last = np.array([each.positions[[0, -1]] for each in self.parts]).T
+        before, behind = np.where(first == first.min(), -np.inf, first), np.where(last == last.max(), np.inf, last)
+        return np.stack([before, behind], axis=1)
 
     @property
     def steps(self) -> np.ndarray:
         """x of steps."""
-        first, last = self._ends
-        ends = [each.positions[i] for each in self.parts for i in (0, -1) if first < each.positions[i] < last]
-        return np.unique(np.concatenate([np.array(ends), *(each.steps for each in self.parts)])) - self.s
-
-    @property
-    def _ends(self) -> tuple[float, float]:
-        """Of all rails together, beyond which they go on."""
-        return min(each.positions[0] for each in self.parts), max(each.positions[-1] for each in self.parts)
+        ends = self.ends[np.isfinite(self.ends)]
+        return np.unique(np.concatenate([ends, *(each.steps for each in self.parts)]))
 
     def sections(self, x: float) -> list[Curve]:
         """Of all rails, (y, z)."""
-        at = np.array([x + self.s])
-        there = [each for each in self.parts if self._there(each, at).all()]
-        return [each.section(x + self.s).about_top(TABLE) for each in there]
+        there = (self.ends[:, 0] <= x) & (x <= self.ends[:, 1])
+        return [self.parts[i].section(x).about_top(TABLE) for i in np.flatnonzero(there)]
 
     def section(self, x: float, y: float) -> Curve:
         """Of the highest rail at a place."""
         found = self.sections(x)
         height = [float(curve.points(curve.at(np.array([y])))[0, 1]) for curve in found]
         return found[int(np.nanargmin(height))]
-
-    def _there(self, part: Surface, at: np.ndarray) -> np.ndarray:
-        first, last = self._ends
-        below, above = part.positions[0], part.positions[-1]
-        return ((at >= below) | (below == first)) & ((at <= above) | (above == last))
-
-    def _starts(self, part: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """v of a rail's section at each of the columns x where it is nearest to y, shape (rows, columns)."""
-        sections = part.points((x + self.s)[None, :], part.table[:, None])[0]
-        found = np.full(y.shape, np.nan)
-        for j in np.flatnonzero(self._there(part, x + self.s)):
-            across, height = sections[:, j].T
-            run = growing(across, int(height.argmin()))
-            found[:, j] = np.interp(y[:, j], across[run], part.table[run], left=np.nan, right=np.nan)
-        return found
 
     def along(self, points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """From points, shape (rows, columns, 3), each column near one x, along a direction to the highest rail.
@@ -170,22 +155,23 @@ class RailSurface:
         shape = points.shape[:2]
         far, by_x, by_y = (np.full(shape, np.nan) for _ in range(3))
         x = points[..., 0].mean(axis=0)
-        for part in self.parts:
-            v = self._starts(part, x, points[..., 1])
+        for part, (first, last) in zip(self.parts, self.ends, strict=True):
+            there, v = (first <= x) & (x <= last), np.full(shape, np.nan)
+            v[:, there] = part.starts(x[there], points[:, there, 1])
             here = np.isfinite(v)
             if not here.any():
                 continue
             v, start = v[here], points[here]
-            away, last = np.zeros(v.size), float(part.features.shape[1] - 1)
+            away = np.zeros(v.size)
             for _ in range(STEPS):
                 at = start + away[:, None] * direction
-                point, turned, along = part.points(at[:, 0] + self.s, v)
+                point, turned, along = part.points(at[:, 0], v)
                 off = at[:, 1:] - point
                 moved = direction[1:] - turned * direction[0]
                 determinant = moved[:, 1] * along[:, 0] - moved[:, 0] * along[:, 1]
                 step = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / determinant
-                v = np.clip(v + (moved[:, 1] * off[:, 0] - moved[:, 0] * off[:, 1]) / determinant, 0.0, last)
-                away = away + step
+                further = (moved[:, 1] * off[:, 0] - moved[:, 0] * off[:, 1]) / determinant
+                v, away = np.clip(v + further, 0.0, part.s[-1]), away + step
                 if np.abs(step).max() < 1e-11:
                     break
             slope = along[:, 1] / along[:, 0]
@@ -193,34 +179,3 @@ class RailSurface:
             for whole, values in ((far, away), (by_y, slope), (by_x, turned[:, 1] - slope * turned[:, 0])):
                 whole[here] = np.where(nearer, values, whole[here])
         return far, by_x, by_y
-
-    def heights(self, frame: Frame, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """z in a frame, where lines of x and y cross; NaN where no rail is."""
-        points = frame.globally(np.stack([*np.meshgrid(x, y), np.zeros((y.size, x.size))], axis=-1))
-        return self.along(points, frame.axes[:, 2])[0]
-
-    def nearest(self, x: float, y: float, known: np.ndarray) -> np.ndarray:
-        """(y, z) of the rail at a place, or of the nearest of `known` points where there is a gap."""
-        z = float(self.along(np.array([[[x, y, 0.0]]]), np.array([0.0, 0.0, 1.0]))[0].item())
-        return np.array([y, z]) if np.isfinite(z) else known[np.abs(known[:, 0] - y).argmin()]
-
-
-@dataclass(frozen=True, eq=False)
-class WheelSurface:
-    """A wheel, turned by `pitch` about its axle: (y along the axle, radius) over the angle from the bottom and v."""
-
-    surface: Surface
-    pitch: float
-
-    @property
-    def s(self) -> np.ndarray:
-        """The ends of v."""
-        return np.array([0.0, self.surface.features.shape[1] - 1.0])
-
-    def around(self, theta: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(y, radius), and their derivatives by the angle and by v, shape (3, ..., 2)."""
-        return self.surface.points(theta - self.pitch, v)
-
-    def section(self, theta: float) -> Curve:
-        """At an angle from the bottom."""
-        return self.surface.section(theta - self.pitch)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -19,8 +19,8 @@ from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
 from varcontact.wheel_rail.profile import Profile, flange, inclination
-from varcontact.wheel_rail.slices import ProfileSlices
-from varcontact.wheel_rail.surface import Surface, surface_of
+from varcontact.wheel_rail.slices import ProfileSlices, sliced
+from varcontact.wheel_rail.surface import RailSurface, Surface, surface_of
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
@@ -124,27 +124,25 @@ class Track:
     right_rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...] | None = None
 
     def __post_init__(self) -> None:
+        set_ = object.__setattr__
         for name in ("rail", "left_rail", "right_rail"):
             given = getattr(self, name)
-            if isinstance(given, list):
-                object.__setattr__(self, name, tuple(given))
             if given is not None or name == "rail":
-                for each in given if isinstance(given, tuple | list) and given else (given,):
-                    _check_profile(f"track.{name}", each, "rail")
+                _check_profile(f"track.{name}", given, "rail")
+                set_(self, name, tuple(given) if isinstance(given, list) else given)
         checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
         checks.entries(self, "track", angle, "cant")
         checks.entries(self, "track", checks.real, "curve_radius")
         if not abs(self.curve_radius) > self.gauge:
             allowed = f"larger than the gauge, {self.gauge:g} mm: positive to the right, negative to the left"
             raise SceneError("track.curve_radius", self.curve_radius, allowed)
-        for side in SIGN:
-            check_kind(f"track.{side}", getattr(self, side), Irregularity)
         if self.stiffness is not None:
             stiffness = checks.positives("track.stiffness", self.stiffness)
             if stiffness.shape != (2,):
                 raise checks.wrong_shape("track.stiffness", stiffness.shape, "two numbers, lateral and vertical")
-            object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
+            set_(self, "stiffness", tuple(stiffness.tolist()))
         for side in SIGN:
+            check_kind(f"track.{side}", getattr(self, side), Irregularity)
             self.of(side)
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
@@ -163,19 +161,24 @@ class Track:
             for side, own in given.items()
         }
 
-    @property
-    def rails(self) -> tuple[Profile | ProfileSlices, ...]:
+    @cached_property
+    def rails(self) -> tuple[ProfileSlices, ...]:
         """All rails under one wheel."""
-        return self.rail if isinstance(self.rail, tuple) else (self.rail,)
+        return tuple(map(sliced, self.rail if isinstance(self.rail, tuple) else (self.rail,)))
 
     @property
     def profile(self) -> Profile:
         """The one from which gauge and rail tops are measured."""
-        return _first(self.rails[0])
+        return self.rails[0].first
+
+    @property
+    def constant(self) -> bool:
+        """Whether both rails are one profile along the track."""
+        return self.left_rail is self.right_rail is None and len(self.rails) == 1 and self.rails[0].constant
 
     @property
     def _turn(self) -> np.ndarray:
-        return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
+        return rotation(roll=-self.cant)[1:, 1:]
 
     @cached_property
     def _inner(self) -> tuple[np.ndarray, np.ndarray]:
@@ -202,31 +205,20 @@ class Track:
         """
         if not self.constant:
             raise SceneError("track.rail", self.rail, "one profile along the track, the same on both sides")
-        right = self._right if side == "right" else self._right.mirrored
-        turn, shift = self._moved(side)
-        if getattr(self, side) == IN_PLACE:
-            return right
-        moved = right.moved(turn, shift)
-        return moved.about_top(FINE) if turn[0, 1] else moved
-
-    @property
-    def constant(self) -> bool:
-        """Whether both rails are one profile along the track."""
-        return self.left_rail is self.right_rail is None and len(self.rails) == 1 and _constant(self.rails[0])
-
-    def surfaces(self, side: Side) -> tuple[Surface, ...]:
-        """Those of all rails on a `side`, in track coordinates."""
-        turn, shift = self._moved(side)
-
-        def placed(profile: Profile) -> Curve:
-            curve = profile.curve.moved(self._turn, self.origin)
-            return (curve if side == "right" else curve.mirrored).moved(turn, shift)
-
-        return tuple(surface_of(each, placed, backwards=side == "left") for each in self.rails)
+        return self._placed[side]
 
     @cached_property
-    def _right(self) -> Curve:
-        return self.profile.curve.moved(self._turn, self.origin).about_top(FINE)
+    def _placed(self) -> dict[Side, Curve]:
+        return {side: self._in_track(self.profile, side).about_top(FINE) for side in SIGN}
+
+    def _in_track(self, profile: Profile, side: Side) -> Curve:
+        curve = profile.curve.moved(self._turn, self.origin)
+        return (curve if side == "right" else curve.mirrored).moved(*self._moved(side))
+
+    def surface(self, side: Side, s: float) -> RailSurface:
+        """Of all rails on a `side`, in track coordinates, x from a place `s` along the track."""
+        placed = partial(self._in_track, side=side)
+        return RailSurface(tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails))
 
     def _moved(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
         """Matrix and shift of a rail's irregularity, for points (y, z)."""
@@ -295,15 +287,19 @@ class WheelSet:
             allowed = f"the y of the flange's back in the coordinates of the profile: its tip is at y = {tip:.4g} mm"
             raise SceneError("wheelset.flange_back", self.flange_back, allowed)
 
+    @cached_property
+    def _slices(self) -> ProfileSlices:
+        return sliced(self.wheel)
+
     @property
     def profile(self) -> Profile:
         """The wheel's profile, or its first slice."""
-        return _first(self.wheel)
+        return self._slices.first
 
     @property
     def constant(self) -> bool:
         """Whether the wheel is round."""
-        return _constant(self.wheel)
+        return self._slices.constant
 
     @property
     def middle(self) -> float:
@@ -317,20 +313,15 @@ class WheelSet:
         """
         if not self.constant:
             raise SceneError("wheelset.wheel", self.wheel, "a round wheel")
-        return self._right if side == "right" else self._right.mirrored
+        return self._on_axle(self.profile, side)
 
-    def surface(self, side: Side) -> Surface:
-        """That of the wheel on a `side`: (y from the middle of the axle, radius) over the angle."""
+    def _on_axle(self, profile: Profile, side: Side) -> Curve:
+        curve = profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
+        return curve if side == "right" else curve.mirrored
 
-        def placed(profile: Profile) -> Curve:
-            curve = profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
-            return curve if side == "right" else curve.mirrored
-
-        return surface_of(self.wheel, placed, backwards=side == "left")
-
-    @cached_property
-    def _right(self) -> Curve:
-        return self.profile.running.moved(np.eye(2), np.array([self.middle, self.radius]))
+    def surface(self, side: Side, pitch: float) -> Surface:
+        """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius) over the angle."""
+        return surface_of(self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left")
 
 
 def check_kind(field: str, value: Any, kind: type[Any]) -> None:
@@ -351,16 +342,10 @@ def check_sides(track: Track, stacklevel: int) -> None:
         )
 
 
-def _check_profile(field: str, profile: Any, kind: str) -> None:
-    known = isinstance(profile, Profile | ProfileSlices)
-    if not known or profile.kind != kind:
-        given = f"a {profile.kind}'s" if known else profile
-        raise SceneError(field, given, f"a Profile of kind {kind!r}, or slices of that")
-
-
-def _first(profile: Profile | ProfileSlices) -> Profile:
-    return profile if isinstance(profile, Profile) else profile.first
-
-
-def _constant(profile: Profile | ProfileSlices) -> bool:
-    return isinstance(profile, Profile) or profile.constant
+def _check_profile(field: str, given: Any, kind: str) -> None:
+    """Refuse what is no profile of a kind, or, of a rail, no several of them."""
+    for each in given if kind == "rail" and isinstance(given, tuple | list) and given else (given,):
+        known = isinstance(each, Profile | ProfileSlices)
+        if not known or each.kind != kind:
+            wrong = f"a {each.kind}'s" if known else each
+            raise SceneError(field, wrong, f"a Profile of kind {kind!r}, or slices of that")

@@ -25,7 +25,7 @@ from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import Seams, joined, seams_of, tangents_of, undeformed_distance
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.surface import RailSurface, WheelSurface
+from varcontact.wheel_rail.surface import RailSurface, Surface
 from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet, check_kind
 
 if TYPE_CHECKING:
@@ -185,8 +185,8 @@ class WheelOnRail(OnTrack):
         if self.turn is not None and self.turn < self.separate:
             raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
         if not self.track.constant:
-            first = min(each.positions[0] for each in self._rails.parts)
-            last = max(each.positions[-1] for each in self._rails.parts)
+            first = min(each.positions[0] for each in self.track.rails)
+            last = max(each.positions[-1] for each in self.track.rails)
             if not first <= self.position.s <= last:
                 raise SceneError("position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm")
         if self.conformal is True and not self._constant:
@@ -198,20 +198,16 @@ class WheelOnRail(OnTrack):
         return self.track.constant and self.wheelset.constant
 
     @cached_property
-    def _rails(self) -> RailSurface:
-        return RailSurface(self.track.surfaces(self.side), self.position.s)
-
-    @cached_property
     def rail(self) -> Curve | RailSurface:
         """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a profile varies."""
-        return self.track.placed(self.side) if self._constant else self._rails
+        return self.track.placed(self.side) if self._constant else self.track.surface(self.side, self.position.s)
 
     @cached_property
-    def wheel(self) -> Curve | WheelSurface:
+    def wheel(self) -> Curve | Surface:
         """The part of the wheel that can be touched, (y along the axle, radius); a surface where a profile varies."""
         if self._constant:
             return self.wheelset.placed(self.side)
-        return WheelSurface(self.wheelset.surface(self.side), self.position.pitch)
+        return self.wheelset.surface(self.side, self.position.pitch)
 
     def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
         """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
@@ -230,7 +226,7 @@ class WheelOnRail(OnTrack):
         axle = np.array([0.0, self.position.y, -self.wheelset.radius])
         if isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
             return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
-        assert isinstance(self.wheel, WheelSurface)
+        assert isinstance(self.wheel, Surface)
         assert isinstance(self.rail, RailSurface)
         return varied_locus(self.wheel, self.rail, self.position.rotation, axle)
 
