@@ -7,26 +7,27 @@ derivatives of the potentials of `varcontact.elasticity.potentials` at the surfa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
 
-from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.elasticity.potentials import rectangle_potentials
+from varcontact.elasticity.potentials import KINDS, rectangle_potentials, strip_potentials
 from varcontact.scene.grid import Grid
 
 
 def influence_numbers(
     x: np.ndarray,
-    y: np.ndarray,
+    y: np.ndarray | float,
     dx: float,
     dy: float,
     *,
     nu: float,
     K: float = 0.0,
     G: float = 1.0,
+    depth: float = 1.0,
     components: Iterable[str] = ("xx", "xy", "yy", "zz"),
 ) -> dict[str, np.ndarray]:
     """Influence numbers B_ij of a rectangle, (219)-(224) with the signs of (217).
@@ -36,9 +37,11 @@ def influence_numbers(
     x, y : array_like
         Field point minus element centre [length]; broadcast together.
     dx, dy : float
-        Sides of the element [length].
+        Sides of the element [length]; dy may be infinite: a strip.
     nu, K, G : float
         Combined constants (58)-(60).
+    depth : float
+        Of a strip: the distance at which displacements along the traction are zero [length].
     components : iterable of str
         Which of the nine: "xz" is the displacement difference along x by a unit pressure.
 
@@ -76,7 +79,11 @@ def influence_numbers(
     }
     wanted = {name: forms[name] for name in components}
     kinds = sorted({kind for form in wanted.values() for kind in form})
-    found = dict(zip(kinds, rectangle_potentials(x, y, 0.0, dx, dy, kinds) / (np.pi * G), strict=True))
+    if math.isinf(dy):
+        potentials = strip_potentials(x, 0.0, dx, depth)[[KINDS.index(kind) for kind in kinds]]
+    else:
+        potentials = rectangle_potentials(x, y, 0.0, dx, dy, kinds)
+    found = dict(zip(kinds, potentials / (np.pi * G), strict=True))
     return {name: np.sum([found[kind] * w for kind, w in form.items()], axis=0) for name, form in wanted.items()}
 
 
@@ -117,6 +124,5 @@ class HalfSpaces:
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         dx, dy = grid.sides
-        if grid.line:
-            return strip_influence_numbers(x, dx, nu=self.nu, K=self.K, depth=self.depth, components=components)
-        return influence_numbers(x, y, dx, dy, nu=self.nu, K=self.K, components=components)
+        dy = math.inf if grid.line else dy
+        return influence_numbers(x, y, dx, dy, nu=self.nu, K=self.K, depth=self.depth, components=components)

@@ -6,9 +6,12 @@ from the points of the surface at the distance `depth` of a line load, ``-ln(|x|
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
+
+from varcontact.elasticity.halfspace import influence_numbers
 
 
 def strip_influence_numbers(
@@ -54,19 +57,4 @@ def strip_influence_numbers(
     >>> print((B * np.pi / 1.5).round(6))
     [ 1.693147 -1.093944]
     """
-    from scipy.special import xlogy
-
-    x = np.asarray(x, dtype=float)
-    half, r = dx / 2, np.abs(x)
-    near = r < 8 * dx
-    L, J = np.empty(r.shape), np.clip(2 * x, -dx, dx)
-    right, left = (r[near] + half) / depth, (r[near] - half) / depth
-    L[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
-    # far away L is -dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|, h = dx/2, t = h/r < 1/16: what is added
-    # to the logarithm is a series, whose next term is below 1e-19
-    t2 = (half / r[~near]) ** 2
-    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))
-    L[~near] = dx * (series - np.log(r[~near] / depth))
-    of_L = {"xx": 2 * (1 - nu), "yy": 2.0, "zz": 2 * (1 - nu)}
-    of_J = {"xz": -np.pi * K, "zx": np.pi * K}
-    return {name: (of_L.get(name, 0.0) * L + of_J.get(name, 0.0) * J) / (np.pi * G) for name in components}
+    return influence_numbers(x, 0.0, dx, math.inf, nu=nu, K=K, G=G, depth=depth, components=components)

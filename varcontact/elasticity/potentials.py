@@ -37,7 +37,7 @@ _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
 def rectangle_potentials(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray | float, dx: float, dy: float, kinds: Sequence[str] = KINDS
+    x: np.ndarray, y: np.ndarray | float, z: np.ndarray | float, dx: float, dy: float, kinds: Sequence[str] = KINDS
 ) -> np.ndarray:
     """Derivatives of the potentials of a unit density on a rectangle.
 
@@ -110,7 +110,7 @@ def _distance(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float)
     return np.sqrt(np.maximum(np.abs(x) - dx / 2, 0) ** 2 + np.maximum(np.abs(y) - dy / 2, 0) ** 2 + z**2)
 
 
-def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float = 1.0) -> np.ndarray:
+def strip_potentials(x: np.ndarray, z: np.ndarray | float, dx: float, reference: float = 1.0) -> np.ndarray:
     """Derivatives of the potentials of a unit density on an infinite strip along y: line contact, plane strain.
 
     Parameters
@@ -196,11 +196,7 @@ class _Ends:
 
 
 def _reciprocal(values: np.ndarray) -> np.ndarray:
-    with np.errstate(divide="ignore"):
-        result = 1 / values
-    if np.isinf(result).any():
-        result[values == 0] = 0.0
-    return result
+    return np.divide(1.0, values, out=np.zeros_like(values), where=values != 0)
 
 
 def _step(f: _Ends, g: _Ends) -> np.ndarray:
