@@ -22,7 +22,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step, storing
+from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, MEMORY, READ, assembled, solution_from_bytes
 from varcontact.results.history import History
@@ -40,6 +40,7 @@ from varcontact.system.files import (
     only_writer,
     reading,
     replacing,
+    writing,
 )
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ class Stored(Sequence[Solution]):
         with _file(self.path) as header:
             begin = int(header.first_step.decode())
         step = next_step(self.scene, self.plan, self.settings, sol)
-        with storing(self.path), self.path.open("r+b") as file:
+        with writing("store", self.path), self.path.open("r+b") as file:
             file.seek(begin + k * len(step))
             file.write(step)
             file.truncate()

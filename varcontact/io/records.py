@@ -32,7 +32,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.system.files import check_writable, only_writer, reading, replacing
+from varcontact.system.files import check_writable, only_writer, reading, replacing, writing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,15 +82,6 @@ COUNTS = {
 }
 ERRORS = {f"{name}_error": (NUMBERS[name][0], f"error bar of {name}") for name in ("Fx", "Fy", "Mz", "vx", "vy")}
 """Error bars, of sweeps to an accuracy or within a time."""
-
-
-@contextmanager
-def storing(path: Path) -> Iterator[None]:
-    """Errors while records are written become those of the store."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError("store", path, f"cannot be written ({error.strerror or error})") from None
 
 
 def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
@@ -245,7 +236,7 @@ class SweepFile:
 
     def put(self, first: int, records: np.ndarray) -> None:
         """Put some records behind each other, and force them to the disk; what other readers go by comes last."""
-        with storing(self.path):
+        with writing("store", self.path):
             if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
                 raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
             for name, place in self.places.items():

@@ -16,7 +16,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,29 +34,36 @@ def check_ending(field: str, path: Path, *endings: str) -> None:
         raise OutputError(field, path, f"the name must end in {', '.join(endings)}")
 
 
+@contextmanager
+def writing(field: str, path: Path) -> Iterator[None]:
+    """Why a file cannot be written becomes an error that names it."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring; ValueError: a null character
+        raise OutputError(field, path, f"cannot be written ({first_line(error)})") from None
+
+
 def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Iterable[Path] = ()) -> None:
     """Refuse what could not, or must not, be written, before any work is done for it."""
     check_ending(field, path, *endings)
-    try:
+    with writing(field, path):
         target = path.resolve()
         folder = target.parent
         if not folder.is_dir():
             raise OutputError(field, path, f"there is no folder {str(folder if path.is_symlink() else path.parent)!r}")
-        there = _kind(field, path)
+        there = _is_there(field, path)
         for other in inputs:
             if there and other.exists() and target.samefile(other):
                 reason = f"is the same file as {str(other)!r}, which would be lost; name another file"
                 raise OutputError(field, path, reason)
-        if not os.access(folder, os.W_OK) or (there and not os.access(target, os.W_OK)):
+        if there and not os.access(target, os.W_OK):
             raise OutputError(field, path, "may not be written")
         with suppress(FileNotFoundError):
-            target.stat()  # where its name is too long
+            beside(target, "part").stat()  # where its name is too long
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OutputError:
-        raise
-    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring; ValueError: a null character
-        raise _unwritable(field, path, error) from None
 
 
 def check_replaceable(
@@ -72,11 +78,9 @@ def check_replaceable(
     """The same, and refuse to write over a file that varcontact did not write, unless that is wanted."""
     check_writable(field, path, endings, inputs)
     overwrite = checks.flag("overwrite", overwrite)
-    try:
+    with writing(field, path):
         if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
             return
-    except OSError as error:
-        raise _unwritable(field, path, error) from None
     how = "add --force" if field.startswith("-") else "give overwrite=True"
     raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
 
@@ -93,19 +97,18 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
 
     The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
     """
-    lock, name = beside(path.resolve(), "lock"), f"{os.getpid()} on {socket.gethostname()}"
+    lock, name = beside(path.resolve(), "lock"), f"process {os.getpid()} on {socket.gethostname()}"
     kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
-    try:
-        kernel.acquire()
-    except (Timeout, RuntimeError):  # RuntimeError: held by this thread
-        holder = ""
-        with suppress(OSError):
-            holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
-        who = "this process" if holder == name else f"process {holder}" if holder else "another process"
-        reason = f"is being written by {who}; wait until that is done, or name another file"
-        raise OutputError(field, path, reason) from None
-    except OSError as error:
-        raise _unwritable(field, path, error) from None
+    with writing(field, path):
+        try:
+            kernel.acquire()
+        except (Timeout, RuntimeError):  # RuntimeError: held by this thread
+            holder = ""
+            with suppress(OSError):
+                holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
+            who = "this process" if holder == name else holder or "another process"
+            reason = f"is being written by {who}; wait until that is done, or name another file"
+            raise OutputError(field, path, reason) from None
     try:
         with suppress(OSError):  # a full disk
             lock.write_text(name, encoding="utf-8")
@@ -125,25 +128,16 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
     target = path.resolve()
     part = beside(target, "part")
     try:
-        there = _kind(field, path)
-        part.unlink(missing_ok=True)  # of a writer that was killed
-        with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
-            if there:
-                part.chmod(stat.S_IMODE(target.stat().st_mode))
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, target)
-        with suppress(OSError):
-            descriptor = os.open(target.parent, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise _unwritable(field, path, error) from None
+        with writing(field, path):
+            there = _is_there(field, path)
+            part.unlink(missing_ok=True)  # of a writer that was killed
+            with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
+                if there:
+                    part.chmod(stat.S_IMODE(target.stat().st_mode))
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, target)
     finally:
         part.unlink(missing_ok=True)
 
@@ -154,34 +148,18 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
         file.write(content)
 
 
-def _kind(field: str, path: Path) -> bool:
+def _is_there(field: str, path: Path) -> bool:
     """Whether a file is there; anything but a regular one is refused."""
-    try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
-        return False
-    if stat.S_ISDIR(mode):
+    if path.is_dir():
         raise OutputError(field, path, "is a folder")
-    if not stat.S_ISREG(mode):
+    if not regular(path):
         raise OutputError(field, path, "is a device or a pipe, not a file")
-    return True
-
-
-def _unwritable(field: str, path: Path, error: Exception) -> OutputError:
-    return OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
-
-
-LONGEST = 200
-"""Bytes of a file's name up to which it is part of the names beside it; file systems take 255."""
+    return path.exists()
 
 
 def beside(path: Path, ending: str) -> Path:
-    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``.
-
-    A long name is replaced by its digest, so that the hidden one is not too long for the file system.
-    """
-    name = path.name if len(os.fsencode(path.name)) <= LONGEST else sha256(os.fsencode(path.name)).hexdigest()
-    return path.with_name(f".{name}.{ending}")
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``."""
+    return path.with_name(f".{path.name}.{ending}")
 
 
 SCENE_BYTES = 2**24
@@ -200,8 +178,8 @@ def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
 
 
 def first_line(error: Exception) -> str:
-    """The first line of what an error says; its name where it says nothing."""
-    return str(error).split("\n")[0] or type(error).__name__
+    """What the system says of an error, or the first line of what it says itself; its name where that is nothing."""
+    return getattr(error, "strerror", None) or str(error).split("\n")[0] or type(error).__name__
 
 
 def regular(path: Path) -> bool:
@@ -212,20 +190,16 @@ def regular(path: Path) -> bool:
 def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
     """The text in a regular file, in UTF-8 with or without its mark."""
     try:
-        if not regular(path):
-            raise _unreadable(field, path, "is not a regular file")
         size = path.stat().st_size
-        if most is not None and size > most:
+        if not regular(path):
+            reason = "is not a regular file"
+        elif most is not None and size > most:
             reason = f"has {size / 2**20:.1f} MiB, and may have {most / 2**20:.0f} MiB at most"
-            raise _unreadable(field, path, f"{reason}; name large fields by {{file = ...}}")
-        return path.read_text(encoding="utf-8-sig")
+            reason += "; name large fields by {file = ...}"
+        else:
+            return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise _unreadable(field, path, f"is not {kind} (it is not UTF-8 text)") from None
-    except OSError as error:
-        raise _unreadable(field, path, f"cannot be read ({error.strerror})") from None
-    except ValueError as error:  # a null character in the name
-        raise _unreadable(field, path, f"cannot be read ({error})") from None
-
-
-def _unreadable(field: str, path: Path, reason: str) -> SceneError:
-    return SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")
+        reason = f"is not {kind} (it is not UTF-8 text)"
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = f"cannot be read ({first_line(error)})"
+    raise SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")
