@@ -23,14 +23,7 @@ SMALL, LARGE = 1e-100, 1e100
 _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 """What `float` would take for a number, or drop a part of."""
 _FLOAT = np.dtype(float)
-
-
-def number(field: str, value: Any, allowed: str = "a finite number") -> float:
-    """A finite real number."""
-    result = real(field, value, allowed)
-    if not math.isfinite(result):
-        raise SceneError(field, value, allowed)
-    return result
+POISSON = "a Poisson's ratio in (-1, 0.5]"
 
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:
@@ -46,46 +39,40 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
     return result
 
 
+def number(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
+    """A finite number of any sign, and of a size that can be computed with."""
+    result = real(field, value, allowed)
+    if math.isinf(result):
+        raise SceneError(field, value, allowed)
+    if abs(result) > most:
+        raise SceneError(field, result, f"at most {most:g} in size")
+    return result
+
+
 def positive(field: str, value: Any) -> float:
     """A finite number above zero, of a size that can be computed with."""
     if type(value) is float and SMALL <= value <= LARGE:  # nearly always; single calls of fast theories wait for it
         return value
     allowed = "a positive, finite number"
     result = number(field, value, allowed)
-    if result <= 0:
-        raise SceneError(field, value, allowed)
-    return computable(field, result)
-
-
-def computable(field: str, value: float) -> float:
-    """A number whose products with others do not leave floating point."""
-    if not SMALL <= value <= LARGE:
-        raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
-    return value
-
-
-def moderate(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
-    """A finite number of any sign, and of a size that can be computed with."""
-    result = number(field, value, allowed)
-    if abs(result) > most:
-        raise SceneError(field, result, f"at most {most:g} in size")
+    if result < SMALL:
+        raise SceneError(field, value, allowed if result <= 0 else f"at least {SMALL:g}")
     return result
 
 
 def at_least_zero(field: str, value: Any, allowed: str = "a finite number, zero or positive") -> float:
     """A finite number that is not negative, of a size that can be computed with."""
-    result = moderate(field, value, allowed)
+    result = number(field, value, allowed)
     if result < 0:
         raise SceneError(field, value, allowed)
-    return result
+    return positive(field, result) if result > 0 else result
 
 
 def poisson_ratio(field: str, value: Any) -> float:
     """One Poisson's ratio, in (-1, 0.5]."""
-    allowed = "a Poisson's ratio in (-1, 0.5]"
-    result = number(field, value, allowed)
+    result = number(field, value, POISSON)
     if not -1 < result <= 0.5:
-        raise SceneError(field, value, allowed)
+        raise SceneError(field, value, POISSON)
     return result
 
 
@@ -112,10 +99,6 @@ def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> l
     return [whole(f"{field}[{i}]", n, least, most) for i, n in enumerate(given)]
 
 
-MOST_DIMENSIONS = 32
-"""Of an array that NumPy broadcasts."""
-
-
 def is_array(value: Any) -> bool:
     """Whether a value is meant as several numbers."""
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
@@ -132,15 +115,9 @@ def dimensions(value: Any) -> int | None:
 def array(field: str, value: Any, ndim: int) -> np.ndarray:
     """A read-only copy of a finite array of floats with `ndim` dimensions."""
     allowed = f"a {ndim}-dimensional array of finite numbers"
-    if is_array(value) and dimensions(value) is None:
-        raise SceneError(field, value, f"{allowed}, with rows of equal length")
-    result = _floats(field, value, allowed)
+    result = numbers(field, value, allowed)
     if result.ndim != ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
-    sizes = np.abs(result)
-    if not sizes.max() <= LARGE:  # nor where there is NaN
-        require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
-        require_all(field, result, sizes <= LARGE, f"at most {LARGE:g} in size")
     result.flags.writeable = False
     return result
 
@@ -154,8 +131,18 @@ def coordinates(field: str, value: Any, size: int, of: str) -> np.ndarray:
 
 
 def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
-    """Finite real numbers of any shape (also a single one), as an array of floats."""
-    result = _floats(field, value, allowed)
+    """A copy as floats, of finite real numbers of any shape (also a single one)."""
+    try:
+        given = np.asarray(value)
+        real_ones = given.dtype.kind in "iuf" and not np.ma.is_masked(value)
+        result = given.astype(float) if real_ones else None
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
+    except Exception as error:  # an object's own code runs here, and may raise anything
+        rows = ", with rows of equal length" if isinstance(error, ValueError) else ""
+        raise SceneError(field, value, f"{allowed}{rows}") from None
+    if result is None:
+        raise SceneError(field, value, allowed)
     sizes = np.abs(result)
     if not (sizes <= most).all():  # nor where there is NaN
         require_all(field, result, np.isfinite(result), allowed)
@@ -170,26 +157,10 @@ def require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) 
         raise SceneError(f"{field}{list(where)}" if where else field, float(values[where]), allowed)
 
 
-def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
-    """A copy as floats, of whatever NumPy takes for real numbers."""
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind in "iuf" and not np.ma.is_masked(value):
-            if given.ndim <= MOST_DIMENSIONS:
-                return given.astype(float)
-            allowed += f", in at most {MOST_DIMENSIONS} dimensions"
-    except MemoryError:
-        raise SceneError(field, value, "small enough for the memory") from None
-    except Exception:  # an object's own code runs here, and may raise anything
-        pass
-    raise SceneError(field, value, allowed)
-
-
 def poisson(value: Any) -> np.ndarray:
     """Poisson's ratios, in (-1, 0.5], of any shape."""
-    allowed = "a Poisson's ratio in (-1, 0.5]"
-    result = numbers("nu", value, allowed)
-    require_all("nu", result, (result > -1) & (result <= 0.5), allowed)
+    result = numbers("nu", value, POISSON)
+    require_all("nu", result, (result > -1) & (result <= 0.5), POISSON)
     return result
 
 
@@ -198,9 +169,7 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     result = numbers(field, value, allowed)
     if not np.all(result >= SMALL):
         require_all(field, result, result > 0, allowed)
-        require_all(
-            field, result, result >= SMALL, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with"
-        )
+        require_all(field, result, result >= SMALL, f"at least {SMALL:g}")
     return result
 
 
@@ -333,7 +302,7 @@ def named(**words: str) -> Callable[[type[T]], type[T]]:
                     raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}")
             made(self, *args, **kwargs)
 
-        setattr(cls, "__init__", checked)  # noqa: B010  mypy refuses the assignment
+        type.__setattr__(cls, "__init__", checked)
         return cls
 
     return decorated

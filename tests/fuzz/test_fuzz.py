@@ -265,12 +265,6 @@ def test_pressures_on_parts_without_an_approach():
     assert any("apart" in fault or "distance" in fault or "overlap" in fault for fault in faults(wrong, 1e-8))
 
 
-def test_arrays_of_more_dimensions_than_numpy_broadcasts():
-    """Arguments, seed 66, case 959: a RuntimeError of NumPy."""
-    with pytest.raises(vc.SceneError, match=r"b = .* must be .*, in at most 32 dimensions"):
-        vc.reference.creepage_coefficients(1.0, np.ones((1,) * 33), 0.3)
-
-
 def test_steps_of_an_array_beyond_the_memory():
     """Arguments, seed 71, case 3039: it was copied before its shape was looked at."""
     with pytest.raises(vc.SceneError, match=r"motion.vx = .100000000 values. .* each of the 3 steps"):

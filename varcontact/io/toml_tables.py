@@ -78,7 +78,7 @@ def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
 def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
     """Numbers ``{from = 0.0, to = 3e-3, count = 7}``; with ``spacing = "log"`` by equal ratios."""
     check_keys(field, table, ("from", "to", "count", "spacing"))
-    first, last = (checks.moderate(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to"))
+    first, last = (checks.number(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to"))
     count = checks.whole(f"{field}.count", needed(field, table, "count"), least=2, most=MOST_VALUES)
     if checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log")) == "linear":
         return np.linspace(first, last, count).tolist()

@@ -31,7 +31,7 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     >>> rotation(yaw=np.pi / 2).round(6) @ [1.0, 0.0, 0.0]
     array([0., 1., 0.])
     """
-    angles = [checks.moderate(name, value) for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))]
+    angles = [checks.number(name, value) for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))]
     (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
     about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
@@ -278,8 +278,8 @@ def spin_pole(vx: float, vy: float, spin: float) -> tuple[float, float]:
     >>> spin_pole(0.001, 0.002, 0.5)
     (-0.004, 0.002)
     """
-    vx, vy = checks.moderate("vx", vx), checks.moderate("vy", vy)
-    if checks.moderate("spin", spin) == 0:
+    vx, vy = checks.number("vx", vx), checks.number("vy", vy)
+    if checks.number("spin", spin) == 0:
         raise SceneError("spin", spin, "not zero: without spin the rigid slip is the same everywhere")
     return -vy / spin, vx / spin
 

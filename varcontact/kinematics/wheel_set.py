@@ -60,7 +60,7 @@ class WheelSetMotion:
 
     def __post_init__(self) -> None:
         checks.entries(self, "motion", checks.positive, "speed", "half_gauge")
-        checks.entries(self, "motion", checks.moderate, "angular_velocity", "yaw", "yaw_rate", "lateral_velocity")
+        checks.entries(self, "motion", checks.number, "angular_velocity", "yaw", "yaw_rate", "lateral_velocity")
         for name, check in (("radii", checks.positives), ("angles", checks.numbers)):
             pair = check(f"motion.{name}", getattr(self, name))
             if pair.shape != (2,):
@@ -151,6 +151,6 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
     >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.2f} N gamma")
     0.35 N gamma
     """
-    N, gamma = checks.positive("force", force), checks.moderate("angle", angle)
+    N, gamma = checks.positive("force", force), checks.number("angle", angle)
     C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
     return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 4)

@@ -156,7 +156,7 @@ def row_of(sol: Solution, y: float | None) -> int:
     """The row of elements of a section at y, checked; that with the largest pressure if y is not given."""
     if y is None:
         return int(np.argmax(sol.pressure.max(axis=1)))
-    y = checks.moderate("y", y)
+    y = checks.number("y", y)
     if sol.scene.line:
         raise SceneError("y", y, "left out in line contact, which is the same in all sections")
     _, _, bottom, top = sol.grid.box

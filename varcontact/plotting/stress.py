@@ -131,7 +131,7 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
     axis = 1 if plane == "yz" else 0
     length = _cells(sol, axis).size * sol.grid.sides[axis]
     if depth is not None:
-        depth = checks.moderate("depth", checks.positive("depth", depth), most=FARTHEST)
+        depth = checks.number("depth", checks.positive("depth", depth), most=FARTHEST)
     if plane == "xy":
         side, below = side_of(body), 0.25 * length if depth is None else depth
         z = below if side == 1 else -below
@@ -144,7 +144,7 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
         place = float((sol.grid.y, sol.grid.x)[axis][largest])
         at = 0.0 if abs(place) < 1e-9 * sol.grid.sides[1 - axis] else place
     else:
-        at = checks.moderate(third, given, most=FARTHEST)
+        at = checks.number(third, given, most=FARTHEST)
     fields = []
     for side, sign in ((1, 1.0), (2, -1.0)):
         z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, (along, across)[axis], indexing="ij")

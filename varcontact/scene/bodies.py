@@ -417,7 +417,7 @@ def _modulus(field: str, value: Any) -> float:
     modulus = checks.real(field, value, allowed)
     if modulus <= 0:
         raise SceneError(field, value, allowed)
-    return modulus if math.isinf(modulus) else checks.computable(field, modulus)
+    return modulus if math.isinf(modulus) else checks.positive(field, modulus)
 
 
 def _moduli(field: str, value: Any) -> tuple[float, float]:

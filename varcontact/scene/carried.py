@@ -106,7 +106,7 @@ class Carried:
         depth = (half**2 - s**2) / (2 * radius)
         if checks.flag("worn", worn):
             depth = half**2 / (2 * radius) * (1 + np.cos(np.pi * s / half)) / 2
-        return cls(-depth, checks.moderate("at", at) + s)
+        return cls(-depth, checks.number("at", at) + s)
 
     def on(self, grid: Grid, rolled: float) -> np.ndarray:
         """Height at the element centres of a grid.

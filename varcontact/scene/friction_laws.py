@@ -64,7 +64,7 @@ class TemperatureFalling(LocalLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.entries(self, "friction", checks.moderate, "reference")
+        checks.entries(self, "friction", checks.number, "reference")
         checks.entries(self, "friction", checks.positive, "over")
 
     @property

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from varcontact.checks import choice, moderate, named, positive, whole
+from varcontact.checks import choice, named, number, positive, whole
 from varcontact.errors import SceneError
 
 Edge = Literal["centres", "touched", "softened"]
@@ -102,7 +102,7 @@ class Grid:
         if missing:
             raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
         for name in names:
-            check = positive if name in ("dx", "dy") else moderate
+            check = positive if name in ("dx", "dy") else number
             set_(self, name, check(f"grid.{name}", getattr(self, name)))
 
     @property

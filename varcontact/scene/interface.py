@@ -48,7 +48,7 @@ class ThirdBody:
 
     def __post_init__(self) -> None:
         checks.entries(self, "third_body", checks.at_least_zero, "h")
-        checks.entries(self, "third_body", checks.moderate, "k_tau")
+        checks.entries(self, "third_body", checks.number, "k_tau")
         checks.entries(self, "third_body", checks.positive, "G")
         if not isinstance(self.tau_c0, float) or self.tau_c0 != math.inf:
             checks.entries(self, "third_body", checks.positive, "tau_c0")
@@ -100,7 +100,7 @@ class Thermal:
 
     def __post_init__(self) -> None:
         checks.entries(self, "thermal", checks.positive, "conductivity", "density", "heat_capacity")
-        checks.entries(self, "thermal", checks.moderate, "temperature")
+        checks.entries(self, "thermal", checks.number, "temperature")
 
     @property
     def effusivity(self) -> float:

@@ -226,12 +226,12 @@ Motion = Steady | Shift | TimeStep
 
 
 def _check_rigid(motion: Steady | Shift | Harmonic, along_x: str, along_y: str, about_z: str) -> None:
-    checks.entries(motion, "motion", checks.moderate, along_x, along_y, about_z)
+    checks.entries(motion, "motion", checks.number, along_x, along_y, about_z)
     for force, rigid in (("Fx", along_x), ("Fy", along_y)):
         value = getattr(motion, force, None)
         if value is None:
             continue
-        checks.entries(motion, "motion", checks.moderate, force)
+        checks.entries(motion, "motion", checks.number, force)
         if getattr(motion, rigid) != 0:
             raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), ONE_OF_TWO)
 

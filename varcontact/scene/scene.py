@@ -141,10 +141,10 @@ class Scene(Generic[MotionT_co]):
         consistency.check_parts(self)
         if self.normal_force is not None:
             unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
-            check = checks.moderate if unloaded else checks.positive
+            check = checks.number if unloaded else checks.positive
             set_(self, "normal_force", check("normal_force", self.normal_force))
         if self.approach is not None:
-            set_(self, "approach", checks.moderate("approach", self.approach))
+            set_(self, "approach", checks.number("approach", self.approach))
         if checks.is_array(self.friction):
             given: Any = self.friction  # in line contact also one row
             row = self.line and checks.dimensions(given) == 1

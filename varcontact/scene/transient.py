@@ -135,7 +135,7 @@ spin_offset=0.16666666666666666, dt=None)
         ):
             raise SceneError("motion.carried", self.carried, "Carried, or several")
         if self.rolled is not None:
-            set_(self, "rolled", checks.moderate("motion.rolled", self.rolled))
+            set_(self, "rolled", checks.number("motion.rolled", self.rolled))
         if self.control is not None and not callable(self.control):
             raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
         fields = ("grid", "pressure", "traction", "state")
@@ -227,11 +227,6 @@ CONTROLLED = {
 _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 
-def _distance(field: str, value: Any) -> float:
-    distance = checks.at_least_zero(field, value)
-    return checks.computable(field, distance) if distance > 0 else distance
-
-
 def _direction(field: str, value: Any) -> int:
     allowed = "1 or -1"
     number = checks.number(field, value, allowed)
@@ -241,10 +236,10 @@ def _direction(field: str, value: Any) -> int:
 
 
 _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
-    "dq": _distance,
-    "dt": _distance,
+    "dq": checks.at_least_zero,
+    "dt": checks.at_least_zero,
     "direction": _direction,
-    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
+    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.number),
     "normal_force": checks.at_least_zero,
     "friction": coefficient,
 }

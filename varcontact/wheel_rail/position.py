@@ -21,7 +21,7 @@ STEEPEST = 0.5
 
 def angle(field: str, value: Any) -> float:
     """A small angle, checked."""
-    angle = checks.moderate(field, value)
+    angle = checks.number(field, value)
     if abs(angle) > STEEPEST:
         raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
     return angle
@@ -56,7 +56,7 @@ class Position:
     pitch: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "position", checks.moderate, "y", "s", "pitch")
+        checks.entries(self, "position", checks.number, "y", "s", "pitch")
         checks.entries(self, "position", angle, "roll", "yaw")
 
     @cached_property
@@ -97,9 +97,9 @@ class Velocity:
 
     def __post_init__(self) -> None:
         checks.entries(self, "velocity", checks.positive, "speed")
-        checks.entries(self, "velocity", checks.moderate, "lateral", "vertical", "roll_rate", "yaw_rate")
+        checks.entries(self, "velocity", checks.number, "lateral", "vertical", "roll_rate", "yaw_rate")
         if self.pitch_rate is not None:
-            checks.entries(self, "velocity", checks.moderate, "pitch_rate")
+            checks.entries(self, "velocity", checks.number, "pitch_rate")
             if self.pitch_rate > 0:
                 allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
                 raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)

@@ -63,7 +63,7 @@ class Irregularity:
     roll_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "irregularity", checks.moderate, "y", "z", "lateral", "vertical", "roll_rate")
+        checks.entries(self, "irregularity", checks.number, "y", "z", "lateral", "vertical", "roll_rate")
         checks.entries(self, "irregularity", angle, "roll")
 
 
@@ -276,7 +276,7 @@ class WheelSet:
     def __post_init__(self) -> None:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
         checks.entries(self, "wheelset", checks.positive, "radius", "inside_distance")
-        checks.entries(self, "wheelset", checks.moderate, "flange_back")
+        checks.entries(self, "wheelset", checks.number, "flange_back")
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
             allowed = f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"

@@ -176,7 +176,7 @@ class WheelOnRail(OnTrack):
         optional = ("vertical_force", "dx", "dy", "join", "separate", "turn")
         checks.entries(self, "", checks.positive, *(name for name in optional if getattr(self, name) is not None))
         if self.z is not None:
-            checks.entries(self, "", checks.moderate, "z")
+            checks.entries(self, "", checks.number, "z")
         if not isinstance(self.friction, FrictionByAngle):
             set_(self, "friction", coefficient("friction", self.friction))
         checks.entries(self, "", checks.flag, "with_friction", *(["conformal"] if self.conformal != "auto" else []))
@@ -253,7 +253,7 @@ class WheelOnRail(OnTrack):
         SceneError
             If the contact reaches the end of a profile, or elements are too many.
         """
-        z = checks.moderate("z", z)
+        z = checks.number("z", z)
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
         curved = self.conformal is True
         groups = joined(self.locus.overlaps(z), turn if curved else self.separate)

@@ -87,7 +87,7 @@ class WheelSetOnTrack(OnTrack):
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
             checks.entries(self, "", checks.positive, "vertical_force")
-        checks.entries(self, "", checks.moderate, *LOADS)
+        checks.entries(self, "", checks.number, *LOADS)
         allowed = [name for name in BALANCED if name != "z"]
         given: Any = self.free
         if not isinstance(given, tuple | list):
