@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from html import escape
 
@@ -34,12 +35,12 @@ def html_text(text: str) -> str:
     return f"<pre>{escape(text)}</pre>"
 
 
-class Reported:
+class Reported(ABC):
     """What prints as its report, in notebooks too."""
 
+    @abstractmethod
     def report(self) -> str:
         """The report."""
-        raise NotImplementedError
 
     def __str__(self) -> str:
         return self.report()
