@@ -12,22 +12,20 @@ natural-map residual. Each call of a solver is counted under its own name.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import normal_residual, tangential_residual
-from varcontact.errors import SceneError, TooLarge
+from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_normal, refine_tangential
-from varcontact.system.process import SMALLER, need
+from varcontact.system.process import SMALLER, fits, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
@@ -47,22 +45,17 @@ active sets in dense matrices of their unknowns, of which a program takes three 
 CVXPY, which compiles the gap program, by the fourth power of the unknowns."""
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
-Problem = NormalProblem | TangentialProblem
 
 
 @dataclass(frozen=True)
 class Task:
     """A problem with the plan to solve it by, and where to begin."""
 
-    problem: Problem
+    problem: NormalProblem | TangentialProblem
     plan: Plan
     polish: bool
     settings: Settings
     start: RawSolution | None
-
-    @property
-    def solver(self) -> str:
-        return self.plan.normal if isinstance(self.problem, NormalProblem) else self.plan.tangential
 
     def residual(self, answer: RawSolution) -> float:
         if isinstance(self.problem, NormalProblem):
@@ -76,25 +69,18 @@ class Task:
         return other if self.residual(other) < self.residual(one) else one
 
     def solved(self, tol: float) -> RawSolution:
+        """The answer of the plan's solver; where the plan marches, of a step of the march."""
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
-            return normal_solver(self.solver)(self.problem, settings, self.start)
-        return tangential_solver(self.solver)(self.problem, settings, self.start)
-
-
-Attempt = Callable[[Task, RawSolution | None], RawSolution | None]
-"""From the best answer so far to a better one."""
+            return normal_solver(self.plan.normal)(self.problem, settings, self.start)
+        return tangential_solver(self.plan.tangential)(self.problem, settings, self.start)
 
 
 def solve_normal(
     problem: NormalProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
-    if not states_programs(plan.normal):
-        return normal_solver(plan.normal)(problem, settings, start)
     task = Task(problem, plan, polish, settings, start)
-    if plan.convex or not polish:
-        return _best(task, (_program_unpolished,))
-    return _best(task, (_active_sets_from_start, _program_polished))
+    return _by_program(task) if states_programs(plan.normal) else task.solved(settings.tol)
 
 
 def solve_tangential(
@@ -104,40 +90,46 @@ def solve_tangential(
     if problem.no_slip and not plan.matrix_free:
         return NO_SLIP(problem, settings, None)
     if not plan.programs:
-        known = problem.yielding is None or problem.yielding.columns == 0
-        falls_back = known and plan.fallback != "none" and not plan.marches and problem.size <= MOST_OF_A_PROGRAM
-        return _best(task, (_named, _fallback) if falls_back else (_named,))
-    convex = settings.formulation != "gap" or problem.monotone
+        raw = _by_plan(task, (1.0 if plan.matrix_free else UNPOLISHED) * settings.tol)
+        return raw if task.residual(raw) <= settings.tol else _fallback(task, raw)
+    if settings.formulation != "gap" or problem.monotone:
+        return _by_program(task)
     if plan.convex or not polish:
-        return _best(task, (_program_unpolished if convex else _refused,))
-    return _best(task, (_active_sets_from_start, _program_polished) if convex else (_active_sets,))
-
-
-def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
-    enough = task.settings.tol
-    if states_programs(task.solver):
-        enough = min(enough, NEARLY_ROUNDED)
-    best: RawSolution | None = None
-    for attempt in attempts:
-        if best is not None and task.residual(best) <= enough:
-            break
-        best = attempt(task, best)
-    assert best is not None
-    return best
-
-
-def _named(task: Task, best: RawSolution | None) -> RawSolution:
-    """The plan's solver of the tangential problem; nothing improves its answer."""
-    part = 1.0 if task.plan.matrix_free else UNPOLISHED
-    return _by_plan(task, part * task.settings.tol)
+        allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
+        raise SceneError("formulation", "gap", allowed)
+    raw = _active_sets(task, None)  # the certificate judges them
+    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
 def _by_plan(task: Task, tol: float) -> RawSolution:
     """The plan's solver, in steps of a march where the plan marches."""
     if isinstance(task.problem, NormalProblem) or not task.plan.marches:
         return task.solved(tol)
-    solver = partial(_step_of_a_march, task.plan)
-    return march(solver, task.problem, replace(task.settings, tol=tol), task.start)
+
+    def step(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+        one = Task(problem, task.plan, False, settings, start)
+        return _refined(one) if task.plan.convex else one.solved(settings.tol)
+
+    return march(step, task.problem, replace(task.settings, tol=tol), task.start)
+
+
+def _fallback(task: Task, best: RawSolution) -> RawSolution:
+    """The polished program of the plan's fallback; none without a convex one, or with too many elements for it."""
+    problem, program = task.problem, task.plan.fallback
+    assert isinstance(problem, TangentialProblem)
+    formulation = "complementary" if problem.symmetric else "gap"
+    yields = problem.yielding is not None and problem.yielding.columns > 0
+    convex = program != "none" and not (task.plan.marches or yields) and (problem.symmetric or problem.monotone)
+    if not convex or problem.size > MOST_OF_A_PROGRAM:
+        return best
+    if not fits(peak(program, formulation, problem.rigid_shift.size)):
+        return best
+    settings = replace(task.settings, formulation=formulation)
+    by_program = replace(task, plan=replace(task.plan, tangential=program), settings=settings, start=None)
+    found = _polished(by_program, best)
+    if found is best:
+        return best
+    return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
 
 
 def march(
@@ -177,23 +169,26 @@ def march(
     return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady", at.solver)
 
 
-def _step_of_a_march(
-    plan: Plan, problem: TangentialProblem, settings: Settings, start: RawSolution | None
-) -> RawSolution:
-    step = Task(problem, plan, False, settings, start)
-    if plan.convex:
-        return _refined(step)
-    return step.solved(settings.tol)
-
-
-def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
+def _by_program(task: Task) -> RawSolution:
+    """The plan's program, refined, polished by active sets, or as it is; active sets from a start may do without."""
+    problem, start = task.problem, task.start
+    if not task.plan.convex and task.polish:
+        if start is None:
+            return _polished(task, None)
+        near = _active_sets(task, start, NEWTON_STEPS_FROM_START)
+        nearer = not near.solved and task.residual(near) <= 1e-2 * task.residual(start)
+        if nearer and isinstance(problem, TangentialProblem):
+            near = _active_sets(task, near)
+        return _polished(task, replace(near, iterations=0))
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
-    if task.plan.convex and not (task.plan.marches and not isinstance(task.problem, NormalProblem)):
+    if task.plan.convex and (isinstance(problem, NormalProblem) or not task.plan.marches):
         return _refined(closer)
-    answer = _by_plan(task, closer.settings.tol)
-    if isinstance(task.problem, NormalProblem):
-        return without_noise(task.problem, answer)
-    return answer
+    raw = _by_plan(closer, closer.settings.tol)
+    if isinstance(problem, TangentialProblem):
+        return raw
+    # without the small pressures that it leaves where the bodies are apart, by the natural map ``p - e/rho``
+    distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
+    return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
 
 
 def _refined(task: Task) -> RawSolution:
@@ -214,7 +209,7 @@ def _refined(task: Task) -> RawSolution:
     return best
 
 
-def _program_polished(task: Task, best: RawSolution | None) -> RawSolution:
+def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     """The answer of the plan's program after active sets, which need it no more exact than this.
 
     Near saturation they can be lost beside the solution, where almost nothing sticks: then they begin on their own.
@@ -225,36 +220,16 @@ def _program_polished(task: Task, best: RawSolution | None) -> RawSolution:
             break
         answer = _by_plan(task, accuracy)
         if answer.finite:
-            polished = replace(_active_sets_from(task, answer), iterations=answer.iterations)
-            best = task.better(best, polished)
+            best = task.better(best, replace(_active_sets(task, answer), iterations=answer.iterations))
     assert answer is not None
     if best is None:
         return answer
     if task.residual(best) > task.settings.tol:
-        best = task.better(best, replace(_active_sets_from(task, None), iterations=answer.iterations))
+        best = task.better(best, replace(_active_sets(task, None), iterations=answer.iterations))
     return best
 
 
-def _fallback(task: Task, best: RawSolution | None) -> RawSolution | None:
-    """The polished program of the plan's fallback; none without a convex one, or with too many elements for it."""
-    problem, program = task.problem, task.plan.fallback
-    assert isinstance(problem, TangentialProblem) and best is not None
-    formulation = "complementary" if problem.symmetric else "gap"
-    try:
-        check_memory("tangential", program, formulation, problem.rigid_shift.size)
-    except TooLarge:
-        return best
-    if formulation == "gap" and not problem.monotone:
-        return best
-    settings = replace(task.settings, formulation=formulation)
-    by_program = replace(task, plan=replace(task.plan, tangential=program), settings=settings, start=None)
-    found = _program_polished(by_program, best)
-    if found is best:
-        return best
-    return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
-
-
-def _active_sets_from(task: Task, start: RawSolution | None, steps: int = NEWTON_STEPS) -> RawSolution:
+def _active_sets(task: Task, start: RawSolution | None, steps: int = NEWTON_STEPS) -> RawSolution:
     """NORM, or the safeguarded TANG."""
     if isinstance(task.problem, NormalProblem):
         return normal_solver("norm")(task.problem, task.settings, start)
@@ -262,38 +237,6 @@ def _active_sets_from(task: Task, start: RawSolution | None, steps: int = NEWTON
         "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, steps, settings)
     )
     return tang(task.problem, task.settings, start)
-
-
-def _active_sets_from_start(task: Task, best: RawSolution | None) -> RawSolution | None:
-    """From the pass or the step before; TANG is given up soon where it does not converge."""
-    start = task.start
-    if start is None:
-        return best
-    near = _active_sets_from(task, start, NEWTON_STEPS_FROM_START)
-    done = near.solved or task.residual(near) > 1e-2 * task.residual(start)
-    if not (isinstance(task.problem, NormalProblem) or done):
-        near = _active_sets_from(task, near)
-    return replace(near, iterations=0)
-
-
-def _active_sets(task: Task, best: RawSolution | None) -> RawSolution:
-    """In place of the gap program; the certificate judges their answer."""
-    raw = _active_sets_from(task, None)
-    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
-
-
-def _refused(task: Task, best: RawSolution | None) -> RawSolution:
-    allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
-    raise SceneError("formulation", "gap", allowed)
-
-
-def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
-    """A solver's answer without the small pressures that it leaves where the bodies are apart.
-
-    An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
-    """
-    distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
-    return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
 
 
 def peak(method: str, formulation: str, unknowns: float) -> float:
