@@ -13,7 +13,7 @@ from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
-from varcontact.solving.coupling import FixedPoint, Limits, Unknown
+from varcontact.solving.coupling import FixedPoint, Limits
 from varcontact.solving.pipeline import march, solve_tangential
 from varcontact.solving.selection import select
 
@@ -132,7 +132,7 @@ def passes(solved, useless=True):
         return float(np.abs(state.traction[0] - 1 - state.traction[0] @ MATRIX).max())
 
     first = tangential(START)
-    loop = FixedPoint(first, residual(first), Unknown("traction"), Limits(1e-8, passes=500))
+    loop = FixedPoint(first, residual(first), "traction", Limits(1e-8, passes=500))
     while loop.goes_on:
         after = tangential(normal(loop.state))
         loop.add(after, residual(after))

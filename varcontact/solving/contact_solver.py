@@ -21,19 +21,9 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
-from varcontact.solving.coupling import (
-    FixedPoint,
-    Limits,
-    Unknown,
-    coupled_newton,
-    distance,
-)
+from varcontact.solving.coupling import FixedPoint, Limits, coupled_newton, distance
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
-from varcontact.solving.pipeline import (
-    check_memory,
-    solve_normal,
-    solve_tangential,
-)
+from varcontact.solving.pipeline import check_memory, solve_normal, solve_tangential
 
 PASSES = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are exact."""
@@ -90,18 +80,18 @@ class ContactSolver:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            enough = self._enough_pressure(disc, state)
+            enough = self.tol  # of the first pressures, those without tractions: they settle the grid
+            if self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE:
+                # tractions see errors of pressures K by friction times as large
+                friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
+                enough = max(self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0), EXACTEST)
             raw = solve_normal(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
             if not raw.finite:
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
             pressure[elements] = raw.traction
-            return replace(
-                state,
-                pressure=pressure.reshape(disc.grid.shape),
-                approach=float(raw.rigid[0]),
-                **answered(state, "normal", raw),
-            )
+            pressure, approach = pressure.reshape(disc.grid.shape), float(raw.rigid[0])
+            return replace(state, pressure=pressure, approach=approach, **answered(state, "normal", raw))
 
     def pressure_on_subgrid(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
         """The contact with its pressure solved for on parts of the elements, which bear the means."""
@@ -140,7 +130,7 @@ class ContactSolver:
 
         first, residual = one(replace(state, yield_stress=known))
         limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW)
-        found = FixedPoint(first, residual, Unknown("yield_stress", least=0.0), limits)
+        found = FixedPoint(first, residual, "yield_stress", limits, least=0.0)
         while found.goes_on:
             found.add(*one(found.state))
         return replace(found.best, passes=passes)
@@ -148,20 +138,20 @@ class ContactSolver:
     def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under a known yield stress, where a third body has one."""
         problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
-        _check_force(problem, disc.scales.force)
-        in_passes = self.plan.loops or disc.loading.law is not None
-        settings = self._settings(self._enough_traction(disc, state, in_passes), in_passes)
+        size, limit = math.hypot(*(force or 0.0 for force in problem.force)), problem.area * float(problem.bound.sum())
+        if size > 0 and size >= limit:
+            raise Saturated(size * disc.scales.force, limit * disc.scales.force)
+        law, motion, enough = disc.loading.law, disc.loading.motion, self.tol
+        in_passes = self.plan.loops or law is not None
+        if in_passes and self.plan.matrix_free:
+            # under a law with two coefficients who slips once slips for good: there no pass may be rough
+            enough = self._seen(state) if law is None or law.continuous else PASSES**2 * self.tol
+        settings = self._settings(enough, in_passes)
         raw = self._tractions(problem, state, settings)
-        if (
-            isinstance(disc.loading.motion, Steady)
-            and disc.loading.slip_difference == "second-order"
-            and not raw.solved
-        ):
-            first = disc.with_loading(
-                motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
-            )
-            easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
+        if isinstance(motion, Steady) and motion.slip_difference == "second-order" and not raw.solved:
             # on elements much longer than wide this is monotone where the slip of second order may not be
+            first = disc.with_loading(motion=replace(motion, slip_difference="first-order", spin_offset=None))
+            easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
             easy = self._solved(easier, None, settings)
             again = self._solved(problem, easy, settings) if easy.solved else raw
             count = raw.iterations + easy.iterations + again.iterations * easy.solved
@@ -169,29 +159,20 @@ class ContactSolver:
         if not raw.finite:
             raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
-        return replace(
-            state,
-            traction=traction,
-            rigid=rigid,
-            **answered(state, "tangential", raw),
-        )
+        return replace(state, traction=traction, rigid=rigid, **answered(state, "tangential", raw))
 
-    def together(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
+    def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """Pressure and tractions of each other, under the traction bound of the pressure before.
 
         The two problems in turn: of a shift that is block descent of the complementary energy, which is convex.
         """
         enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
-        state = self.traction(disc, state)
+        state = self.traction(disc, replace(state, bound_pressure=state.pressure))
         for _ in range(MOST_ALTERNATIONS):
             before, state = state, self.traction(disc, self.pressure(disc, state))
             if distance(state.traction, before.traction) <= enough:
                 break
-        return state
-
-    def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """Pressure and tractions together, under the traction bound of the pressure before."""
-        return replace(self.together(disc, replace(state, bound_pressure=state.pressure)), bound_pressure=None)
+        return replace(state, bound_pressure=None)
 
     def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
@@ -209,26 +190,6 @@ class ContactSolver:
     def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
         check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)
         return solve_tangential(problem, self.plan, self.polish, settings, start)
-
-    def _enough_pressure(self, disc: Discretisation, state: ContactState) -> float:
-        """The residual to ask of pressures in a pass: tractions see their errors K by friction times as large.
-
-        The first pressures, those without tractions, settle the grid, and are as exact as any.
-        """
-        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
-            return self.tol
-        friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
-        return max(self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0), EXACTEST)
-
-    def _enough_traction(self, disc: Discretisation, state: ContactState, in_passes: bool) -> float:
-        """The residual to ask of tractions in a pass.
-
-        Under a law with two coefficients who slips once slips for good: there no pass may be rough.
-        """
-        if not (self.plan.matrix_free and in_passes):
-            return self.tol
-        law = disc.loading.law
-        return PASSES**2 * self.tol if law is not None and not law.continuous else self._seen(state)
 
     def _seen(self, state: ContactState) -> float:
         """What the next pass sees, after the last one's residual."""
@@ -269,7 +230,7 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
         limits = Limits(tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
     try:
         state = _pass_under_law(disc, solver, replace(start, passes=()), tol)
-        passes = FixedPoint(state, residual(state), Unknown("friction", law.kinetic, law.static), limits)
+        passes = FixedPoint(state, residual(state), "friction", limits, law.kinetic, law.static)
         while passes.goes_on:
             try:
                 state = _pass_under_law(disc, solver, passes.state, tol)
@@ -308,8 +269,8 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
     state = solver.joint_pass(disc, start) if together else solver.traction(disc, start)
     if not plan.loops:
         return state
-    unknown = Unknown("pressure", least=0.0) if together else Unknown("traction")
-    passes = FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol))
+    unknown, least = ("pressure", 0.0) if together else ("traction", -math.inf)
+    passes = FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol), least)
     while passes.goes_on:
         try:
             state = passes.state
@@ -319,13 +280,6 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
         else:
             passes.add(state, max(residuals(disc, state)))
     return passes.best
-
-
-def _check_force(problem: TangentialProblem, scale: float) -> None:
-    size = math.hypot(*(force or 0.0 for force in problem.force))
-    limit = problem.area * float(problem.bound.sum())
-    if size > 0 and size >= limit:
-        raise Saturated(size * scale, limit * scale)
 
 
 def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:

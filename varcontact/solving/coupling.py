@@ -28,15 +28,6 @@ MEMORY = 6
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """The field of a state by which a pass depends on the one before, and the least and greatest value it may have."""
-
-    name: str
-    least: float = -np.inf
-    greatest: float = np.inf
-
-
-@dataclass(frozen=True)
 class Limits:
     """When passes end, and from when on they may be accelerated.
 
@@ -55,12 +46,21 @@ class FixedPoint:
     """Passes repeated until a field stays: who makes them asks `goes_on`, and adds each state that a pass ends in.
 
     The next pass begins at `state`; `best` has the least residual, and its `passes` tell how all went. They end also
-    where solvers give up twice in a row with nothing gained, or altogether.
+    where solvers give up twice in a row with nothing gained, or altogether. A pass depends on the one before by the
+    field `unknown`, which has a `least` and a `greatest` value.
     """
 
-    def __init__(self, first: ContactState, residual: float, unknown: Unknown, limits: Limits) -> None:
+    def __init__(
+        self,
+        first: ContactState,
+        residual: float,
+        unknown: str,
+        limits: Limits,
+        least: float = -np.inf,
+        greatest: float = np.inf,
+    ) -> None:
         self.state = self._best = replace(first, passes=((1.0, residual),))
-        self._unknown, self._limits = unknown, limits
+        self._unknown, self._limits, self._range = unknown, limits, (least, greatest)
         self._lost = self._failures = self._held = 0
         self._accelerated = self._over = False
         self._given: list[np.ndarray] = []
@@ -84,26 +84,23 @@ class FixedPoint:
         self._over = True
 
     def add(self, after: ContactState, residual: float) -> None:
-        name, before = self._unknown.name, self.state.passes
+        name, before = self._unknown, self.state.passes
         given, found = np.asarray(getattr(self.state, name)), np.asarray(getattr(after, name))
         self._given, self._found = [*self._given, given][-MEMORY:], [*self._found, found][-MEMORY:]
         after = replace(after, passes=(*before, (distance(found, given), residual)))
         gained = residual < self._best.passes[-1][1]
         self._best, self._lost = (after, 0) if gained else (self._best, self._lost + 1)
         self._failures = 0 if gained or all(after.solved.values()) else self._failures + 1
-        ready = len(before) > self._limits.plain or residual < self._limits.near or self._turns_back()
+        # a change against the one before, as under rising friction: no branch is lost then
+        changes = [found - given for found, given in zip(self._found[-2:], self._given[-2:], strict=True)]
+        turns = len(changes) == 2 and float(np.sum(changes[0] * changes[1])) < 0
+        ready = len(before) > self._limits.plain or residual < self._limits.near or turns
         self._held = 0 if gained and self._held < HELD else self._held + self._accelerated
         slow = ready and not residual < SLOW * before[-1][1]
         self._accelerated = self._held < HELD and (self._accelerated or slow)
         if self._accelerated:
-            mixed = np.clip(self._mixed(), self._unknown.least, self._unknown.greatest)
-            after = replace(after, **{name: mixed})
+            after = replace(after, **{name: np.clip(self._mixed(), *self._range)})
         self.state = after
-
-    def _turns_back(self) -> bool:
-        """Whether the last change goes against the one before, as under rising friction: no branch is lost then."""
-        changes = [found - given for found, given in zip(self._found[-2:], self._given[-2:], strict=True)]
-        return len(changes) == 2 and float(np.sum(changes[0] * changes[1])) < 0
 
     def _mixed(self) -> np.ndarray:
         """The combination of found values for which the same combination of changes is smallest."""
