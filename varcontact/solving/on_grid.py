@@ -46,7 +46,7 @@ from varcontact.solving.contact_solver import ContactSolver, contact, with_norma
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.selection import check_fits, many_pressures
+from varcontact.solving.selection import MANY_PRESSURES, check_fits, elements_in_contact
 from varcontact.solving.surface_noise import noise_warning
 
 FOUND = 1e-4
@@ -312,7 +312,7 @@ def _without_tractions(
         return disc, solver.pressure(disc, state)
     if known_grid(scene).explicit:
         return solver.pressure_on_subgrid(disc, state)
-    few = not (solver.plan.convex or many_pressures(scene))
+    few = not solver.plan.convex and elements_in_contact(scene)[0] <= MANY_PRESSURES
     plan = replace(solver.plan, normal="norm") if few else solver.plan
     with solver.stats.stage("grid"):
         state = replace(solver, plan=plan, tol=max(solver.tol, FOUND), refined=False).pressure(disc, state)

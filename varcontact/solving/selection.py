@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,10 +39,11 @@ FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 @dataclass(frozen=True)
 class Preset:
-    """A value of `method`: solvers where none is named, active sets that belong to it (none: solvers of programs do),
-    and the solver of programs where active sets miss the tolerance.
+    """A value of `method`, in words, and its solvers where none is named; those that may be named (none: solvers of
+    programs), and the solver of programs where active sets miss the tolerance.
     """
 
+    why: str
     normal: str
     tangential: str
     normals: tuple[str, ...] = ()
@@ -52,23 +52,22 @@ class Preset:
 
 
 PRESETS: dict[str, Preset] = {
-    "auto": Preset("norm", "tang-safeguarded", fallback="clarabel"),
-    "convex": Preset("clarabel", "clarabel"),
+    "auto": Preset(
+        "the fastest method measured, or the solvers named", "norm", "tang-safeguarded", fallback="clarabel"
+    ),
+    "convex": Preset("requested: QP and SOCP by conic solvers, never polished by active sets", "clarabel", "clarabel"),
     "active-set": Preset(
+        "requested: NORM and the safeguarded TANG, without programs",
         "norm",
         "tang-safeguarded",
         tuple(name for name in NORMAL if name not in MATRIX_FREE),
         tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
     ),
-    "kalker": Preset("norm", "tang-exact", ("norm",), ("tang-exact",)),
+    "kalker": Preset(
+        "requested: NORM and TANG as printed, without programs", "norm", "tang-exact", ("norm",), ("tang-exact",)
+    ),
 }
 """By method. With "auto" any solver may be named."""
-WHY = {
-    "auto": "the fastest method measured, or the solvers named",
-    "convex": "requested: QP and SOCP by conic solvers, never polished by active sets",
-    "active-set": "requested: NORM and the safeguarded TANG, without programs",
-    "kalker": "requested: NORM and TANG as printed, without programs",
-}
 
 MANY, MANY_PRESSURES = 180, 400
 """Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
@@ -80,8 +79,8 @@ SHORT, TOO_MANY = 0.05, 2000
 """A step of steady rolling by the length of an element, below which Newton's method takes longer than active sets, and
 the elements beyond which these take hours."""
 
-NEWTON = Preset("newton", "newton", fallback="clarabel")
-NEWTON_TRACTIONS = Preset("norm", "newton", fallback="clarabel")
+NEWTON = replace(PRESETS["auto"], normal="newton", tangential="newton")
+NEWTON_TRACTIONS = replace(NEWTON, normal="norm")
 """What "auto" stands for with so many elements; and where the pressure has too few of them."""
 
 
@@ -102,59 +101,56 @@ def select(
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'tang-safeguarded', 'none')
     """
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
+    if isinstance(scene.motion, Harmonic):
+        allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
+        raise SceneError("motion", scene.motion, allowed)
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
-    wanted["method"] = method
-    for error in _unknown_names(scene, wanted):
-        raise error
-    preset = _preset(scene, wanted)
-    reasons = {"method": WHY[method]}
+    for field, name in wanted.items():
+        if not isinstance(name, str):
+            raise SceneError(field, name, "the name of a method")
+    choice("method", method, PRESETS)
+    _check_solvers(scene, normal, tangential)
+    choice("coupling", coupling, ("auto", *COUPLING_METHODS))
+    choice("formulation", formulation, ("auto", *FORMULATIONS))
+
+    preset, reasons = _preset(scene, wanted, method), {"method": PRESETS[method].why}
     of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
     of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
-    plan = Plan(of_normal, of_tangential, "none", method=method)
+    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=_kind_of_bodies(scene))
     loop, reasons["coupling"] = _coupling(scene, wanted, plan)
-    allowed, default, _ = _formulations(scene, plan, formulation)
-    program, reasons["formulation"] = allowed[0], default
+    programs, reasons["formulation"] = _formulations(scene, plan)
+    plan = replace(plan, coupling=loop, formulation=programs[0])
+    _check_methods(scene, wanted, plan)
+    if formulation not in ("auto", *programs):
+        names = [f'"{name}"'.replace("none", "auto") for name in programs]
+        last = f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
+        raise SceneError("formulation", formulation, f"{last}: {reasons['formulation']}")
     if formulation != "auto":
-        program, reasons["formulation"] = formulation, "requested"
-    plan = replace(plan, coupling=loop, formulation=program)
-    for error in _refusals(scene, wanted, plan):
-        raise error
+        plan, reasons["formulation"] = replace(plan, formulation=formulation), "requested"
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
     surface = "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
-    if isinstance(scene.surface, SampledDistance):
-        surface = "sampled"
     kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.marches else "steady"}
-    motion = "none" if scene.motion is None else kinds[type(scene.motion)]
     laws = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
     special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
     return replace(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
-        bodies=_kind_of_bodies(scene),
-        surface=surface,
-        motion=motion,
+        surface="sampled" if isinstance(scene.surface, SampledDistance) else surface,
+        motion="none" if scene.motion is None else kinds[type(scene.motion)],
         friction="none" if not plan.has_friction else laws.pop() if len(laws) == 1 else "several",
         special=special,
         fallback=fallback,
     )
 
 
-def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]:
-    """A motion, or names of methods, that there are not; installed ones are found by `available`."""
-    if isinstance(scene.motion, TimeStep):
-        yield SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
-    if isinstance(scene.motion, Harmonic):
-        allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
-        yield SceneError("motion", scene.motion, allowed)
-    for field in ("normal", "tangential", "coupling", "formulation"):
-        if not isinstance(wanted[field], str):
-            yield SceneError(field, wanted[field], "the name of a method")
-    choice("method", wanted["method"], PRESETS)
-    normal, tangential = wanted["normal"], wanted["tangential"]
+def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
+    """Refuse names of solvers that there are not, that are not installed, or that are for the other problem."""
     if normal != "auto":
         if normal in [*tangential_methods(), *THEORIES] and normal not in normal_methods():
-            yield SceneError("normal", normal, 'a method of the normal problem, as "norm" or "clarabel"')
+            raise SceneError("normal", normal, 'a method of the normal problem, as "norm" or "clarabel"')
         available("normal", normal, ("auto", *normal_methods()))
     if tangential != "auto":
         methods = tangential_methods()
@@ -164,69 +160,66 @@ def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]
             why = "it is for normal problems"
             if states_programs(tangential):
                 why = "it solves QPs, and Coulomb's disks are second-order cones"
-            yield SceneError("tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}")
+            raise SceneError("tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}")
         available("tangential", tangential, ("auto", *methods, *THEORIES))
-    choice("coupling", wanted["coupling"], ("auto", *COUPLING_METHODS))
-    choice("formulation", wanted["formulation"], ("auto", *FORMULATIONS))
 
 
-def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
-    """What the `method` stands for; "auto" by what else is named and by the number of elements in contact."""
-    coupling, formulation, method = wanted["coupling"], wanted["formulation"], wanted["method"]
+def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
+    """What the `method` stands for; "auto" by what else is named and by the number of elements in contact.
+
+    That is Newton's method where its products beat dense matrices, by one problem or by many in a row.
+    """
+    motion, coupling, formulation = scene.motion, wanted["coupling"], wanted["formulation"]
     if method != "auto":
         return PRESETS[method]
-    steps = formulation == "marching" and isinstance(scene.motion, Steady)
-    if formulation != "auto" and not steps:
+    if formulation == "marching" and isinstance(motion, Steady):
+        return PRESETS["auto"]
+    if formulation != "auto":
         return PRESETS["convex"]  # only programs have one
-    if not steps and coupling == "newton":
+    if coupling == "newton":
         return NEWTON
-    together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
-    if scene.hardens and not (steps or scene.coupled):
+    if scene.hardens and not scene.coupled:
         return NEWTON_TRACTIONS  # others take many passes over the yield stress
-    many = None if steps else _preset_of_many(scene, together)
-    return many or PRESETS["auto"]
-
-
-def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
-    """Newton's method where its products beat dense matrices, by one problem or by many in a row; else None.
-
-    `together`: whether pressure and tractions of unlike bodies may be found together.
-    """
-    count, dx = _elements_in_contact(scene)
-    motion = scene.motion
+    count, dx = elements_in_contact(scene)
     if own_image(scene) or one_direction(scene):
         count /= 2  # active sets have half the unknowns
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
-        return NEWTON if count > TOO_MANY else None
+        return NEWTON if count > TOO_MANY else PRESETS["auto"]
     if scene.coupled and not scene.frictionless:
-        return NEWTON if count > (MANY_UNLIKE if together else MANY) else None
-    if many_pressures(scene):
+        together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
+        return NEWTON if count > (MANY_UNLIKE if together else MANY) else PRESETS["auto"]
+    if elements_in_contact(scene)[0] > MANY_PRESSURES:
         return NEWTON
-    most = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
-    return NEWTON_TRACTIONS if count > most and not scene.frictionless else None
+    many = count > (MANY_IN_STEPS if isinstance(motion, Transient) else MANY)
+    return NEWTON_TRACTIONS if many and not scene.frictionless else PRESETS["auto"]
+
+
+def _why_not_hertz(scene: Scene) -> str:
+    """Why the pressure is not Hertz's; nothing where it is."""
+    if scene.carries or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
+        return "is for paraboloids, ellipses and cylinders"
+    if not isinstance(scene.bodies, Bodies):
+        return "is for half-spaces, Bodies(G, nu)"
+    if scene.coupled and not scene.frictionless:
+        return f"ignores tangential tractions, and here there is friction and {scene.difference}"
+    return ""
 
 
 def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str, str]:
     if wanted != "auto":
         return wanted, "requested; closed form" if wanted == "hertz" else "requested"
-    hertzian = not _sampled(scene) and isinstance(scene.bodies, Bodies)
-    if hertzian and not _coupled(scene):
+    why = _why_not_hertz(scene)
+    if not why:
         return "hertz", "closed form: the surface is Hertzian, and tractions do not change the pressure"
-    reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
-    if not isinstance(scene.bodies, Bodies):
-        reason = "the bodies are no half-spaces"
-    parts = ""
-    if scene.touched:
-        parts = ", on parts of the elements"
-        unknowns = _elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
-        if method == "auto" and unknowns > MANY_PRESSURES:
-            preset = NEWTON
-    return preset.normal, f"{reason}: {_how(preset.normal)}{parts}"
+    if scene.touched and method == "auto":  # on parts of the elements
+        unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
+        preset = NEWTON if unknowns > MANY_PRESSURES else preset
+    return preset.normal, f"{_how(preset.normal)}; Hertz's pressure {why}"
 
 
 def _how(solver: str) -> str:
     if states_programs(solver):
-        return "a QP"
+        return "a convex program"
     if solver in MATRIX_FREE:
         return "matrix-free Newton, the fastest at this size"
     return "active sets, as printed" if solver == "tang-exact" else "active sets, the fastest at this size"
@@ -244,11 +237,7 @@ def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "requested"
-    if states_programs(solver):
-        of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
-        return solver, of_motion.get(type(scene.motion), "the SOCP of a shift")
-    fails = "; falls back to the convex program" if preset.fallback != "none" else ""
-    return solver, f"{_how(solver)}{fails}"
+    return solver, _how(solver) + "; falls back to the convex program" * (preset.fallback != "none")
 
 
 def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
@@ -256,7 +245,7 @@ def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, st
         return "none", "no tangential traction"
     if not scene.coupled:
         return "none", "like bodies (K = 0): normal problem first, then the tangential problem"
-    coupling, unlike = wanted["coupling"], f"{_kind_of_bodies(scene)} bodies ({scene.difference})"
+    coupling, unlike = wanted["coupling"], f"{plan.bodies} bodies ({scene.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
@@ -279,79 +268,50 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
     return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""
 
 
-def _formulations(scene: Scene, plan: Plan, formulation: str) -> tuple[tuple[str, ...], str, str]:
-    """Formulations that a plan may have, the default first; why this; and what is wrong with others."""
+def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
+    """Formulations that a plan may have, the default first, and why these."""
     steady, tangential = isinstance(scene.motion, Steady), plan.tangential
-    wanted = f'formulation = "{formulation}"'
-    if states_programs(tangential) and steady:
-        return (
-            ("gap", "marching"),
-            "the only convex program of steady rolling",
-            "steady rolling has no energy formulation",
-        )
     if states_programs(tangential):
-        return ("complementary", "potential", "gap"), "the fewest unknowns", '"marching" is for steady rolling only'
+        if steady:
+            return ("gap", "marching"), "steady rolling has no energy formulation"
+        return ("complementary", "potential", "gap"), "the fewest unknowns, and nothing rolls steadily"
     if tangential in ("none", "no-slip") and states_programs(plan.normal):
-        return (
-            ("complementary", "potential"),
-            "the fewest unknowns",
-            f"{wanted}: only the normal problem is a program here",
-        )
+        return ("complementary", "potential"), "the fewest unknowns, and only the normal problem is a program"
     if tangential in TANGENTIAL and steady:
-        why = f"{tangential} does not solve a program"
-        return ("none", "marching"), why, f"{wanted}: {why}"
-    return ("none",), "no program", f"{wanted}: no program is solved here"
+        return ("none", "marching"), f"{tangential} does not solve a program"
+    return ("none",), "no program is solved"
 
 
-def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[SceneError]:
-    """What of the methods named cannot treat the scene."""
-    normal, tangential, formulation = wanted["normal"], wanted["tangential"], wanted["formulation"]
-    why = ""
-    if _sampled(scene):
-        why = "is for paraboloids, ellipses and cylinders"
-    elif not isinstance(scene.bodies, Bodies):
-        why = "is for half-spaces, Bodies(G, nu)"
-    elif _coupled(scene):
-        why = f"ignores tangential tractions, and here there is friction and {scene.difference}"
+def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
+    """Refuse what of the methods named cannot treat the scene."""
+    normal, tangential = wanted["normal"], wanted["tangential"]
+    why = _why_not_hertz(scene)
     if normal == "hertz" and why:
-        yield SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
-    yield from _not_of_the_method(plan.method, "normal", normal, PRESETS[plan.method].normals)
+        raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
     why = why_centres(scene) if scene.touched and not plan.closed_form else ""
     if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
-        remedy = "give surface.x and surface.y, or use" if not _coupled(scene) else "use"
+        coupled = scene.coupled and not scene.frictionless
+        remedy = "use" if coupled else "give surface.x and surface.y, or use"
         message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
-        yield SceneError("grid.edge", scene.edge, message=message)
+        raise SceneError("grid.edge", scene.edge, message=message)
     why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""
     if why:
-        yield SceneError("tangential", tangential, f"another method: {why}")
-    yield from _not_of_the_method(plan.method, "tangential", tangential, PRESETS[plan.method].tangentials)
+        raise SceneError("tangential", tangential, f"another method: {why}")
+    preset = PRESETS[plan.method]
+    for field, known in (("normal", preset.normals), ("tangential", preset.tangentials)):
+        name = wanted[field]
+        belongs = name in ("auto", "hertz", *known) or (not known and states_programs(name))
+        if plan.method != "auto" and not belongs:
+            words = " or ".join(known) or "a solver of programs, such as clarabel or scs"
+            remedy = f'{words} with method = "{plan.method}"; with method = "auto" any solver may be named'
+            raise SceneError(field, name, remedy)
     why = _not_coupled_newton(scene, wanted, plan) if wanted["coupling"] == plan.coupling == "newton" else ""
     if why:
-        yield SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
+        raise SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
     difference = scene.motion.slip_difference if isinstance(scene.motion, Steady) else "first-order"
-    if formulation == "marching" and difference != "first-order":
-        yield SceneError("formulation", formulation, f'"auto" or "gap" with motion.slip_difference = "{difference}"')
-    allowed, _, others = _formulations(scene, plan, formulation)
-    if formulation not in ("auto", *allowed):
-        choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
-        last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
-        yield SceneError("formulation", formulation, last, message=f"{others}; use {last}")
-
-
-def _not_of_the_method(method: str, field: str, name: str, allowed: tuple[str, ...]) -> Iterator[SceneError]:
-    """A solver that does not belong to a method; Hertz's closed form belongs to all."""
-    if method == "auto" or name in ("auto", "hertz", *allowed) or (not allowed and states_programs(name)):
-        return
-    words = " or ".join(allowed) or "a solver of programs, such as clarabel or scs"
-    yield SceneError(field, name, f'{words} with method = "{method}"; with method = "auto" any solver may be named')
-
-
-def _sampled(scene: Scene) -> bool:
-    return scene.carries or any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
-
-
-def _coupled(scene: Scene) -> bool:
-    return scene.coupled and not scene.frictionless
+    if wanted["formulation"] == "marching" and difference != "first-order":
+        allowed = f'"auto" or "gap" with motion.slip_difference = "{difference}"'
+        raise SceneError("formulation", "marching", allowed)
 
 
 def _kind_of_bodies(scene: Scene) -> str:
@@ -385,12 +345,7 @@ def own_image(scene: Scene) -> bool:
     return straight or (along_x == 0 and motion.Fx is None)
 
 
-def many_pressures(scene: Scene) -> bool:
-    """Whether so many elements are in contact that products by FFT find the pressure first."""
-    return _elements_in_contact(scene)[0] > MANY_PRESSURES
-
-
-def _elements_in_contact(scene: Scene) -> tuple[float, float]:
+def elements_in_contact(scene: Scene) -> tuple[float, float]:
     """The number of elements in contact, about, and their length along x; zero where that is not known."""
     grid = given_grid(scene)
     hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
@@ -417,5 +372,5 @@ def check_fits(scene: Scene, plan: Plan) -> None:
     """Refuse a contact that is known not to fit into memory before any work; of others each problem as it is posed."""
     wanted_grid(scene)
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
-        unknowns = tangential_unknowns(scene, plan, _elements_in_contact(scene)[0])
+        unknowns = tangential_unknowns(scene, plan, elements_in_contact(scene)[0])
         check_memory("tangential", plan.tangential, plan.formulation, unknowns)
