@@ -126,7 +126,8 @@ def select(
     if formulation not in ("auto", *programs):
         names = [f'"{name}"'.replace("none", "auto") for name in programs]
         last = f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
-        raise SceneError("formulation", formulation, f"{last}: {reasons['formulation']}")
+        message = f'formulation = "{formulation}": {reasons["formulation"]}; use {last}'
+        raise SceneError("formulation", formulation, last, message=message)
     if formulation != "auto":
         plan, reasons["formulation"] = replace(plan, formulation=formulation), "requested"
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
