@@ -162,5 +162,5 @@ def hertz_line(
         assert depth is not None
         assert approach is not None
         most = np.log(depth**2 / (2 * R * compliance))  # a contact as wide as the depth
-        force = float(np.exp(brentq(lambda log: sinks(np.exp(log)) - approach, most - 60, most, xtol=1e-14)))
+        force = float(np.exp(brentq(lambda log: sinks(np.exp(log)) - approach, most - 200, most, xtol=1e-14)))
     return Ellipse(half_width(force), np.inf, R, np.inf, force, sinks(force))

@@ -1,4 +1,4 @@
-"""Random scenes by random methods, judged; by Newton's method beside active sets; and tractions, certified."""
+"""Random scenes by random methods, judged; and tractions, certified."""
 
 import dataclasses
 
@@ -15,14 +15,10 @@ from tests.fuzz.scenes import scene
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 from varcontact.theories.on_grid import THEORIES
 
-__all__ = ["arguments", "certificates", "files", "newton", "scenes"]
+__all__ = ["arguments", "certificates", "files", "scenes"]
 Random = np.random.Generator
 SLOW = ("cvxpy:",)
 """Rarely taken: a solve is more than ten times as long."""
-APART = 1e-7
-"""How far tractions may be apart, in parts of the largest traction bound; pressures, in parts of the largest."""
-LARGEST = 30
-"""Cells across, at most."""
 EXACT = 1e-11
 """Largest residual of a solution that counts as exact."""
 
@@ -117,46 +113,6 @@ def _methods(rng: Random, chosen: vc.Scene) -> dict:
 def _name(rng: Random, names: list[str]) -> str:
     name = str(rng.choice(names))
     return str(rng.choice(names)) if name.startswith(SLOW) else name
-
-
-# ----------------------------------------------------------------------------- Newton beside active sets
-
-
-def newton(rng: Random) -> Case:
-    """A scene, on a larger grid where elements are counted across the contact, by both."""
-    chosen = scene(rng)
-    grid = chosen.grid
-    if isinstance(grid, vc.Grid) and not grid.explicit and not isinstance(chosen.friction, np.ndarray):
-        rows = None if grid.ny is None else int(rng.integers(1, LARGEST))
-        grid = dataclasses.replace(grid, nx=int(rng.integers(2, LARGEST)), ny=rows)
-        chosen = dataclasses.replace(chosen, grid=grid)
-    return Case(str(chosen), lambda: _compared(chosen))
-
-
-def _compared(chosen: vc.Scene) -> list[str]:
-    """Differences, where there is one solution and active sets found it."""
-    plan = vc.plan(chosen)
-    normal = "hertz" if plan.normal == "hertz" else "newton"
-    tangential = plan.tangential if plan.tangential == "none" else "newton"
-    free = steps_of(vc.solve(chosen, normal=normal, tangential=tangential))
-    try:
-        dense = steps_of(vc.solve(chosen, method="active-set"))
-    except vc.NotConverged:
-        return []
-    known = max(step.certificate.force_bound.max() for step in dense)  # infinite where there may be several solutions
-    if dense[-1].plan.friction not in ("given", "none") or not np.isfinite(known):
-        return []
-    return [wrong for pair in zip(free, dense, strict=True) for wrong in _differences(*pair)]
-
-
-def _differences(one: vc.Solution, other: vc.Solution) -> list[str]:
-    bound = np.where(np.isfinite(other.traction_bound), other.traction_bound, np.hypot(*other.traction))
-    found = []
-    for name, scale in (("pressure", other.pressure.max()), ("traction", bound.max())):
-        apart = float(np.abs(getattr(one, name) - getattr(other, name)).max())
-        if other.pressure.any() and apart > APART * scale:
-            found.append(f"{name} {apart / scale:.1e} apart")
-    return found
 
 
 # ----------------------------------------------------------------------------- certificates

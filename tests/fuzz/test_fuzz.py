@@ -7,12 +7,15 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.command import run
 from tests.conditions import Held
 from tests.fuzz import campaigns
 from tests.fuzz.campaigns import bounded, outputs, within_gap
+from tests.fuzz.extremes import Extreme, bases, but, extremes
 from tests.fuzz.judge import faults
 from tests.fuzz.junk import Hostile
 from tests.fuzz.outcome import FAILED, PASSED, attempt
@@ -20,7 +23,7 @@ from varcontact.discrete.certificate import ForceBounds
 from varcontact.solving.coupling import distance
 
 SEED = 20
-CASES = {"scenes": 100, "certificates": 60, "newton": 40, "files": 20, "arguments": 40}
+CASES = {"scenes": 100, "certificates": 60, "files": 20, "arguments": 40}
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 
@@ -38,6 +41,37 @@ def test_random_cases(campaign, first):
     assert not {number: reason for number, (verdict, reason, _) in found.items() if verdict == FAILED}
     if campaign not in ("files", "arguments"):
         assert sum(verdict == PASSED for verdict, _, _ in found.values()) >= 10
+
+
+@pytest.mark.parametrize("extreme", [each for each in extremes() if each.short], ids=lambda each: each.name)
+def test_nothing_fails_at_the_extremes(extreme):
+    found = {case.words: attempt(lambda _, case=case: case, 0, 0)[:2] for case in extreme.cases()}
+    assert not {words: reason for words, (verdict, reason) in found.items() if verdict == FAILED}
+
+
+@pytest.mark.parametrize(
+    ("extreme", "reason"),
+    [
+        (Extreme("", but("steady"), answer=False), "an answer where there is none"),
+        (Extreme("", but("steady", motion=vc.Steady(Fx=-0.31))), "force"),
+        (Extreme("", lambda: int("x")), "ValueError"),
+        (Extreme("", but("line", surface=vc.Cylinders(1.0), motion=vc.Shift(ux=1.0))), "reference_depth"),
+    ],
+)
+def test_what_goes_wrong_at_an_extreme_is_found_out(extreme, reason):
+    verdict, found, _ = attempt(lambda _: next(extreme.cases()), 0, 0)
+    assert verdict == FAILED and reason in found
+
+
+@settings(max_examples=10)
+@given(length=st.floats(-9, 6), modulus=st.floats(-12, 15))
+def test_units_do_not_matter(length, modulus):
+    length, modulus = 10.0**length, 10.0**modulus
+    there, here = (vc.solve(bases(*units)["steady"], method="active-set") for units in ((length, modulus), (1.0, 1.0)))
+    np.testing.assert_allclose(there.force, here.force * modulus * length**2, rtol=1e-10)
+    assert there.approach == pytest.approx(here.approach * length, rel=1e-10)
+    assert there.moment == pytest.approx(here.moment * modulus * length**3, rel=1e-10)
+    np.testing.assert_allclose(there.traction, here.traction * modulus, atol=1e-10 * modulus * here.traction.max())
 
 
 LINE = {
