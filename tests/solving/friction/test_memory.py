@@ -24,7 +24,7 @@ GENTLE = [
     vc.ExponentialFalling(0.4, 0.2, half_velocity=0.1),
 ]
 """Falls that are slow for all steps here."""
-N, LOAD = 12, 1e-3
+N, LOAD = 8, 1e-3
 
 
 def rolling(law, motion, scale=1.0, force=1.0, cells=N):
