@@ -11,7 +11,7 @@ import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -281,6 +281,23 @@ def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: 
     """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``, if in a path."""
     for name in names:
         object.__setattr__(owner, name, check(f"{path}.{name}" if path else name, getattr(owner, name)))
+
+
+class Checked:
+    """A dataclass that checks entries as it is made, each by a check; entries that are None by default may be."""
+
+    _path: ClassVar[str] = ""
+    _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
+
+    def __init_subclass__(cls, path: str | None = None, **by_name: Callable[[str, Any], Any]) -> None:
+        cls._path = cls._path if path is None else path
+        cls._checks = cls._checks | by_name
+
+    def __post_init__(self) -> None:
+        for name, check in self._checks.items():
+            value = getattr(self, name)
+            if value is not None or getattr(type(self), name, ...) is not None:
+                object.__setattr__(self, name, check(f"{self._path}.{name}", value))
 
 
 T = TypeVar("T")

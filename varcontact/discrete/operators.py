@@ -12,7 +12,7 @@ from varcontact.elasticity.conformal import Conformal, conformal_operator
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import DIFFERENCES, GridOperator, influence_operator
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
-from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, solids_of, surface_material
+from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, materials
 from varcontact.scene.grid import Cells, Grid
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, spe
     lagging = []
     alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))
     for body, upper, lower in alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),):
-        (relaxations, *_) = solids_of(body)
+        _, _, relaxations = materials(body)[0]
         if relaxations:
             medium, share = pair(upper, lower), bodies.combined_G / BodyPair(upper, lower).combined_G
             lagging += [Lagging((speed or 0.0) * time / length, part * share, medium) for part, time in relaxations]
@@ -188,7 +188,7 @@ def _stack(body: Body | str, G: float, length: float) -> Stack:
     from varcontact.elasticity.layered import Stack
 
     if not isinstance(body, Layered):
-        modulus, nu = surface_material(body)
+        modulus, nu, _ = materials(body)[0]
         return Stack((), (modulus / G, nu))
     layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
     return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
@@ -199,11 +199,11 @@ def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: flo
     from varcontact.elasticity.rolling_layers import RollingLayers, Solids
 
     def solids(body: Body | str) -> Solids:
-        lengths = tuple(tuple((f, speed * time / length) for f, time in each) for each in solids_of(body))
+        lengths = tuple(tuple((f, speed * time / length) for f, time in each) for _, _, each in materials(body))
         return Solids(_stack(body, bodies.combined_G, length), lengths)
 
     def surface(body: Body | str) -> Body | str:
-        relaxations, (G, nu) = solids_of(body)[0], surface_material(body)
+        G, nu, relaxations = materials(body)[0]
         if np.isinf(G):
             return RIGID
         return Viscoelastic(G, nu, relaxations) if relaxations else Bodies(G, nu)

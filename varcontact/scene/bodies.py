@@ -7,8 +7,43 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from varcontact import checks
-from varcontact.checks import named
+from varcontact.checks import Checked, named
 from varcontact.errors import SceneError
+
+Relaxations = tuple[tuple[float, float], ...]
+"""Of a standard linear solid: parts of the compliance, and times [time]."""
+RIGID = "rigid"
+"""A body of a pair, or a base, that does not give way."""
+
+
+def _relaxations(given: Any, least: int = 0) -> Relaxations:
+    pairs = checks.is_array(given) and len(given) >= least
+    if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
+        raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau)" + ", one at least" * least)
+    made = []
+    for k, (part, time) in enumerate(given):
+        names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
+        made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
+    return tuple(made)
+
+
+def _modulus(field: str, value: Any) -> float:
+    allowed = "a positive modulus (inf: rigid)"
+    modulus = checks.real(field, value, allowed)
+    if modulus <= 0:
+        raise SceneError(field, value, allowed)
+    return modulus if math.isinf(modulus) else checks.positive(field, modulus)
+
+
+def _pair(field: str, value: Any, check: Any = checks.poisson_ratio) -> tuple[float, float]:
+    """Values of both bodies, of which one at least is finite."""
+    single = not checks.is_array(value)
+    if not single and len(value) != 2:
+        raise SceneError(field, value, "one value, or a pair (upper, lower)")
+    pair = 2 * (check(field, value),) if single else (check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1]))
+    if math.isinf(pair[0]) and math.isinf(pair[1]):
+        raise SceneError(field, value, "finite for one body at least (both are rigid)")
+    return pair
 
 
 @named(E="Bodies.from_young(E, nu)", mu="G for the modulus of rigidity, and friction in the Scene")
@@ -44,7 +79,7 @@ class Bodies:
     slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        G, nu = _moduli("bodies.G", self.G), _pair("bodies.nu", self.nu, checks.poisson_ratio)
+        G, nu = _pair("bodies.G", self.G, _modulus), _pair("bodies.nu", self.nu)
         object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
         object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
 
@@ -73,7 +108,7 @@ class Bodies:
         >>> Bodies.from_young(E=210e9, nu=0.25)
         Bodies(G=84000000000.0, nu=0.25)
         """
-        moduli, ratios = _moduli("bodies.E", E), _pair("bodies.nu", nu, checks.poisson_ratio)
+        moduli, ratios = _pair("bodies.E", E, _modulus), _pair("bodies.nu", nu)
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property
@@ -110,23 +145,9 @@ class Bodies:
         """Whether pressure and tractions depend on each other (K != 0)."""
         return self.K != 0
 
-    @property
-    def relaxed(self) -> Bodies:
-        """The bodies after a long time: these."""
-        return self
-
-    @property
-    def difference(self) -> str:
-        """How the bodies differ, in words."""
-        return f"K = {self.K:.3g}"
-
-
-RIGID = "rigid"
-"""A body of a pair, or a base, that does not give way."""
-
 
 @dataclass(frozen=True)
-class Layer:
+class Layer(Checked, path="layer", h=checks.positive, G=checks.positive, nu=checks.poisson_ratio):
     """A layer of a `Layered` body: homogeneous, isotropic, and bonded to what is below.
 
     Parameters
@@ -145,12 +166,11 @@ class Layer:
     h: float
     G: float
     nu: float
-    relaxations: tuple[tuple[float, float], ...] = ()
+    relaxations: Relaxations = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=0))
-        checks.entries(self, "layer", checks.positive, "h", "G")
-        checks.entries(self, "layer", checks.poisson_ratio, "nu")
+        super().__post_init__()
+        object.__setattr__(self, "relaxations", _relaxations(self.relaxations))
 
 
 @dataclass(frozen=True)
@@ -180,49 +200,35 @@ class Layered:
     """
 
     layers: tuple[Layer, ...]
-    base: tuple[float, float] | tuple[float, float, tuple[tuple[float, float], ...]] | str
-    relaxations: tuple[tuple[float, float], ...] = ()
+    base: tuple[float, float] | tuple[float, float, Relaxations] | str
+    relaxations: Relaxations = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=0))
+        object.__setattr__(self, "relaxations", _relaxations(self.relaxations))
         layers = tuple(self.layers) if isinstance(self.layers, list | tuple) else ()
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
         object.__setattr__(self, "layers", layers)
-        allowed = '(G, nu), (G, nu, relaxations), "rigid" or "smooth"'
-        if isinstance(self.base, str):
-            if self.base not in ("rigid", "smooth"):
-                raise SceneError("bodies.base", self.base, allowed)
-        elif not isinstance(self.base, list | tuple) or len(self.base) not in (2, 3):
-            raise SceneError("bodies.base", self.base, allowed)
-        else:
-            G, nu, *own = self.base
+        given = self.base
+        if isinstance(given, list | tuple) and len(given) in (2, 3):
+            G, nu, *own = given
             base = checks.positive("bodies.base[0]", G), checks.poisson_ratio("bodies.base[1]", nu)
             object.__setattr__(self, "base", (*base, *(_relaxations(each, least=1) for each in own)))
-        if self.relaxations and any(self.own_relaxations):
-            raise SceneError(
-                "bodies.relaxations", self.relaxations, "left out, where layers or the base have their own"
-            )
+        elif not isinstance(given, str) or given not in ("rigid", "smooth"):
+            raise SceneError("bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
+        several = any(layer.relaxations for layer in layers) or len(self.base) == 3
+        if self.relaxations and several:
+            allowed = "left out, where layers or the base have their own"
+            raise SceneError("bodies.relaxations", self.relaxations, allowed)
 
     @property
     def surface(self) -> tuple[float, float]:
         """G and nu of the material at the surface."""
         return self.layers[0].G, self.layers[0].nu
 
-    @property
-    def own_relaxations(self) -> tuple[tuple[tuple[float, float], ...], ...]:
-        """Those of the layers, from the surface, and of a base that gives way, each for itself."""
-        base = () if isinstance(self.base, str) else ((*self.base, ())[2],)
-        return (*(layer.relaxations for layer in self.layers), *base)
-
-    @property
-    def solids(self) -> tuple[tuple[tuple[float, float], ...], ...]:
-        """Relaxations of the layers, from the surface, and of a base that gives way."""
-        return tuple(each or self.relaxations for each in self.own_relaxations)
-
 
 @dataclass(frozen=True)
-class Viscoelastic:
+class Viscoelastic(Checked, path="bodies", G=checks.positive, nu=checks.poisson_ratio):
     """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
@@ -248,11 +254,10 @@ class Viscoelastic:
 
     G: float
     nu: float
-    relaxations: tuple[tuple[float, float], ...]
+    relaxations: Relaxations
 
     def __post_init__(self) -> None:
-        checks.entries(self, "bodies", checks.positive, "G")
-        checks.entries(self, "bodies", checks.poisson_ratio, "nu")
+        super().__post_init__()
         object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=1))
 
     @property
@@ -295,25 +300,25 @@ class BodyPair:
     @property
     def surfaces(self) -> Bodies:
         """Half-spaces of the materials at the surfaces."""
-        (G1, nu1), (G2, nu2) = surface_material(self.upper), surface_material(self.lower)
+        (G1, nu1, _), (G2, nu2, _) = materials(self.upper)[0], materials(self.lower)[0]
         return Bodies(G=(G1, G2), nu=(nu1, nu2))
 
     @property
     def softest(self) -> Bodies:
         """Half-spaces that give way at least as much as these bodies."""
-        upper, lower = _softest(self.upper), _softest(self.lower)
+        upper, lower = (min(G for G, _ in _relaxed(materials(body))) for body in (self.upper, self.lower))
         return Bodies(G=(upper, lower), nu=0.0)
 
     @property
     def longest_relaxation(self) -> float:
         """Longest relaxation time [time]; 0: both bodies are elastic."""
-        solids = [each for body in (self.upper, self.lower) for each in solids_of(body)]
+        solids = [solid for body in (self.upper, self.lower) for _, _, solid in materials(body)]
         return max((time for solid in solids for _, time in solid), default=0.0)
 
     @property
     def of_several_solids(self) -> bool:
         """Whether the parts of a body, one of which is viscoelastic, differ in their relaxations."""
-        return any(len(set(solids_of(body))) > 1 for body in (self.upper, self.lower))
+        return any(len({solid for _, _, solid in materials(body)}) > 1 for body in (self.upper, self.lower))
 
     @property
     def relaxes(self) -> bool:
@@ -323,8 +328,18 @@ class BodyPair:
     @property
     def relaxed(self) -> Bodies | BodyPair:
         """The elastic bodies that these are after a long time under constant tractions."""
-        pair: Bodies | BodyPair = as_bodies((_relaxed(self.upper), _relaxed(self.lower)))
-        return pair
+        pair: list[Body | str] = []
+        for body in (self.upper, self.lower):
+            soft = _relaxed(materials(body))
+            if isinstance(body, Viscoelastic):
+                pair.append(Bodies(*soft[0]))
+            elif isinstance(body, Layered):
+                layers = tuple(Layer(layer.h, *each) for layer, each in zip(body.layers, soft, strict=False))
+                pair.append(Layered(layers, body.base if isinstance(body.base, str) else soft[-1]))
+            else:
+                pair.append(body)
+        made: Bodies | BodyPair = as_bodies(pair)
+        return made
 
     @property
     def combined_G(self) -> float:
@@ -340,11 +355,6 @@ class BodyPair:
     def coupled(self) -> bool:
         """Whether pressure and tractions depend on each other: unless the bodies are the same."""
         return self.upper != self.lower
-
-    @property
-    def difference(self) -> str:
-        """How the bodies differ, in words."""
-        return "of different materials" if self.coupled else "alike"
 
     @property
     def grounded(self) -> bool:
@@ -368,69 +378,21 @@ def as_bodies(value: Any) -> Any:
     return pair if any(isinstance(body, Layered | Viscoelastic) for body in value) else pair.surfaces
 
 
-def surface_material(body: Body | str) -> tuple[float, float]:
-    """G and nu of the material at the surface of a body of a pair."""
+def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
+    """G, nu and relaxations of the layers of a body, from the surface, and of a base that gives way."""
     if isinstance(body, str):
-        return math.inf, 0.0
-    if isinstance(body, Layered):
-        return body.surface
-    return (body.G, body.nu) if isinstance(body, Viscoelastic) else (body.combined_G, body.combined_nu)
-
-
-def solids_of(body: Body | str) -> tuple[tuple[tuple[float, float], ...], ...]:
-    """Relaxations of the layers of a body, from the surface, and of its base; of a homogeneous one its own."""
-    if isinstance(body, Layered):
-        return body.solids
-    return (body.relaxations if isinstance(body, Viscoelastic) else (),)
-
-
-def _relaxed(body: Body | str) -> Body | str:
+        return [(math.inf, 0.0, ())]
+    if isinstance(body, Bodies):
+        return [(body.combined_G, body.combined_nu, ())]
     if isinstance(body, Viscoelastic):
-        return Bodies(body.relaxed_G, body.nu)
-    if not isinstance(body, Layered):
-        return body
-    softer = [1 + sum(part for part, _ in solid) for solid in body.solids]
-    layers = tuple(Layer(layer.h, layer.G / by, layer.nu) for layer, by in zip(body.layers, softer, strict=False))
-    return Layered(layers, body.base if isinstance(body.base, str) else (body.base[0] / softer[-1], body.base[1]))
+        return [(body.G, body.nu, body.relaxations)]
+    found = [(layer.G, layer.nu, layer.relaxations or body.relaxations) for layer in body.layers]
+    if not isinstance(body.base, str):
+        G, nu, *own = body.base
+        found.append((G, nu, own[0] if own else body.relaxations))
+    return found
 
 
-def _softest(body: Body | str) -> float:
-    soft = _relaxed(body)
-    if not isinstance(soft, Layered):
-        return surface_material(soft)[0]
-    return min([layer.G for layer in soft.layers] + ([] if isinstance(soft.base, str) else [soft.base[0]]))
-
-
-def _relaxations(given: Any, least: int) -> tuple[tuple[float, float], ...]:
-    pairs = checks.is_array(given) and len(given) >= least
-    if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
-        raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau)" + ", one at least" * least)
-    made = []
-    for k, (part, time) in enumerate(given):
-        names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
-        made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
-    return tuple(made)
-
-
-def _modulus(field: str, value: Any) -> float:
-    allowed = "a positive modulus (inf: rigid)"
-    modulus = checks.real(field, value, allowed)
-    if modulus <= 0:
-        raise SceneError(field, value, allowed)
-    return modulus if math.isinf(modulus) else checks.positive(field, modulus)
-
-
-def _moduli(field: str, value: Any) -> tuple[float, float]:
-    moduli = _pair(field, value, _modulus)
-    if math.isinf(moduli[0]) and math.isinf(moduli[1]):
-        raise SceneError(field, value, "finite for one body at least (both are rigid)")
-    return moduli
-
-
-def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:
-    if checks.is_array(value):
-        if len(value) != 2:
-            raise SceneError(field, value, "one value, or a pair (upper, lower)")
-        return check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1])
-    single = check(field, value)
-    return single, single
+def _relaxed(found: list[tuple[float, float, Relaxations]]) -> list[tuple[float, float]]:
+    """G and nu after a long time."""
+    return [(G / (1 + sum(part for part, _ in solid)), nu) for G, nu, solid in found]

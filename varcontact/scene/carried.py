@@ -17,7 +17,7 @@ AROUND = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Carried(checks.Checked, path="carried", period=checks.positive):
     """Height of the surface of a body that rolls, by samples along the way: `Transient` carries it through the contact.
 
     Either body may have it, as both roll over the same distance q: the particle at X passes ``x = X - q``, and the
@@ -55,16 +55,15 @@ class Carried:
     period: float | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         set_ = object.__setattr__
         set_(self, "height", checks.array("carried.height", self.height, 1 if self.y is None else 2))
         set_(self, "x", checks.coordinates("carried.x", self.x, self.height.shape[-1], "column of height"))
         if self.y is not None:
             set_(self, "y", checks.coordinates("carried.y", self.y, self.height.shape[0], "row of height"))
-        if self.period is not None:
-            set_(self, "period", checks.positive("carried.period", self.period))
-            length = np.ptp(self.x)
-            if self.period <= length:
-                raise SceneError("carried.period", self.period, f"above the length of the samples, {length:.6g}")
+        length = np.ptp(self.x)
+        if self.period is not None and self.period <= length:
+            raise SceneError("carried.period", self.period, f"above the length of the samples, {length:.6g}")
 
     def __repr__(self) -> str:
         return checks.short_entries(self)
@@ -168,6 +167,3 @@ class Carried:
             x = np.concatenate([x[-count:] - self.period, x, x[:count] + self.period])
             height = np.concatenate([height[:, -count:], height, height[:, :count]], axis=1)
         return Interpolation.of(x, self.y, height)
-
-    def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used

@@ -147,7 +147,7 @@ def check_line(scene: Scene) -> None:
 def why_centres(scene: Scene) -> str:
     """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
     if scene.coupled and not scene.frictionless:
-        how = "conformal" if scene.conformal else f"unlike ({scene.bodies.difference})"
+        how = "conformal" if scene.conformal else f"unlike ({scene.difference})"
         return f"is for a pressure that tractions do not change, and the bodies are {how}"
     if scene.carries or any(isinstance(each, SampledDistance) and not each.placed for each in scene.surfaces):
         return "needs distances on parts of the elements, and samples without coordinates have none"

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from varcontact import checks
+from varcontact.checks import Checked
 from varcontact.errors import SceneError
 
 LEAST, MOST = 1e-20, 1e20
@@ -20,7 +21,15 @@ LEAST, MOST = 1e-20, 1e20
 
 
 @dataclass(frozen=True)
-class Law(ABC):
+class Law(
+    Checked,
+    ABC,
+    path="friction",
+    static=checks.positive,
+    kinetic=checks.number,
+    memory_distance=checks.at_least_zero,
+    memory_velocity=checks.at_least_zero,
+):
     """A coefficient of friction by the slip, between a kinetic and a static one."""
 
     static: float
@@ -30,13 +39,11 @@ class Law(ABC):
     local: ClassVar[bool] = False  # whether it depends on more than slip
 
     def __post_init__(self) -> None:
-        checks.entries(self, "friction", checks.positive, "static")
+        super().__post_init__()
         if not LEAST <= self.static <= MOST:
             raise SceneError("friction.static", self.static, f"between {LEAST:g} and {MOST:g}")
-        checks.entries(self, "friction", checks.number, "kinetic")
         if not 0 <= self.kinetic <= self.static:
             raise SceneError("friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]")
-        checks.entries(self, "friction", checks.at_least_zero, "memory_distance", "memory_velocity")
         if self.memory_velocity > 0 and self.memory_distance == 0:
             raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
 
@@ -108,7 +115,7 @@ class StaticKinetic(Law):
 
 
 @dataclass(frozen=True)
-class _Falling(Law):
+class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
     """A coefficient that falls from static to kinetic; see the laws for the form of the fall."""
 
     half_velocity: float
@@ -116,7 +123,6 @@ class _Falling(Law):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.entries(self, "friction", checks.positive, "half_velocity", "velocity")
         if not 1 / checks.LARGE <= self.half_velocity / self.velocity <= checks.LARGE:
             raise SceneError(
                 "friction.half_velocity", self.half_velocity, f"within {checks.LARGE:g} times friction.velocity"

@@ -36,7 +36,7 @@ class LocalLaw(Law):
 
 
 @dataclass(frozen=True)
-class TemperatureFalling(LocalLaw):
+class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive):
     """A coefficient that falls linearly with the temperature of the surface, in steady rolling and histories.
 
     Parameters
@@ -62,11 +62,6 @@ class TemperatureFalling(LocalLaw):
     reference: float = 0.0
     over: float = 1.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.entries(self, "friction", checks.number, "reference")
-        checks.entries(self, "friction", checks.positive, "over")
-
     @property
     def warm(self) -> bool:
         """Whether it depends on the temperature of the surface."""
@@ -83,7 +78,7 @@ class TemperatureFalling(LocalLaw):
 
 
 @dataclass(frozen=True)
-class PressureFalling(LocalLaw):
+class PressureFalling(LocalLaw, strength=checks.positive):
     """A coefficient that falls with the pressure: the surfaces shear at a stress ``strength + kinetic p``.
 
     It is ``min(static, kinetic + strength/p)``. Source: B. J. Briscoe, D. Tabor, J. Adhesion 9 (1978) 145-155, of
@@ -111,10 +106,6 @@ class PressureFalling(LocalLaw):
 
     strength: float = 1.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.entries(self, "friction", checks.positive, "strength")
-
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
         """Coefficient at a `pressure`, whatever `slip`, `temperature`, `x` and `y`."""
         return self.at(pressure)
@@ -126,7 +117,7 @@ class PressureFalling(LocalLaw):
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionLaw(LocalLaw):
+class FrictionLaw(LocalLaw, velocity=checks.positive):
     """A product of laws, of coefficients by place and of functions of your own.
 
     Parameters
@@ -161,7 +152,6 @@ class FrictionLaw(LocalLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.entries(self, "friction", checks.positive, "velocity")
         several = isinstance(self.factors, list | tuple)
         if several and self.factors and all(isinstance(row, list | tuple) for row in self.factors):
             several = np.ndim(self.factors[0][0]) != 0  # else one field of numbers

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
 
-from varcontact.checks import choice, named, number, positive, whole
+from varcontact.checks import Checked, choice, named, number, positive, whole
 from varcontact.errors import SceneError
 
 Edge = Literal["centres", "touched", "softened"]
@@ -19,7 +20,18 @@ Cells = tuple[int, int]
 
 @named(mx="nx", my="ny", xl="x0", yl="y0", n="nx and ny")
 @dataclass(frozen=True)
-class Grid:
+class Grid(
+    Checked,
+    path="grid",
+    nx=whole,
+    ny=whole,
+    dx=positive,
+    dy=positive,
+    x0=number,
+    y0=number,
+    margin=partial(whole, least=0),
+    edge=partial(choice, options=EDGES),
+):
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
 
     Two forms (the third is the word ``"auto"`` in its place):
@@ -84,26 +96,15 @@ class Grid:
     edge: Edge = "centres"
 
     def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        set_(self, "nx", whole("grid.nx", self.nx))
-        if self.ny is not None:
-            set_(self, "ny", whole("grid.ny", self.ny))
-        set_(self, "margin", whole("grid.margin", self.margin, least=0))
-        set_(self, "edge", choice("grid.edge", self.edge, EDGES))
+        super().__post_init__()
         names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
-        for name in {"dy", "y0"} - set(names):
-            if getattr(self, name) is not None:
-                raise SceneError(
-                    f"grid.{name}", getattr(self, name), "left out: without ny it is line contact, which has no rows"
-                )
-        missing = [name for name in names if getattr(self, name) is None]
-        if len(missing) == len(names):
-            return
-        if missing:
-            raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
+        given = {name: value for name in ("dx", "dy", "x0", "y0") if (value := getattr(self, name)) is not None}
+        for name in given.keys() - names:
+            allowed = "left out: without ny it is line contact, which has no rows"
+            raise SceneError(f"grid.{name}", given[name], allowed)
         for name in names:
-            check = positive if name in ("dx", "dy") else number
-            set_(self, name, check(f"grid.{name}", getattr(self, name)))
+            if given and name not in given:
+                raise SceneError(f"grid.{name}", None, f"given: {', '.join(names)} come together")
 
     @property
     def line(self) -> bool:

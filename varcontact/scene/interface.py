@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from varcontact import checks
+from varcontact.checks import Checked, at_least_zero, number, positive
 from varcontact.errors import SceneError
 
 
 @dataclass(frozen=True)
-class ThirdBody:
+class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=positive):
     """An elastic-plastic layer between the bodies: leaves, sand, oxides, wear debris.
 
     It shears by ``h/G`` times the traction. From the yield stress on it flows along the traction, and hardens:
@@ -47,11 +47,9 @@ class ThirdBody:
     k_tau: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "third_body", checks.at_least_zero, "h")
-        checks.entries(self, "third_body", checks.number, "k_tau")
-        checks.entries(self, "third_body", checks.positive, "G")
+        super().__post_init__()
         if not isinstance(self.tau_c0, float) or self.tau_c0 != math.inf:
-            checks.entries(self, "third_body", checks.positive, "tau_c0")
+            object.__setattr__(self, "tau_c0", positive("third_body.tau_c0", self.tau_c0))
         elif self.k_tau != 0:
             raise SceneError("third_body.k_tau", self.k_tau, "0 without a third_body.tau_c0, from which it hardens")
 
@@ -67,7 +65,9 @@ class ThirdBody:
 
 
 @dataclass(frozen=True)
-class Thermal:
+class Thermal(
+    Checked, path="thermal", conductivity=positive, density=positive, heat_capacity=positive, temperature=number
+):
     """Thermal data of a body, for the temperature of its surface.
 
     Heat is work by time, in the scene's units: only ``conductivity`` [work/(time length temperature)] and the product
@@ -97,10 +97,6 @@ class Thermal:
     density: float
     heat_capacity: float
     temperature: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "thermal", checks.positive, "conductivity", "density", "heat_capacity")
-        checks.entries(self, "thermal", checks.number, "temperature")
 
     @property
     def effusivity(self) -> float:

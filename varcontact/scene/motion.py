@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, Self
+from functools import partial
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from varcontact import checks
+from varcontact.checks import Checked, at_least_zero, number, positive
 from varcontact.errors import SceneError
 
 SPIN_OFFSET = 1 / 6
@@ -15,6 +17,14 @@ ONE_OF_TWO = "one of the two only"
 
 SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
 """How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
+
+
+def offset(field: str, value: Any) -> float:
+    """A spin offset."""
+    number = checks.number(field, value, "a number in [0, 1]")
+    if not 0 <= number <= 1:
+        raise SceneError(field, value, "a number in [0, 1]")
+    return number
 
 
 @checks.named(
@@ -28,7 +38,15 @@ SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
     uy="Shift for a shift, or vy for a creepage",
 )
 @dataclass(frozen=True, kw_only=True)
-class Steady:
+class Steady(
+    Checked,
+    path="motion",
+    **dict.fromkeys(("vx", "vy", "spin", "Fx", "Fy"), number),
+    **dict.fromkeys(("dq", "speed"), positive),
+    spin_offset=offset,
+    slip_difference=partial(checks.choice, options=SLIP_DIFFERENCES),
+    rigid_slip=partial(checks.array, ndim=3),
+):
     """Steady rolling in the direction of x.
 
     Parameters
@@ -67,17 +85,10 @@ class Steady:
     rolls: ClassVar[int] = 1  # towards positive x
 
     def __post_init__(self) -> None:
-        _check_rigid(self, "vx", "vy", "spin")
-        if self.rigid_slip is not None:
-            object.__setattr__(self, "rigid_slip", checks.array("motion.rigid_slip", self.rigid_slip, 3))
-        difference = checks.choice("motion.slip_difference", self.slip_difference, tuple(SLIP_DIFFERENCES))
-        object.__setattr__(self, "slip_difference", difference)
+        super().__post_init__()
+        _force_or_rigid(self, "vx", "vy")
         if self.spin_offset is None:
-            object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[difference])
-        for name in ("dq", "speed"):
-            if getattr(self, name) is not None:
-                checks.entries(self, "motion", checks.positive, name)
-        check_offset(self.spin_offset)
+            object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[self.slip_difference])
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -102,7 +113,7 @@ class Steady:
     Fy="vy, an amplitude: without slip forces are in proportion to creepages",
 )
 @dataclass(frozen=True, kw_only=True)
-class Harmonic:
+class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)):
     """Rolling without slip (``friction=inf``) under creepages that swing: ``v exp(i k q)`` by the distance rolled q.
 
     `solve` gives a `HarmonicSolution`, of complex amplitudes.
@@ -127,9 +138,8 @@ class Harmonic:
     rolls: ClassVar[int] = 1  # towards positive x
 
     def __post_init__(self) -> None:
-        checks.entries(self, "motion", checks.at_least_zero, "wave_number")
-        _check_rigid(self, "vx", "vy", "spin")
-        _ = self.free_rolling
+        super().__post_init__()
+        _ = self.free_rolling  # which checks the rest
 
     @property
     def free_rolling(self) -> Steady:
@@ -139,7 +149,7 @@ class Harmonic:
 
 @checks.named(vx="ux, or Steady for a creepage", vy="uy, or Steady for a creepage", spin="rotation")
 @dataclass(frozen=True, kw_only=True)
-class Shift:
+class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx", "Fy"), number)):
     """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
 
     Parameters
@@ -160,7 +170,8 @@ class Shift:
     rolls: ClassVar[int] = 0  # nothing rolls
 
     def __post_init__(self) -> None:
-        _check_rigid(self, "ux", "uy", "rotation")
+        super().__post_init__()
+        _force_or_rigid(self, "ux", "uy")
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -225,19 +236,8 @@ Motion = Steady | Shift | TimeStep
 """What a solution has: the motion of one problem."""
 
 
-def _check_rigid(motion: Steady | Shift | Harmonic, along_x: str, along_y: str, about_z: str) -> None:
-    checks.entries(motion, "motion", checks.number, along_x, along_y, about_z)
-    for force, rigid in (("Fx", along_x), ("Fy", along_y)):
-        value = getattr(motion, force, None)
-        if value is None:
-            continue
-        checks.entries(motion, "motion", checks.number, force)
-        if getattr(motion, rigid) != 0:
-            raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), ONE_OF_TWO)
-
-
-def check_offset(spin_offset: float | None) -> None:
-    """Refuse a `spin_offset` outside [0, 1]."""
-    offset = checks.number("motion.spin_offset", spin_offset, "a number in [0, 1]")
-    if not 0 <= offset <= 1:
-        raise SceneError("motion.spin_offset", spin_offset, "a number in [0, 1]")
+def _force_or_rigid(motion: Steady | Shift, *along: str) -> None:
+    for force, rigid in zip(("Fx", "Fy"), along, strict=True):
+        given = getattr(motion, force), getattr(motion, rigid)
+        if given[0] is not None and given[1] != 0:
+            raise SceneError(f"motion.{force}, motion.{rigid}", given, ONE_OF_TWO)

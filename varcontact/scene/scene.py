@@ -183,7 +183,11 @@ class Scene(Generic[MotionT_co]):
     @property
     def difference(self) -> str:
         """Why pressure and tractions are coupled or not."""
-        return "a curved reference surface" if self.conformal else self.bodies.difference
+        if self.conformal:
+            return "a curved reference surface"
+        if isinstance(self.bodies, Bodies):
+            return f"K = {self.bodies.K:.3g}"
+        return "of different materials" if self.bodies.coupled else "alike"
 
     @property
     def reference_depth(self) -> float | None:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact import checks
+from varcontact.checks import Checked, positive
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
@@ -17,7 +18,7 @@ MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
 
 
 @dataclass(frozen=True)
-class Paraboloids:
+class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
     """Undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``, (82): a Hertzian contact.
 
     Parameters
@@ -33,9 +34,6 @@ class Paraboloids:
 
     Rx: float
     Ry: float
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "surface", checks.positive, "Rx", "Ry")
 
     @classmethod
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
@@ -82,7 +80,7 @@ class Paraboloids:
 
 
 @dataclass(frozen=True)
-class Ellipse:
+class Ellipse(Checked, path="surface", a=positive, b=positive):
     """A Hertzian contact given by its contact ellipse; the curvatures follow from the load.
 
     Parameters
@@ -99,12 +97,9 @@ class Ellipse:
     a: float
     b: float
 
-    def __post_init__(self) -> None:
-        checks.entries(self, "surface", checks.positive, "a", "b")
-
 
 @dataclass(frozen=True)
-class Cylinders:
+class Cylinders(Checked, path="surface", R=positive, reference_depth=positive):
     """Line contact of cylinders with axes along y: undeformed distance ``x^2/(2 R)``, forces per unit length.
 
     Parameters
@@ -126,22 +121,13 @@ class Cylinders:
     R: float
     reference_depth: float | None = None
 
-    def __post_init__(self) -> None:
-        checks.entries(self, "surface", checks.positive, "R")
-        _check_depth(self)
-
     def distance(self, grid: Grid) -> np.ndarray:
         """Undeformed distance (1, nx) at the centres of the elements of an explicit `grid` [length]."""
         return (grid.x**2 / (2 * self.R))[None, :]
 
 
-def _check_depth(surface: Cylinders | SampledDistance) -> None:
-    if surface.reference_depth is not None:
-        checks.entries(surface, "surface", checks.positive, "reference_depth")
-
-
 @dataclass(frozen=True, eq=False)
-class SampledDistance:
+class SampledDistance(Checked, path="surface", reference_depth=positive):
     """Any undeformed distance, measured or computed, by its samples.
 
     Parameters
@@ -183,6 +169,7 @@ class SampledDistance:
         return checks.short_entries(self)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         set_ = object.__setattr__
         set_(self, "h", checks.array("surface.h", self.h, 1 if checks.dimensions(self.h) == 1 else 2))
         if self.line and self.y is not None:
@@ -191,7 +178,6 @@ class SampledDistance:
             raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
         if not self.line and self.reference_depth is not None:
             raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
-        _check_depth(self)
         for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
             if getattr(self, name) is not None:
                 of = "column of h" if name == "x" else "row of h"
@@ -303,9 +289,6 @@ class SampledDistance:
     def _between(self) -> Interpolation:
         assert self.x is not None
         return Interpolation.of(self.x, self.y, self.h)
-
-    def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used
 
     def smoothed(self, wavelength: float) -> SampledDistance:
         """The surface without waves shorter than a wavelength: for measured samples whose noise rules the pressure.

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from varcontact import checks
+from varcontact.checks import Checked, number
 from varcontact.errors import SceneError
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, check_offset
+from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 MOST_STEPS = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
-
+LONGER = "; a longer history goes on from the last step of another, its start"
 
 Numbers = float | Sequence[float]
 Choices = float | Sequence[float | None] | None
@@ -26,7 +28,14 @@ Control = Callable[[int, Any], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Transient:
+class Transient(
+    Checked,
+    path="motion",
+    steps=partial(checks.whole, most=MOST_STEPS, why=LONGER),
+    rolled=number,
+    interpolate=checks.flag,
+    spin_offset=offset,
+):
     """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
 
     Entries from `dq` to `friction` are one number for all steps or a sequence of one for each; None in a sequence of
@@ -109,8 +118,7 @@ spin_offset=0.16666666666666666, dt=None)
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        longer = "; a longer history goes on from the last step of another, its start"
-        set_(self, "steps", checks.whole("motion.steps", self.steps, most=MOST_STEPS, why=longer))
+        super().__post_init__()
         for name, check in _ENTRIES.items():
             set_(self, name, self._checked(name, getattr(self, name), check))
         for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
@@ -134,15 +142,11 @@ spin_offset=0.16666666666666666, dt=None)
             isinstance(h, Carried) for h in self.heights
         ):
             raise SceneError("motion.carried", self.carried, "Carried, or several")
-        if self.rolled is not None:
-            set_(self, "rolled", checks.number("motion.rolled", self.rolled))
         if self.control is not None and not callable(self.control):
             raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
         fields = ("grid", "pressure", "traction", "state")
         if self.start is not None and not all(hasattr(self.start, name) for name in fields):
             raise SceneError("motion.start", self.start, "a Solution")
-        checks.flag("motion.interpolate", self.interpolate)
-        check_offset(self.spin_offset)
 
     def __repr__(self) -> str:
         return checks.short_entries(self)

@@ -27,6 +27,7 @@ from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxe
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
@@ -47,7 +48,8 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     Viscoelastic bodies are relaxed: their contact then is the largest under a load.
     """
     largest: dict[tuple[int, bool], Scene] = {}
-    bare: dict[str, Any] = {"bodies": scene.bodies.relaxed, "friction": None, "motion": None}
+    bodies = scene.bodies.relaxed if isinstance(scene.bodies, BodyPair) else scene.bodies
+    bare: dict[str, Any] = {"bodies": bodies, "friction": None, "motion": None}
     for k in range(transient(scene).steps):
         surface, force, approach = scene.contact(k)
         load = approach if force is None else force
