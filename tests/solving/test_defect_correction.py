@@ -186,8 +186,8 @@ def test_file(sol, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"creepages": np.zeros((5, 1))}, "not on parts of the elements"),
-        ({"slip": np.array(np.nan)}, "not of finite numbers"),
+        ({"creepages": np.zeros((5, 1))}, "cannot reshape"),
+        ({"slip": np.array(np.nan)}, "or not finite"),
     ],
 )
 def test_spoilt_file(sol, tmp_path, changes, message):

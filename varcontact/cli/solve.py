@@ -52,14 +52,14 @@ def solve(
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history import check_history_file
-    from varcontact.io.solution import ENDINGS, check_solution_file
+    from varcontact.io.solution import FORMATS, check_solution_file
     from varcontact.plotting.history import check_animation
     from varcontact.plotting.style import check_picture
     from varcontact.solving.options import SolveOptions
     from varcontact.system.files import check_ending
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
-    check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
+    check_outputs(out, None if may_move else plot, [scene], force, FORMATS)
     described, options = _read(scene, case)
     moves = isinstance(described.motion, vc.Transient)
     if plot is not None and may_move:

@@ -6,7 +6,6 @@ import base64
 import io
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = "varcontact elements 1"
+MAT_HEAD, TEXT_OF_MAT = f"MATLAB 5.0 MAT-file, {FORMAT}".encode(), 116
+"""Text at the beginning of MATLAB's files, and how many bytes it has."""
 
 QUANTITIES = {
     "x": "length",
@@ -90,16 +91,7 @@ def _to_mat(sol: Solution) -> bytes:
     variables |= {"units": units_by_name(sol), "scene": json.dumps(scene_to(sol.scene)), "format": FORMAT}
     made = io.BytesIO()
     savemat(made, variables, do_compression=True, oned_as="row")
-    return made.getvalue()
-
-
-def _is_mat(path: Path) -> bool:
-    from scipy.io import loadmat
-
-    try:
-        return bool(FORMAT in loadmat(path, variable_names=["format"])["format"])
-    except Exception:  # whatever else is in the file
-        return False
+    return MAT_HEAD.ljust(TEXT_OF_MAT) + made.getvalue()[TEXT_OF_MAT:]
 
 
 def _to_vtu(sol: Solution) -> bytes:
@@ -163,23 +155,16 @@ def _vtk_file(kind: str, body: list[str]) -> bytes:
     return (VTK_HEAD + "\n".join([head, *body, "</VTKFile>", ""])).encode()
 
 
-@dataclass(frozen=True)
-class Export:
-    """A format that other programs read."""
-
-    content: Callable[[Solution], bytes]  # from a solution the bytes of its file
-    ours: Callable[[Path], bool]  # whether a file of this ending is one that varcontact wrote
-
-
 VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
-EXPORTS = {
-    ".csv": Export(
+CSV_HEAD = ",".join(QUANTITIES)
+EXPORTS: dict[str, tuple[Callable[[Solution], bytes], Callable[[Path], bool]]] = {
+    ".csv": (
         lambda sol: dataframe(sol).to_csv(index=False).encode(),
-        lambda path: begins_with(path, ",".join(QUANTITIES).encode()),
+        lambda path: begins_with(path, CSV_HEAD.encode()),
     ),
-    ".vtu": Export(_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
-    ".vti": Export(_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
-    ".mat": Export(_to_mat, _is_mat),
-    ".html": Export(html_page, lambda path: begins_with(path, HEAD)),
+    ".vtu": (_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
+    ".vti": (_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
+    ".mat": (_to_mat, lambda path: begins_with(path, MAT_HEAD)),
+    ".html": (html_page, lambda path: begins_with(path, HEAD)),
 }
-"""By the ending of the file."""
+"""By the ending of a file the bytes of a solution, and whether a file is one that varcontact wrote."""

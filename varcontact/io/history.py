@@ -24,7 +24,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, MEMORY, READ, assembled, solution_from_bytes
+from varcontact.io.solution import AS_STORED, READ, assembled, solution_from_bytes
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -252,7 +252,7 @@ def _identity(stored: Stored) -> tuple[str, bytes]:
     """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
     start = getattr(stored.scene.motion, "start", None)
-    known = () if start is None else (start.pressure, start.traction, getattr(start, MEMORY))
+    known = () if start is None else (start.pressure, start.traction, start.memory)
     fields = b"".join((each + 0.0).tobytes() for each in known if each is not None)
     return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
 

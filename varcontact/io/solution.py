@@ -14,20 +14,19 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS, Certificate, ForceBounds
+from varcontact.discrete.state import means
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.subgrid_fields import FIELDS as ON_PARTS
-from varcontact.io.subgrid_fields import PRESSURE, refinement_from, refinement_to, with_pressure
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
+from varcontact.results.refinement import Refinement
 from varcontact.results.report import plain_calls
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import IN_WORDS
 from varcontact.solvers.interface import Calls
@@ -54,21 +53,51 @@ FIELDS = {
     "approach": ((), "length", "approach of the bodies"),
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
-WEAKENING = "weakening"
-MEMORY = "memory"
-PLASTIC_STATE = "plastic"
 AT_TIMES = {
-    WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip"),
-    MEMORY: (("relaxation", "axis", "y_around", "x_around"), "pressure", "tractions that viscoelastic bodies remember"),
-    PLASTIC_STATE: (("flow", "y", "x"), "1", "third body: plastic displacement [length], yield stress [pressure]"),
+    "weakening": (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip"),
+    "memory": (
+        ("relaxation", "axis", "y_around", "x_around"),
+        "pressure",
+        "tractions that viscoelastic bodies remember",
+    ),
+    "plastic": (("flow", "y", "x"), "1", "third body: plastic displacement [length], yield stress [pressure]"),
+    "traction_on_parts": (
+        ("component", "y_parts", "x_parts"),
+        "pressure",
+        "tangential traction on body 1, on parts of elements",
+    ),
+    "slip_on_parts": (
+        ("component", "y_parts", "x_parts"),
+        "slip",
+        "relative slip of the continuum, means over parts of elements",
+    ),
+    "slip_correction": (("component", "y", "x"), "slip", "added to the rigid slip of the elements"),
+    "bound_share": (("y", "x"), "1", "what the traction bound of the elements was multiplied by"),
+    "pressure_on_parts": (("y_parts", "x_parts"), "pressure", "normal traction, on parts of elements"),
 }
-"""Fields of histories: under laws of friction, and of viscoelastic bodies; of a third body that yields."""
+"""Fields that some have: of histories under laws, of viscoelastic bodies, of a third body that yields; refinements."""
+REFINED = {
+    "traction_on_parts": "traction",
+    "slip_on_parts": "slip",
+    "slip_correction": "correction",
+    "bound_share": "share",
+}
+"""Fields of a refinement, by name its entry; files written before pressures were solved for are without the last."""
+SERIES = {"forces": (-1, 3), "creepages": (-1, 2), "estimate": (3,), "creepage_estimate": (2,)}
+"""Entries of the record of a refinement, by name the shape."""
 
-ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", *AT_TIMES)
-"""Fields that are read back; files of earlier versions have no power density."""
+OWN = (
+    "pressure", "traction", "slip", "power_density", "distance", "state", "weakening", "memory", "plastic",
+    "pressure_on_parts"
+)  # fmt: skip
+"""Fields that are entries of a solution; files of earlier versions have no power density."""
 AS_IT_IS = ("converged", "iterations", "status", "timing")
 """Entries of the record that are those of a solution."""
-READ = (*ON_ELEMENTS, *ON_PARTS, PRESSURE, "approach", "creepage")
+READ = (*OWN, *REFINED, "approach", "creepage")
+SIZES = {"component": 2, "rigid": 3, "axis": 3, "flow": 3}
+MAY_BE_UNKNOWN = ("power_density", "approach", "creepage")
+ROUNDED = 1e-9
+"""Relative difference between pressures as stored and as summed that counts as rounding."""
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -96,36 +125,32 @@ def variables_of(
     sol: Solution, fields: Mapping[str, Any], shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
-    units, line, record = sol.scene.units or IN_WORDS, sol.scene.line, record_of(sol)
-    grids, found = {"": sol.grid}, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]()
-    added = {name: entry for name, entry in AT_TIMES.items() if getattr(sol, name) is not None}
-    for name, (dims, quantity, words) in {**fields, **added}.items():
-        found[name] = dims, np.asarray(getattr(sol, name)), quantity, words
+    units, line = sol.scene.units or IN_WORDS, sol.scene.line
+    variables: dict[str, Any] = {}
+    for name, (dims, quantity, words) in {**fields, **AT_TIMES}.items():
+        values = getattr(sol.refinement, REFINED[name], None) if name in REFINED else getattr(sol, name)
+        if values is not None:
+            said = {"units": units.of(quantity, line, shift), "long_name": words}
+            variables[name] = dims, np.asarray(values), said
+    grids = {"": sol.grid}
     if sol.refinement is not None:
-        refined, record["refinement"] = refinement_to(sol.refinement)
-        found, grids["_parts"] = found | refined, sol.refinement.grid
+        grids["_parts"] = sol.refinement.grid
     if sol.pressure_on_parts is not None:
-        words = "normal traction, on parts of elements"
-        found[PRESSURE] = ("y_parts", "x_parts"), sol.pressure_on_parts, "pressure", words
         grids["_parts"], _ = sol.contact
     if sol.memory is not None:
         ahead = (sol.memory.shape[-1] - sol.grid.nx) // 2
         grids["_around"] = sol.grid.window(-ahead, sol.grid.nx + ahead, -1, sol.grid.rows + 1)
-    variables: dict[str, Any] = {
-        name: (dims, values, {"units": units.of(quantity, line, shift), "long_name": words})
-        for name, (dims, values, quantity, words) in found.items()
-    }
     places: dict[str, Any] = {
         axis + parts: (axis + parts, getattr(grid, axis), {"units": units.of("length"), "long_name": words})
         for parts, grid in grids.items()
         for axis, words in (("x", "rolling direction"), ("y", "lateral direction"))
     }
-    return variables, places, record
+    return variables, places, record_of(sol)
 
 
 def record_of(sol: Solution) -> dict[str, Any]:
     """How a solution was found: its plan, iterations, times and certificate, as plain data."""
-    return {
+    record = {
         "certificate": sol.certificate.plain(),
         **{name: getattr(sol, name) for name in (*AS_IT_IS, "passes", "branch")},
         "warnings": list(sol.warnings),
@@ -133,25 +158,26 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "calls": plain_calls(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
-
-
-ENDINGS = (".nc", *EXPORTS)
-"""Of the files that a solution can be written to; only the first is read back."""
+    found = sol.refinement
+    if found is not None:
+        series = {name: getattr(found, name).tolist() for name in SERIES}
+        about = {"kind": found.kind, "grid": vars(found.grid), **series, "seconds": list(found.seconds)}
+        record["refinement"] = about
+    return record
 
 
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
     """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
-    export = EXPORTS.get(path.suffix.lower())
-    write_whole(field, path, solution_to_bytes(sol) if export is None else export.content(sol))
+    content, _ = FORMATS[path.suffix.lower()]
+    write_whole(field, path, content(sol))
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no solution may be written, see `save`."""
-    export = EXPORTS.get(path.suffix.lower())
-    ours = is_solution if export is None else export.ours
-    check_replaceable(field, path, ENDINGS, "solution", ours, overwrite)
+    _, ours = FORMATS.get(path.suffix.lower(), FORMATS[".nc"])
+    check_replaceable(field, path, FORMATS, "solution", ours, overwrite)
 
 
 def is_solution(path: Path) -> bool:
@@ -211,13 +237,14 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
 
 
 def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
-    """A solution from the variables of `READ` that a file has, and its record."""
+    """A solution from the variables of `READ` that a file has, and its record; ValueError for what none can be."""
+    check_fields(found, grid)
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in found["creepage"])
-    fields = {name: found[name] for name in ON_ELEMENTS if name in found}
+    fields = {name: found[name] for name in OWN if name in found}
     fields.setdefault("power_density", np.full(grid.shape, np.nan))
-    estimate = record.get("error_estimate")
+    estimate, refined = record.get("error_estimate"), record.get("refinement")
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -236,47 +263,56 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
             for problem, solvers in record.get("calls", {}).items()
         },
         error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
+        refinement=None if refined is None else _refinement(found, refined),
     )
-    check_schema(sol)
-    sol = with_pressure(sol, found.get(PRESSURE))
-    if "refinement" in record:
-        sol = replace(sol, refinement=refinement_from(found, record["refinement"], sol))
+    check_entries(sol)
     return sol
 
 
-def check_schema(sol: Solution) -> None:
-    """Refuse fields and entries of other shapes, types or ranges than a solution has; `load` certifies the values."""
-    scene, shape, certificate = sol.scene, sol.grid.shape, sol.certificate
-    fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
-    shapes = {"traction": (2, *shape), "slip": (2, *shape), MEMORY: np.asarray(sol.memory).shape}
-    shapes[PLASTIC_STATE] = (3, *shape)
-    sizes = [np.abs(each).max() for name, each in fields.items() if name != "power_density"]
-    loads = [each for each in (sol.approach, *sol.creepage) if not np.isnan(each)]
-    known = (EXTERIOR, STICK, SLIP, *((PLASTIC,) if sol.plastic is not None else ()))
+def _refinement(found: Mapping[str, Any], record: dict[str, Any]) -> Refinement:
+    fields = {entry: found[name] for name, entry in REFINED.items() if name in found}
+    fields.setdefault("share", np.ones(fields["correction"].shape[1:]))
+    series = {name: np.array(record[name], dtype=float).reshape(shape) for name, shape in SERIES.items()}
+    grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
+    if fields["traction"].shape[1:] != grid.shape:
+        raise ValueError("a refinement on parts of other elements")
+    return Refinement(kind=str(record["kind"]), grid=grid, **fields, **series, seconds=seconds)
+
+
+def check_fields(found: Mapping[str, np.ndarray], grid: Grid) -> None:
+    """Refuse fields that are not of numbers on the grid, or on parts of its elements; `load` certifies the values."""
+    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | AT_TIMES
+    for name, values in found.items():
+        of_dims = zip(known[name][0], values.shape, strict=True)
+        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)  # of parts as the first field has it
+        if values.shape != shape or values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} that is not of numbers on the grid")
+        numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
+        if not np.all(np.abs(numbers) <= checks.LARGE**2):
+            raise ValueError("numbers beyond those that can be computed with, or not finite")
+    if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
+        raise ValueError("fields that are not on parts of the elements")
+
+
+def check_entries(sol: Solution) -> None:
+    """Refuse entries that no solution has."""
+    scene, certificate, parts = sol.scene, sol.certificate, sol.pressure_on_parts
     no_creepage = scene.shift_undetermined or scene.frictionless or not sol.pressure.any()
     values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]
     numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
     words = (*sol.status.values(), *sol.solved_by.values())
+    on_elements = sol.pressure
+    if parts is not None:
+        (rows, columns), (ny, nx) = parts.shape, sol.grid.shape
+        on_elements = means(parts, (rows // ny, columns // nx))
     wrong = {
-        "fields that are not of the grid's shape": any(
-            each.shape != shapes.get(name, shape) for name, each in fields.items()
-        ),
-        "fields that are not numbers": any(each.dtype.kind not in "iuf" for each in fields.values()),
-        "numbers beyond those that can be computed with, or not finite": not all(
-            abs(size) <= checks.LARGE**2 for size in (*sizes, *loads)
-        ),
         "a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it": (
-            not np.isin(sol.state, known).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0))
+            not np.isin(sol.state, (EXTERIOR, STICK, SLIP, PLASTIC)).all()
+            or np.any((sol.state != EXTERIOR) != (sol.pressure > 0))
         ),
-        "a plastic state of a third body that is missing, or should be": (
-            (sol.plastic is not None) != (scene.third_body is not None and scene.third_body.yields)
-        ),
-        "a weakening of friction that is not between 0 and 1": (
-            sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1))
-        ),
-        "a memory of viscoelastic bodies that is missing, or should be, or is not of tractions": (
-            (sol.memory is not None) != (scene.bodies.relaxes and isinstance(sol.motion, TimeStep))
-            or (sol.memory is not None and (sol.memory.ndim != 4 or sol.memory.shape[1] != 3))
+        "a pressure on parts of the elements that is missing, or that these do not bear": (
+            (parts is not None) != (sol.plan.cells(scene) != (1, 1))
+            or np.any(np.abs(on_elements - sol.pressure) > ROUNDED * sol.pressure.max())
         ),
         "an approach that is not finite": not scene.approach_undetermined and np.isnan(sol.approach),
         "creepages that are not finite": sol.motion and not no_creepage and np.isnan(sol.creepage).any(),
@@ -299,7 +335,7 @@ MARK = b"\nvarcontact sha256 "
 
 def with_checksum(content: bytes) -> bytes:
     """The bytes of a file with their checksum behind them."""
-    return content + MARK + _digest(content)
+    return content + MARK + hashlib.sha256(content).hexdigest().encode()
 
 
 def without_checksum(content: bytes) -> bytes:
@@ -307,14 +343,11 @@ def without_checksum(content: bytes) -> bytes:
 
     A file that another program has written anew has none.
     """
-    own, digest = content[:-64], content[-64:]
-    if not own.endswith(MARK):
-        return content
-    own = own.removesuffix(MARK)
-    if _digest(own) != digest:
+    own, mark, _ = content.rpartition(MARK)
+    if mark and with_checksum(own) != content:
         raise ValueError("its bytes are not those that were written")
-    return own
+    return own if mark else content
 
 
-def _digest(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest().encode()
+FORMATS = {".nc": (solution_to_bytes, is_solution), **EXPORTS}
+"""By the ending of a file the bytes of a solution, and whether a file is one that varcontact wrote."""
