@@ -200,7 +200,7 @@ class _Rays:
         found = []
         for ratio, coefficients in zip(self.ratios.tolist(), self.coefficients, strict=True):
             if grid is None:
-                points, load = quadrature(ratio, 64)
+                points, load = quadrature(ratio, 40)
             else:
                 sol = solve(_still(self.bodies, ratio, grid), certify=None)
                 points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)

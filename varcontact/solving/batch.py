@@ -161,9 +161,10 @@ def _on_grids(
             member = None if hertz is None else _member(number, scenes[number], hertz)
             if member is not None:
                 groups.setdefault(member.kind.padded, {}).setdefault(member.kind, []).append(member)
-        for kind, by_kind in groups.items():
+        for by_kind in groups.values():
             members = [member for alike in by_kind.values() for member in alike]
-            places = max(1, AT_ONCE // math.prod(kind.shape))
+            elements = len(members) * math.prod(map(max, zip(*(kind.shape for kind in by_kind), strict=True)))
+            places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
             for first in range(0, len(members), places):
                 part = members[first : first + places]
                 own, done = _solve_group(part, tol, kept, near, before)

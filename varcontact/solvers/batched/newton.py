@@ -30,16 +30,16 @@ from varcontact.system.process import one_blas_thread
 
 POOL = 32_768
 """Elements of all problems in work: they fit into the cache."""
-REFILL, ABOVE = 0.3, 0.1
+REFILL, ABOVE = 0.3, 0.3
 """Part of the pool that has left when others are let in; part of it that may miss the inner tolerance."""
-INNER, LATE_INNER = 0.2, 1e-2
+INNER, LATE_INNER = 0.2, 3e-2
 """Inner tolerance, and its least value near the solution."""
 MOST_INNER, MOST_STEPS = 25, 60
 """Inner iterations, and Newton steps."""
 FAR = 0.3
 """Turn of a slipping traction [rad] from which a step is put back on the bound."""
 STEP_LENGTHS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
-COARSE_TOLERANCE, COARSEST = 1e-2, 8
+COARSE_TOLERANCE, COARSEST = 1e-2, 6
 """Of the problems with elements twice as large, which are solved first from twice so many elements on."""
 SINGLE, DOUBLE = 3e-7, 1e-15
 """Rounding of a residual in single and in double precision, by the tractions that changed."""
