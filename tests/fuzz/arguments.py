@@ -5,14 +5,13 @@ number for a number.
 """
 
 import contextlib
+import dataclasses
 import functools
 import tempfile
-from pathlib import Path
 
 import numpy as np
 
 import varcontact as vc
-from tests.fuzz.files import saved
 from tests.fuzz.junk import PLAIN, Deep, objects
 from tests.fuzz.outcome import Case, says_what
 from varcontact.errors import shortened
@@ -54,12 +53,6 @@ def _taken_for_a_number(meant, given) -> bool:
     return type(meant) in (int, float) and isinstance(given, bool | np.bool_ | complex)
 
 
-def _load(path, certify):
-    """Load a file where there is one of the usual name."""
-    Path("x.nc").write_bytes(saved("solution"))
-    return vc.load(path, certify)
-
-
 @functools.cache
 def calls() -> dict:
     """The public functions by name."""
@@ -69,44 +62,35 @@ def calls() -> dict:
 def _parts() -> dict:
     """What makes a scene."""
     falling = {"static": 0.3, "kinetic": 0.2, "half_velocity": 1e-3, "velocity": 2.0}
-    lattice = {"nx": 3, "ny": 3, "dx": 1.0, "dy": 1.0, "x0": -1.5, "y0": -1.5, "margin": 1, "edge": "centres"}
-    rolling = {"spin": 0.1, "Fx": 1e-3, "vy": 0.1, "dq": 0.1, "spin_offset": 0.1}
-    steps = {"steps": 3, "dq": [0.0, 0.1, 0.1], "direction": 1, "vx": 1e-3, "vy": [0.0] * 3, "spin": 0.0}
-    steps |= {"ux": 0.0, "uy": 0.0, "rotation": 0.0, "Fy": None, "normal_force": 1.0, "approach": None}
-    steps |= {"friction": 0.3, "surface": None, "start": None, "interpolate": False, "spin_offset": 0.1}
-    scene = {
-        "bodies": vc.Bodies(1.0, 0.3),
-        "surface": vc.Paraboloids(3.0, 2.0),
-        "normal_force": 4e-3,
-        "approach": None,
-        "friction": 0.3,
-        "motion": vc.Steady(vx=1e-3),
-        "grid": vc.Grid(nx=4, ny=4),
-        "units": vc.Units(length="mm", force="N"),
-    }
-    samples = {"h": np.eye(3), "x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.0], "reference_depth": None}
-    return {
-        "Bodies": (vc.Bodies, {"G": 1.0, "nu": 0.3}),
+    parts = [
+        scene(),
+        vc.Bodies(1.0, 0.3),
+        vc.Paraboloids(1.0, 2.0),
+        vc.Ellipse(1.0, 2.0),
+        vc.Cylinders(1.0, 9.0),
+        vc.SampledDistance(np.eye(3), [0.0, 1.0, 2.0], [0.0, 1.0, 2.0]),
+        vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
+        vc.Units(length="mm", force="N"),
+        vc.Steady(spin=0.1, Fx=1e-3, vy=0.1, dq=0.1),
+        vc.Shift(ux=0.1, Fy=1e-3, rotation=0.1),
+        vc.Transient(steps=3, dq=[0.0, 0.1, 0.1], vx=1e-3, normal_force=1.0, friction=0.3),
+    ]
+    named = {type(each).__name__: (type(each), given_to(each)) for each in parts}
+    return named | {
         "Bodies.from_young": (vc.Bodies.from_young, {"E": 1.0, "nu": (0.3, 0.2)}),
-        "Paraboloids": (vc.Paraboloids, {"Rx": 1.0, "Ry": 2.0}),
         "Paraboloids.from_bodies": (vc.Paraboloids.from_bodies, {"Rx": (1.0, 2.0), "Ry": (1.0, 2.0)}),
-        "Ellipse": (vc.Ellipse, {"a": 1.0, "b": 2.0}),
-        "Cylinders": (vc.Cylinders, {"R": 1.0, "reference_depth": 9.0}),
-        "SampledDistance": (vc.SampledDistance, samples),
-        "Grid": (vc.Grid, lattice),
-        "Units": (vc.Units, {"length": "mm", "force": "N"}),
         "StaticKinetic": (vc.StaticKinetic, {"static": 0.3, "kinetic": 0.2}),
         **{law.__name__: (law, falling) for law in (vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling)},
-        "Steady": (vc.Steady, rolling),
-        "Shift": (vc.Shift, {"ux": 0.1, "Fy": 1e-3, "rotation": 0.1}),
-        "Transient": (vc.Transient, steps),
-        "Scene": (vc.Scene, scene),
     }
 
 
-def _studies() -> dict:
-    """What takes scenes and solutions."""
-    scene = vc.Scene(
+def given_to(part: object) -> dict:
+    """The arguments that a part of a scene was made of."""
+    return {field.name: getattr(part, field.name) for field in dataclasses.fields(part) if field.init}
+
+
+def scene() -> vc.Scene:
+    return vc.Scene(
         bodies=vc.Bodies(1.0, 0.3),
         surface=vc.Paraboloids(3.0, 2.0),
         normal_force=4e-3,
@@ -114,24 +98,29 @@ def _studies() -> dict:
         motion=vc.Steady(vx=1e-3),
         grid=vc.Grid(nx=4, ny=4),
     )
-    sol = vc.solve(scene)
+
+
+def _studies() -> dict:
+    """What takes scenes and solutions."""
+    posed = scene()
+    sol = vc.solve(posed)
     methods = dict.fromkeys(("normal", "tangential", "coupling", "formulation", "method"), "auto")
-    solving = {"scene": scene, **methods, "tol": 1e-8, "polish": None, "certify": "auto", "progress": None}
+    solving = {"scene": posed, **methods, "tol": 1e-8, "polish": None, "certify": "auto", "progress": None}
     study = {"tol": 1e-6, "store": None, "progress": None}
     return {
-        "plan": (vc.plan, {"scene": scene, **methods}),
+        "plan": (vc.plan, {"scene": posed, **methods}),
         "solve": (vc.solve, {**solving, "start": None, "store": None}),
         "scan": (vc.scan, {**solving, "creepages": np.zeros((2, 3))}),
-        "certify": (vc.certify, {"scene": scene, "traction": sol.traction, "pressure": sol.pressure}),
-        "compare": (vc.compare, {"scenes": scene, "methods": ["tang"], **study}),
-        "converge": (vc.converge, {"scene": scene, "cells": [3, 4], "method": "tang", "offsets": 1, **study}),
-        "load": (_load, {"path": "x.nc", "certify": True}),
+        "certify": (vc.certify, {"scene": posed, "traction": sol.traction, "pressure": sol.pressure}),
+        "compare": (vc.compare, {"scenes": posed, "methods": ["tang"], **study}),
+        "converge": (vc.converge, {"scene": posed, "cells": [3, 4], "method": "tang", "offsets": 1, **study}),
+        "load": (vc.load, {"path": "x.nc", "certify": True}),
         "read_scene": (vc.read_scene, {"path": "x.toml"}),
         "Solution.save": (sol.save, {"path": "x.nc", "overwrite": False}),
         "stress": (vc.stress, {"solution": sol, "points": [[0.0], [0.0], [0.0]], "body": 1}),
         "stress_below": (vc.stress_below, {"solution": sol, "depths": [0.1], "body": 1}),
         "Solution.plot": (sol.plot, {"what": "section", "y": 0.0, "ax": None, "figsize": (3.0, 3.0)}),
-        "Scene.save": (scene.save, {"path": "x.toml", "overwrite": False}),
+        "Scene.save": (posed.save, {"path": "x.toml", "overwrite": False}),
         "plot_curve": (vc.plot_curve, {"solutions": [sol], "against": "auto", "normalised": True, "figsize": None}),
         "plot_stress": (vc.plot_stress, {"sol": sol, "quantity": "xx", "plane": "xz", "y": None, "depth": None}),
         "plot_comparison": (vc.plot_comparison, {"table": None}),

@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -157,57 +156,6 @@ y0 = -1.5
     done = run("solve", "bump.toml", "--normal", "osqp", "--json", folder=tmp_path)
     assert "Polishing not needed" in done.stderr
     assert json.loads(done.stdout)["elements"]["contact"] == 1
-
-
-def test_a_damaged_container_is_refused_before_hdf5_reads_it(sol, tmp_path):
-    """Files, seed 1, case 118: with 200 bytes set to zero HDF5 read on for ever."""
-    path = tmp_path / "saved.nc"
-    sol.save(path)
-    content = bytearray(path.read_bytes())
-    content[1873:2073] = bytes(200)
-    path.write_bytes(content)
-    with pytest.raises(vc.OutputError, match=r"is damaged \(its bytes are not those that were written\)"):
-        vc.load(path)
-
-
-def changed(path, entry, value):
-    """The file of a solution with another entry in its record."""
-    data = xr.load_dataset(path, engine="h5netcdf")
-    record = json.loads(str(data["record"].values))
-    within = record
-    for name in entry[:-1]:
-        within = within[name]
-    within[entry[-1]] = value
-    data["record"] = ((), json.dumps(record))
-    data.to_netcdf(path, engine="h5netcdf")
-
-
-@pytest.mark.parametrize(
-    ("entry", "value", "message"),
-    [
-        (("branch",), "\x7f", "a branch that there is not"),
-        (("timing", "tangential"), "héhé", "times or iterations that are not numbers"),
-        (("timing",), {}, "no total time"),
-        (("status", "normal"), 3, "solvers' words that are no words"),
-        (("calls", "normal"), [[]], "is damaged"),
-    ],
-)
-def test_what_a_record_says_of_solvers_is_checked(sol, entry, value, message, tmp_path):
-    """Files, seed 1, cases 153, 181, 278 and seed 2, case 299: loaded, and failed in the report."""
-    sol.save(tmp_path / "saved.nc")
-    changed(tmp_path / "saved.nc", entry, value)
-    with pytest.raises(vc.OutputError, match=message):
-        vc.load(tmp_path / "saved.nc")
-
-
-def test_numbers_beyond_computing_are_refused(sol, tmp_path):
-    """Files, seed 2, case 39: an approach of 1e308 was divided until it was none."""
-    sol.save(tmp_path / "saved.nc")
-    data = xr.load_dataset(tmp_path / "saved.nc", engine="h5netcdf")
-    data["approach"] = ((), 1e308)
-    data.to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
-    with pytest.raises(vc.OutputError, match="numbers beyond those that can be computed with"):
-        vc.load(tmp_path / "saved.nc")
 
 
 BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)

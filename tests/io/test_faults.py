@@ -47,6 +47,8 @@ def test_random_damage(files, tmp_path, seed):
         content[chance.randrange(min(len(content), chance.choice([200, 4000, 10**9])))] = chance.randrange(256)
     if seed % 4 == 0:
         del content[chance.randrange(len(content)) :]
+    if seed % 4 == 1:  # HDF5 once read on for ever
+        content[1873:2073] = bytes(200)
     path.write_bytes(content)
     with contextlib.suppress(vc.OutputError):  # anything else fails
         assert read_all(path)
@@ -91,6 +93,11 @@ def with_entry(*keys, value):
             ["grid"], ["grid", "nx"], ["plan"], ["plan", "reasons"], ["plan", "sizes"], ["certificate"],
             ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"],
             ["timing", "total"], ["iterations", "tangential"], ["branch"])),
+        with_entry("branch", value="\x7f"),
+        with_entry("timing", "tangential", value="héhé"),
+        with_entry("timing", value={}),
+        with_entry("status", "normal", value=3),
+        with_entry("calls", "normal", value=[[]]),
     ],
 )  # fmt: skip
 def test_records_that_cannot_be(files, tmp_path, change):

@@ -152,6 +152,7 @@ def refused_or_certified_anew(path):
         {"state": put((0, 0), 1)},
         {"approach": lambda d: np.float64(np.nan)},
         {"approach": lambda d: 1.1 * d},
+        {"approach": lambda d: np.float64(1e308)},
         {"creepage": put(0, 0.05)},
         {"creepage": put(0, np.nan)},
         {"record": lambda r: r["certificate"].update(gap=-1.0)},
