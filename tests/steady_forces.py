@@ -19,21 +19,6 @@ FORCES = ("Fx", "Fy", "Mz")
 FRICTION = 0.3
 
 
-def drawn(count: int = 40, seed: int = 11) -> list[dict[str, float]]:
-    """Scenes by their numbers; a b = 1."""
-    rng, scenes = np.random.default_rng(seed), []
-    for k in range(count):
-        ratio, nu = np.exp(rng.uniform(np.log(0.2), np.log(5))), rng.uniform(0, 0.5)
-        size, direction = np.exp(rng.uniform(np.log(0.2), np.log(3))), rng.normal(size=3)
-        direction /= np.linalg.norm(direction)
-        if k % 4 == 0:
-            direction[2] = 0
-            direction /= np.linalg.norm(direction)
-        creepages = size * direction * FRICTION / np.array([4.0, 4.0, 1.5])
-        scenes.append(dict(zip(NAMES, map(float, (ratio**0.5, ratio**-0.5, nu, *creepages)), strict=True)))
-    return scenes
-
-
 def scene(numbers: dict[str, float], nx: int, ny: int | None = None, edge: str = "centres") -> vc.Scene:
     """The scene of some numbers, with nx by ny cells across the contact."""
     return make_scene(
@@ -60,11 +45,12 @@ def read() -> list[tuple[dict[str, float], np.ndarray]]:
 
 
 def write() -> None:
-    """The references, from fine grids."""
+    """The references anew, from fine grids."""
+    known = read()
     with REFERENCES.open("w", newline="") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow((*NAMES, *FORCES))
-        for numbers in drawn():
+        for numbers, _ in known:
             coarse, fine = (forces(scene(numbers, n, edge="touched")) for n in (192, 384))
             lines.writerow([*(repr(value) for value in numbers.values()), *(f"{F:.6f}" for F in 2 * fine - coarse)])
 
