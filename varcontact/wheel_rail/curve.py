@@ -36,17 +36,13 @@ class Curve:
 
         return PPoly(self.coefficients, self.s)
 
-    @cached_property
-    def _direction(self) -> Any:
-        return self._curve.derivative()
-
     def points(self, s: np.ndarray) -> np.ndarray:
         """(y, z) at parameters, shape (..., 2)."""
         return np.asarray(self._curve(s))
 
     def directions(self, s: np.ndarray) -> np.ndarray:
         """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
-        return np.asarray(self._direction(s))
+        return np.asarray(self._curve(s, 1))
 
     def angles(self, s: np.ndarray) -> np.ndarray:
         """Inclination atan2(dz, dy) at parameters [rad]."""
@@ -71,14 +67,9 @@ class Curve:
         width = np.diff(self.s)[:, None]
         a, b, c, d = self.coefficients * [-1.0, 1.0]
         # the cubic in width - t
-        turned = np.array(
-            [
-                -a,
-                b + 3 * a * width,
-                -(c + 2 * b * width + 3 * a * width**2),
-                d + c * width + b * width**2 + a * width**3,
-            ]
-        )
+        linear = -(c + 2 * b * width + 3 * a * width**2)
+        constant = d + c * width + b * width**2 + a * width**3
+        turned = np.array([-a, b + 3 * a * width, linear, constant])
         return Curve(self.s[-1] - self.s[::-1], turned[:, ::-1])
 
     def sampled(self, step: float) -> np.ndarray:
@@ -142,16 +133,11 @@ def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
         _fit(s[a : b + 1], points[a : b + 1], smoothing, (a > 0, b < last))
         for a, b in pairwise([0, *kinks.tolist(), last])
     ]
-    return Curve(
-        np.concatenate([fits[0][0][:1], *(knots[1:] for knots, _ in fits)]),
-        np.concatenate([coefficients for _, coefficients in fits], axis=1),
-    )
+    return Curve(s, np.concatenate(fits, axis=1))
 
 
-def _fit(
-    s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool, bool]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Breakpoints and coefficients of one smooth section; kinks at its ends stay in their places.
+def _fit(s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool, bool]) -> np.ndarray:
+    """Coefficients of one smooth section; kinks at its ends stay in their places.
 
     A cubic smoothing spline, which minimises the integral of the squared distance plus ``lambda`` times that of the
     squared second derivative, passes a wave of length L with the factor ``1/(1 + lambda (2 pi/L)^4)``. Its ends would
@@ -160,8 +146,7 @@ def _fit(
     from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
 
     if smoothing == 0 or s.size < FEWEST:
-        fit = CubicSpline(s, points)
-        return np.asarray(fit.x), np.asarray(fit.c)
+        return np.asarray(CubicSpline(s, points).c)
     before, after = (_beyond(s, points, smoothing, end) for end in (0, -1))
     longer = np.concatenate([before[0][::-1], s, after[0]])
     weights = np.gradient(longer)
@@ -172,7 +157,7 @@ def _fit(
     parts = [PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T]
     knots = parts[0].x
     keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])  # from_spline repeats the end knots
-    return s, np.stack([part.c[:, keep] for part in parts], axis=-1)
+    return np.stack([part.c[:, keep] for part in parts], axis=-1)
 
 
 def _beyond(s: np.ndarray, points: np.ndarray, smoothing: float, end: int) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.system.files import check_ending, write_whole
-from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 
 if TYPE_CHECKING:
@@ -91,7 +91,9 @@ class Profile:
         y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
         if y.size != z.size:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
-        points = _ordered(np.stack([y, z], axis=1), self.kind)
+        points = np.stack([y, z], axis=1)
+        if len(points) >= FEWEST:
+            points = _ordered(points, self.kind)
         if len(points) < FEWEST:
             reason = f"the profile has {len(points)} different points; it needs {FEWEST} at least"
             raise SceneError("profile", len(points), message=reason)
@@ -257,20 +259,12 @@ def _ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
 
     Of a rail the points at its top decide: web and foot may go on below until the ends meet.
     """
-    if len(points) > 1:
-        top = int(points[:, 1].argmin())
-        beside = max(3, len(points) // BESIDE)
-        first, last = (max(top - beside, 0), min(top + beside, len(points) - 1)) if kind == "rail" else (0, -1)
-        if points[first, 0] > points[last, 0]:
-            points = points[::-1]
-    if len(points) < 3:
-        return points
-    least = TOGETHER * float(np.median(np.hypot(*np.diff(points, axis=0).T)))
-    keep = [0]
-    for i in range(1, len(points)):
-        if np.hypot(*(points[i] - points[keep[-1]])) > least:
-            keep.append(i)
-    return points[keep]
+    top, beside = int(points[:, 1].argmin()), max(3, len(points) // BESIDE)
+    part = points[max(top - beside, 0) : top + beside + 1] if kind == "rail" else points
+    if part[0, 0] > part[-1, 0]:
+        points = points[::-1]
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    return points[np.append(True, steps > TOGETHER * np.median(steps))]
 
 
 def _check_shape(points: np.ndarray) -> None:
@@ -279,10 +273,9 @@ def _check_shape(points: np.ndarray) -> None:
     if width < NARROWEST:
         message = f"the profile is {width:.3g} mm wide: give millimetres; a file in metres is read with scale=1000"
         raise SceneError("profile.y", width, message=message)
-    _, first, place = np.unique(points[:-1], axis=0, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[place.ravel()] != np.arange(len(points) - 1))
-    if again.size:
-        y, z = points[again[0]].tolist()
+    different, times = np.unique(points[:-1], axis=0, return_counts=True)
+    if times.max() > 1:
+        y, z = different[times.argmax()].tolist()
         message = f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: points must be ordered along it"
         raise SceneError("profile", (y, z), message=message)
     start, end = points[:-1], points[1:]
@@ -307,7 +300,7 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
     """Refuse the profile of the other kind, z that points up, and a wheel's flange on the field side."""
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
-    if any((_is_wheel if kind == "rail" else _is_rail)(y, each) for each in (z, -z)):
+    if any(_is_of(other, y, each) for each in (z, -z)):
         what = "from its flange a tread goes on to one side" if kind == "rail" else "both sides fall from its top"
         message = f'profile.kind = "{kind}", but the points are those of a {other} ({what})'
         raise SceneError("profile.kind", kind, message=message)
@@ -336,31 +329,23 @@ def flange(y: np.ndarray, z: np.ndarray) -> float:
 def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """The run of growing y around the highest point: y, depths below that point, and its index."""
     top = int(z.argmin())
-    back = np.flatnonzero(np.diff(y) < 0)
-    first = int(max(back[back < top] + 1, default=0))
-    last = int(min(back[back >= top], default=len(y) - 1))
-    return y[first : last + 1], z[first : last + 1] - z[top], top - first
+    run = growing(y, top)
+    return y[run], z[run] - z[top], top - run.start
 
 
-def _is_rail(y: np.ndarray, z: np.ndarray) -> bool:
-    """Whether most of the width is near the top, from which both sides fall to their ends, without a flange's tip."""
-    at, depth, top = _falls(y, z)
-    width = np.gradient(at) if at.size > 1 else np.zeros(1)
-    near = width[depth < TIP].sum() > width.sum() / 2
-    return bool(near) and all(
-        side[-1] > TIP and side[-1] > side.max() - ON_LINE for side in (depth[top::-1], depth[top:])
-    )
+def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether points are a rail's, both sides of which fall to their ends, or those of a wheel with a flange.
 
-
-def _is_wheel(y: np.ndarray, z: np.ndarray) -> bool:
-    """Whether most of the width is a tread, far above a flange's tip at one side; a grooved rail has a lip beyond."""
-    at, height, tip = _falls(y, -z)
-    sides = slice(tip + 1), slice(tip, None)
-    back = min(height[side].max() for side in sides)
-    width = np.gradient(at) if at.size > 1 else np.zeros(1)
-    far = width * (height > TIP)
-    lip = min(far[side].sum() for side in sides)
-    return flange(y, z) != 0 and bool(back > BACK and lip < TIP and far.sum() > width.sum() / 2)
+    Most of a rail's width is near its top, most of a wheel's far above its flange's tip; beyond the groove of a grooved
+    rail there is a lip.
+    """
+    at, depth, top = _falls(y, z if kind == "rail" else -z)
+    far = np.diff(at) * (depth[1:] > TIP)
+    mostly_far, deepest = far.sum() > np.ptp(at) / 2, np.array([depth[: top + 1].max(), depth[top:].max()])
+    if kind == "rail":
+        return not mostly_far and deepest.min() > TIP and bool((depth[[0, -1]] > deepest - ON_LINE).all())
+    lip = min(far[:top].sum(), far[top:].sum())
+    return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
 
 def inclination(profile: Profile) -> float:
