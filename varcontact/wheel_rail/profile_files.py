@@ -29,20 +29,22 @@ KIND_OF: dict[str, Kind] = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".w
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
-CHANGES = (
-    *("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "units.len.f", "units.ang.f"),
-    *("bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max"),
-)
-"""Keywords of SIMPACK's header that change its points."""
+CHANGES = {
+    **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
+    **dict.fromkeys(("bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max"), 0.0),
+    "units.len.f": 1000.0,
+    "units.ang.f": 1.0,
+}
+"""Keywords of SIMPACK's header that change its points, and their values where they are not given."""
 
 # S1002, by y towards the outside [mm]; flange back at -70, running circle at 0
-FLANGE_BACK = (-70.0, -62.764705882, (-49.5, 9.519259302), 20.5)
-FLANGE_TOP = (-62.764705882, -49.662510381, (-55.0, 16.0), 12.0)
-FLANGE_SIDE = (-49.662510381, -39.764473993, (-58.558326413, 8.834924130), 20.0)
-FLANGE_FLAT = (-39.764473993, -38.426669071, (-93.576667419, -2.747477419))
-THROAT = (-38.426669071, -35.0, (-26.210665, 16.446), -13.0)
-INNER = (-35.0, -26.0)
-INNER_COEFFICIENTS = (
+ARCS = (  # back, top and side of the flange, and the throat: ends, centre and radius
+    (-70.0, -62.764705882, (-49.5, 9.519259302), 20.5),
+    (-62.764705882, -49.662510381, (-55.0, 16.0), 12.0),
+    (-49.662510381, -39.764473993, (-58.558326413, 8.834924130), 20.0),
+    (-38.426669071, -35.0, (-26.210665, 16.446), -13.0),
+)
+INNER = (
     -4.320221063e3,
     -1.038384026e3,
     -1.065501873e2,
@@ -52,8 +54,7 @@ INNER_COEFFICIENTS = (
     -4.687195829e-5,
     -2.252755540e-7,
 )
-TREAD = (-26.0, 32.15796)
-TREAD_COEFFICIENTS = (
+TREAD = (
     0.0,
     -3.358537058e-2,
     1.565681624e-3,
@@ -64,8 +65,14 @@ TREAD_COEFFICIENTS = (
     -5.957839843e-12,
     2.646656573e-13,
 )
-OUTER = (32.15796, 60.0)
-OUTER_COEFFICIENTS = (1.364323640, -0.066666667)
+POLYNOMIALS: tuple[
+    tuple[float, float, tuple[float, ...]], ...
+] = (  # a straight part of the flange, and the tread: ends and coefficients
+    (-39.764473993, -38.426669071, (-93.576667419, -2.747477419)),
+    (-35.0, -26.0, INNER),
+    (-26.0, 32.15796, TREAD),
+    (32.15796, 60.0, (1.364323640, -0.066666667)),
+)
 
 # 60E1, by y from its middle [mm]
 RADII = (300.0, 80.0, 13.0)
@@ -92,13 +99,10 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
     except OSError as error:
         reason = f"path {shortened(str(file), 200)} cannot be read ({error.strerror})"
         raise SceneError("path", str(file), message=reason) from None
-    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        text = content.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError:  # a header in the letters of old Windows
-            text = content.decode("cp1252", errors="replace")
+    try:
+        text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
+    except UnicodeDecodeError:  # a header in the letters of old Windows
+        text = content.decode("cp1252", errors="replace")
     reader = {".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof}.get(suffix, _columns)
     points = reader(file.name, text.splitlines())
     if len(points) == 0:
@@ -142,8 +146,7 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
 
 def _simpack(name: str, lines: list[str]) -> list[list[float]]:
     """Points between point.begin and point.end, changed by the keywords before them."""
-    header: dict[str, float] = {}
-    points: list[list[float]] = []
+    header, points = dict(CHANGES), []
     inside = False
     for number, line in enumerate(lines, 1):
         text = line.split("!")[0].strip()
@@ -156,7 +159,7 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
             points.append(values[:2])
         elif "=" in text:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
-            if key in CHANGES:
+            if key in header:
                 numbers, positive = _numbers(value), key.startswith("units")
                 if numbers is None or len(numbers) != 1 or (positive and numbers[0] <= 0):
                     wanted = "a positive number" if positive else "a number"
@@ -164,15 +167,15 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
                     raise SceneError("path", value, message=reason)
                 header[key] = numbers[0]
     # shifts, rotation, bounds, mirrors and the unit of length, metres times units.len.f
-    found = np.array(points).reshape(-1, 2) + np.array([header.get("shift.y", 0.0), header.get("shift.z", 0.0)])
-    turn = header.get("rotate", 0.0) / header.get("units.ang.f", 1.0)
+    found = np.array(points).reshape(-1, 2) + np.array([header["shift.y"], header["shift.z"]])
+    turn = header["rotate"] / header["units.ang.f"]
     found = found @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     for column, axis in enumerate("yz"):
-        low, high = header.get(f"bound.{axis}.min", 0.0), header.get(f"bound.{axis}.max", 0.0)
+        low, high = header[f"bound.{axis}.min"], header[f"bound.{axis}.max"]
         if low < high:
             found = found[(found[:, column] >= low) & (found[:, column] <= high)]
-    signs = [-1.0 if header.get(f"mirror.{axis}", 0.0) else 1.0 for axis in "yz"]
-    return (found * signs * (1000.0 / header.get("units.len.f", 1000.0))).tolist()
+    signs = [-1.0 if header[f"mirror.{axis}"] else 1.0 for axis in "yz"]
+    return (found * signs * (1000.0 / header["units.len.f"])).tolist()
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
@@ -219,12 +222,8 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     >>> print(f"{z.max():.2f} {np.interp(10.0, y, z):.4f}")
     28.00 -0.2084
     """
-    sections = [_arc(*each, step) for each in (FLANGE_BACK, FLANGE_TOP, FLANGE_SIDE)]
-    sections.append(_polynomial(*FLANGE_FLAT, step))
-    sections.append(_arc(*THROAT, step))
-    for ends, coefficients in ((INNER, INNER_COEFFICIENTS), (TREAD, TREAD_COEFFICIENTS), (OUTER, OUTER_COEFFICIENTS)):
-        sections.append(_polynomial(*ends, coefficients, step))
-    return _joined(sections)
+    sections = [_arc(*each, step) for each in ARCS] + [_polynomial(*each, step) for each in POLYNOMIALS]
+    return _joined(sorted(sections, key=lambda section: section[0][0]))
 
 
 def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
