@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +32,9 @@ STEP = 0.05
 """Between points of a drawn curve [mm]."""
 NORMAL = 12.0
 """Length of the arrow of the largest normal force [mm]."""
-OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
+Columns = tuple[tuple[str, float, str], ...]
+"""Columns of a table that are drawn, with the factor and the label of each."""
+OVER_POSITIONS: Columns = (
     ("on_rail", 1.0, "Contact on the rail, y [mm]"),
     ("on_wheel", 1.0, "Contact on the wheel, y [mm]"),
     ("angle", 1e3, "Contact angle [mrad]"),
@@ -45,16 +48,14 @@ OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
     ("peak_pressure", 1.0, "Peak pressure [MPa]"),
     ("T_gamma", 1.0, "T-gamma [N]"),
 )
-"""Columns of the table of positions that are drawn, with the factor and the label of each."""
-OVER_SWEEP: tuple[tuple[str, float, str, str], ...] = (
-    ("track_Fx", 1e-3, "Longitudinal force [kN]", "error_Fx"),
-    ("track_Fy", 1e-3, "Lateral force [kN]", ""),
-    ("track_Fz", 1e-3, "Vertical force [kN]", ""),
-    ("peak_pressure", 1.0, "Peak pressure [MPa]", ""),
-    ("T_gamma", 1.0, "T-gamma [N]", "T_gamma_error"),
-    ("angle", 1e3, "Contact angle [mrad]", ""),
+OVER_SWEEP: Columns = (
+    ("track_Fx", 1e-3, "Longitudinal force [kN]"),
+    ("track_Fy", 1e-3, "Lateral force [kN]"),
+    ("track_Fz", 1e-3, "Vertical force [kN]"),
+    ("peak_pressure", 1.0, "Peak pressure [MPa]"),
+    ("T_gamma", 1.0, "T-gamma [N]"),
+    ("angle", 1e3, "Contact angle [mrad]"),
 )
-"""Columns of a sweep that are drawn, with the factor, the label, and the column of the error."""
 CONTACTS = ("on_rail", "on_wheel")
 TITLES: dict[Panel, str] = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
@@ -162,18 +163,26 @@ def plot_positions(table: pd.DataFrame) -> Figure:
     over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
     with styled():
         figure, axes = new_figure(4, 3, (PAGE, 1.05 * PAGE), sharex=True)
-        for ax, (name, factor, label) in zip(axes, OVER_POSITIONS, strict=True):
-            for i, (side, rows) in enumerate(solved.groupby("side")):
-                for patch, each in rows.groupby("patch"):
-                    line = "o-" if patch == 1 else "^:"
-                    which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
-                    ax.plot(each[over], factor * each[name], line, color=colour(i), markersize=3, label=which)
-            ax.set_ylabel(label)
+        _draw_columns(axes, solved, over, OVER_POSITIONS)
         for ax in axes[-3:]:
             ax.set_xlabel(words)
         legend_below(axes[-2], columns=4)
         figure.draw_without_rendering()
     return figure
+
+
+def _draw_columns(axes: Sequence[Axes], rows: pd.DataFrame, over: str, columns: Columns) -> None:
+    """Columns of rows over another one, with their error bars if there are any: a line for each patch of each wheel."""
+    for ax, (name, factor, label) in zip(axes, columns, strict=False):
+        for i, (side, of_side) in enumerate(rows.groupby("side")):
+            for patch, each in of_side.groupby("patch"):
+                line = "o-" if patch == 1 else "^:"
+                which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
+                error = each.get(f"error_{name}")
+                bars = None if error is None or error.isna().all() else factor * error
+                at, values = each[over], factor * each[name]
+                ax.errorbar(at, values, bars, fmt=line, color=colour(i), markersize=3, capsize=2, label=which)
+        ax.set_ylabel(label)
 
 
 def plot_wear(worn: Wear) -> Figure:
@@ -214,34 +223,22 @@ def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> F
     entries = [str(name) for name in swept["z"].dims]
     if len(entries) != 1:
         raise SceneError("swept", entries, "a sweep over one entry: take the others by sel(...)")
-    entry, axle = entries[0], 0 if case is None else 1
-    over = swept[entry].values
+    (entry,), axle = entries, 0 if case is None else 1
+    rows = swept.to_dataframe().reset_index().dropna(subset="FN")
+    cosine, sine = np.abs(np.cos(rows["angle"])), np.abs(np.sin(rows["angle"]))
+    rows["error_track_Fy"] = cosine * rows["error_Fs"] + sine * rows["error_FN"]
+    rows["error_track_Fz"] = sine * rows["error_Fs"] + cosine * rows["error_FN"]
+    rows = rows.rename(columns={"error_Fx": "error_track_Fx", "T_gamma_error": "error_T_gamma"})
     with styled():
         figure, axes = new_figure(2 + axle, 3, (PAGE, (2 + axle) * 0.3 * PAGE))
-        for ax, (name, factor, label, bar) in zip(axes, OVER_SWEEP, strict=False):
-            for i, side in enumerate(("left", "right")):
-                for patch in swept["patch"].values:
-                    part = swept.sel(side=side, patch=patch)
-                    cosine, sine = np.abs(np.cos(part["angle"])), np.abs(np.sin(part["angle"]))
-                    across = {"track_Fy": (cosine, sine), "track_Fz": (sine, cosine)}.get(name)
-                    if not np.isfinite(part["FN"]).any():
-                        continue
-                    which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
-                    error = part[bar].values * factor if bar else np.array(np.nan)
-                    if across is not None:
-                        error = factor * (across[0] * part["error_Fs"] + across[1] * part["error_FN"]).values
-                    bars = error if np.isfinite(error).any() else None
-                    line = "o-" if patch == 1 else "^:"
-                    values, tint = factor * part[name].values, colour(i)
-                    ax.errorbar(over, values, yerr=bars, fmt=line, color=tint, markersize=3, capsize=2, label=which)
-            ax.set(xlabel=entry, ylabel=label)
+        _draw_columns(axes, rows, entry, OVER_SWEEP)
+        for ax in axes[:6]:
+            ax.set_xlabel(entry)
         if case is not None:
             for ax, profile, name in zip(axes[6:], (case.track.profile, case.wheelset.profile), CONTACTS, strict=False):
                 shape = profile.running.points(profile.running.sampled(STEP))
                 ax.plot(*shape.T, color="0.4")
-                for i, side in enumerate(("left", "right")):
-                    y = swept[name].sel(side=side).values.ravel()
-                    y = y[np.isfinite(y)]
+                for i, (_, y) in enumerate(rows.groupby("side")[name]):
                     ax.plot(y, profile.z_at(y), "o", color=colour(i), markersize=3)
                 ax.invert_yaxis()
                 ax.set(xlabel="y [mm]", ylabel="z [mm]", title=f"contacts on the {profile.kind}")
