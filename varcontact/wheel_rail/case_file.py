@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,17 +34,16 @@ from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn", "conformal")
-HELD = ("vertical_force", "z")
-PARTS = ("track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
-KEYS = ("side", "free", *LOADS, *HELD, *FIXED, *PARTS)
+VARYING = ("vertical_force", "z", *LOADS)
+MOVING: dict[str, type[Any]] = {"position": Position, "velocity": Velocity}
+PROFILED: dict[Kind, tuple[str, type[Any]]] = {"rail": ("track", Track), "wheel": ("wheelset", WheelSet)}
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right"), "set": ()}
@@ -116,44 +116,38 @@ def read_case(path: str | Path) -> CaseFile:
     table, folder = read_toml(path, "case file")
     options = solve_table(table)
     check_keys("solve", options, SOLVED)
-    check_keys("", table, KEYS)
-    for name in ("track", "wheelset"):
-        if name not in table:
-            raise SceneError(name, None, f"given: add a table [{name}]")
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
     archard = make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
-    entries: dict[str, Any] = {name: table[name] for name in FIXED if name in table}
-    entries["track"] = _with_profile("track", Track, "rail", table["track"], folder)
-    entries["wheelset"] = _with_profile("wheelset", WheelSet, "wheel", table["wheelset"], folder)
-    entries["bodies"] = bodies_from(table_of("bodies", table["bodies"])) if "bodies" in table else STEEL
+    check_keys("", table, [field.name for field in dataclasses.fields(WheelOnRail if sides else WheelSetOnTrack)])
+    for key, (name, kind) in PROFILED.items():
+        if name not in table:
+            raise SceneError(name, None, f"given: add a table [{name}]")
+        entries = dict(table_of(name, table[name]))
+        for each in {key, "left_rail", "right_rail"} & entries.keys():
+            entries[each] = _profile(f"{name}.{each}", key, entries[each], folder)
+        table[name] = make(name, kind, entries)
+    if "bodies" in table:
+        table["bodies"] = bodies_from(table_of("bodies", table["bodies"]))
     if isinstance(table.get("friction"), Mapping):
         law, kinds = dict(table["friction"]), {**LAWS, "by_angle": FrictionByAngle}
-        entries["friction"] = make("friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law)
-    known = (*HELD, *LOADS) if not sides else HELD
-    check_keys("", table, [name for name in KEYS if sides == () or name not in ("free", *LOADS)])
-    varying: dict[str, dict[str, Any]] = {"": {name: table[name] for name in known if name in table}}
-    for name, kind in (("position", Position), ("velocity", Velocity)):
-        varying[name] = dict(table_of(name, table.get(name, {})))
-        check_keys(name, varying[name], [field.name for field in dataclasses.fields(kind)])
+        table["friction"] = make("friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law)
+    varying = {name: table.pop(name) for name in VARYING if name in table}
+    for name, kind in MOVING.items():
+        entries = dict(table_of(name, table.pop(name, {})))
+        check_keys(name, entries, [field.name for field in dataclasses.fields(kind)])
+        varying |= {f"{name}.{key}": value for key, value in entries.items()}
     cases: list[WheelOnRail | WheelSetOnTrack] = []
     numbers: list[int] = []
-    if not sides and "free" in table:
-        entries["free"] = table["free"]
     for number, at in enumerate(_sequence(varying), 1):
-        position, velocity = Position(**at["position"]), Velocity(**at["velocity"])
-        given = {"position": position, "velocity": velocity, **at[""], **entries}
-        cases += [WheelOnRail(side=side, **given) for side in sides] or [WheelSetOnTrack(**given)]
+        given: dict[str, Any] = {"": {}, **{name: {} for name in MOVING}}
+        for name, value in at.items():
+            group, _, key = name.rpartition(".")
+            given[group][key] = value
+        moving = {name: kind(**given[name]) for name, kind in MOVING.items()}
+        entries = {**table, **given[""], **moving}
+        cases += [WheelOnRail(side=side, **entries) for side in sides] or [WheelSetOnTrack(**entries)]
         numbers += [number] * (len(sides) or 1)
     return CaseFile(tuple(cases), tuple(numbers), options, archard)
-
-
-def _with_profile(name: str, kind: type[Any], key: Kind, table: Any, folder: Path) -> Any:
-    """Track or wheel set, with its profiles by their names, by names of files, or by tables."""
-    entries = dict(table_of(name, table))
-    needed(name, entries, key)
-    for each in {key, "left_rail", "right_rail"} & entries.keys():
-        entries[each] = _profile(f"{name}.{each}", key, entries[each], folder)
-    return make(name, kind, entries)
 
 
 def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
@@ -171,26 +165,20 @@ def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
     return reader(path, kind, **read)
 
 
-def _sequence(tables: dict[str, dict[str, Any]]) -> list[dict[str, dict[str, Any]]]:
-    """The tables of each position, with one value in place of a list or range."""
-    lengths = {}
-    for group, table in tables.items():
-        for key, value in table.items():
-            name = f"{group}.{key}" if group else key
-            if isinstance(value, Mapping):
-                table[key] = number_range(name, value)
-            if isinstance(table[key], list):
-                checks.numbers(name, table[key])
-                lengths[name] = len(table[key])
+def _sequence(entries: dict[str, Any]) -> list[dict[str, Any]]:
+    """The entries of each position, with one value in place of a list or range."""
+    for name, value in entries.items():
+        if isinstance(value, Mapping):
+            entries[name] = number_range(name, value)
+        elif isinstance(value, list):
+            checks.numbers(name, value)
+    lengths = {name: len(value) for name, value in entries.items() if isinstance(value, list)}
     if len(set(lengths.values())) > 1 or 0 in lengths.values():
         given = ", ".join(f"{name} has {length}" for name, length in lengths.items())
         reason = f"lists of a sequence must have the same length, one or more: {given}"
         raise SceneError("sequence", given, message=reason)
     return [
-        {
-            group: {key: value[k] if isinstance(value, list) else value for key, value in table.items()}
-            for group, table in tables.items()
-        }
+        {name: value[k] if isinstance(value, list) else value for name, value in entries.items()}
         for k in range(max(lengths.values(), default=1))
     ]
 
@@ -241,9 +229,6 @@ def solve_cases(
     names = [_identity(case, file) for case in file.cases]
     total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
 
-    def whole(rows: list[list[dict[str, Any]]]) -> list[dict[str, Any]]:
-        return [row for each in rows for row in each]
-
     with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
@@ -252,21 +237,27 @@ def solve_cases(
             _rows, options=file.options, archard=file.archard, fast=file.fast, alone=total == 1, solved=shown
         )
         on_grids = all(isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases)
+        together = on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE
+        which = [f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}" for case in file.cases]
         answers: Iterator[tuple[int, list[dict[str, Any]]]]
-        if on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE:
-            answers = _side_by_side([file.cases[k] for k in left], file.options, total, report, work)
+        if together:
+            cases: list[Any] = [file.cases[k] for k in left]
+            found = solve_wheels_on_rails(cases, **file.options)
+            answers = ((number, work(cases[number], known=known)) for number, known in found)
         else:
-            told = [_progress_line(k, total, file.cases[k]) for k in left]
+            told = [f"{k} of {total} {which[k]}" for k in left]
             answers = results(work, [(file.cases[k],) for k in left], pool, progress=report, names=told)
         try:
-            for number, found in answers:
+            for count, (number, new) in enumerate(answers, total - len(left)):
                 k = left[number]
-                rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in found]
-                table.write(whole(rows))
+                if together and report is not None:
+                    report(f"{count} of {total} {which[k]}")
+                rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in new]
+                table.write(list(chain(*rows)))
         except KeyboardInterrupt:
-            finished = pd.DataFrame(whole(rows), columns=list(columns))
+            finished = pd.DataFrame(chain(*rows), columns=list(columns))
             raise Interrupted(finished, f" after {sum(map(bool, rows))} of {total} wheels") from None
-    return pd.DataFrame(whole(rows), columns=list(columns))
+    return pd.DataFrame(chain(*rows), columns=list(columns))
 
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
@@ -289,24 +280,6 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
         if not known or known[0]["position"] == row["position"]:
             known.append(row)
     return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
-
-
-def _progress_line(done: int, total: int, case: WheelOnRail | WheelSetOnTrack) -> str:
-    return f"{done} of {total} wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}"
-
-
-def _side_by_side(
-    cases: list[Any],
-    options: dict[str, Any],
-    total: int,
-    report: Callable[[str], None] | None,
-    rows: Callable[..., list[dict[str, Any]]],
-) -> Iterator[tuple[int, list[dict[str, Any]]]]:
-    """The number and the rows of each of many wheels on grids, as they are found."""
-    for count, (number, known) in enumerate(solve_wheels_on_rails(cases, **options), total - len(cases)):
-        if report is not None:
-            report(_progress_line(count, total, cases[number]))
-        yield number, rows(cases[number], known=known)
 
 
 def _rows(
@@ -354,39 +327,37 @@ def _rows(
             figures = [_figures(each) for each in wear(wheel, archard).patches]
         else:
             figures = [_fast_figures(wheel.case, wheel.z, each) for each in wheel.patches]
-        rows += [{**row, "patch": k, **each} for k, each in enumerate(figures, 1)]
+        for k, each in enumerate(figures, 1):
+            rows.append({**row, "patch": k, **dict(zip(FIGURES, map(float, each), strict=False))})
     return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]
 
 
-FIGURES = COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")]
+FIGURES = (*COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")], "T_gamma_error")
 """The columns from the location to the errors."""
 
 
-def _figures(worn: PatchWear) -> dict[str, float]:
+def _figures(worn: PatchWear) -> tuple[Any, ...]:
     solved, patch, law = worn.solved, worn.solved.patch, worn.archard is not None
     rolled = patch.creepage
-    values = (
+    return (
         *(*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius),
         *(rolled.vx, rolled.vy, rolled.spin),
         *(solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track),
         *(solved.peak_pressure, worn.area, worn.t_gamma, worn.power),
         *((worn.depth.max(), worn.volume) if law else (np.nan, np.nan)),
-        *solved.error,
+        *(*solved.error, worn.t_gamma_error),
     )
-    found = {name: float(value) for name, value in zip(FIGURES, values, strict=True)}
-    return found | {"T_gamma_error": worn.t_gamma_error}
 
 
-def _fast_figures(case: WheelOnRail, z: float, patch: FastPatch) -> dict[str, float]:
+def _fast_figures(case: WheelOnRail, z: float, patch: FastPatch) -> tuple[Any, ...]:
     """Of a patch by the fast way, which has no errors."""
     rolled, force, ellipse = patch.creepage, patch.force, patch.ellipse
     on_rail = case.track.on_rail(patch.frame.origin[1:], case.side)[0]
     on_wheel, outwards = case.on_wheel(patch.frame.origin, case.body(z))
     t_gamma = 0.0 - float(force[:2] @ [rolled.vx, rolled.vy]) - patch.moment * rolled.spin
-    values = (
+    return (
         *(*patch.frame.origin, patch.angle, on_rail, on_wheel, case.wheelset.radius + outwards),
         *(rolled.vx, rolled.vy, rolled.spin),
         *(force[2], *force[:2], patch.moment, *patch.force_on_track),
         *(ellipse.peak_pressure, np.pi * ellipse.a * ellipse.b, t_gamma, t_gamma * rolled.speed / 1e3),
     )
-    return {name: float(value) for name, value in zip(FIGURES, values, strict=False)}
