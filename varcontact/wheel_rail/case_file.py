@@ -141,8 +141,8 @@ def read_case(path: str | Path) -> CaseFile:
     for number, at in enumerate(_sequence(varying), 1):
         given: dict[str, Any] = {"": {}, **{name: {} for name in MOVING}}
         for name, value in at.items():
-            group, _, key = name.rpartition(".")
-            given[group][key] = value
+            group, _, entry = name.rpartition(".")
+            given[group][entry] = value
         moving = {name: kind(**given[name]) for name, kind in MOVING.items()}
         entries = {**table, **given[""], **moving}
         cases += [WheelOnRail(side=side, **entries) for side in sides] or [WheelSetOnTrack(**entries)]
