@@ -175,23 +175,30 @@ class GeometryTable:
         """
         check_kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
-        patches = np.concatenate([found for _, found in sides])
+        patches, radius = np.concatenate([found for _, found in sides]), self.wheelset.radius
         # each wheel at its own height: of the roll that takes, this is what counts in the creepages
-        axle = [[0.0, y, z - self.wheelset.radius] for z, found in sides for _ in found]
+        axle = [[0.0, y, z - radius] for z, found in sides for _ in found]
         cosine, sine, nothing = np.cos(patches[:, 3]), np.sin(patches[:, 3]), np.zeros(len(patches))
         lateral, inwards = np.array([nothing, cosine, sine]).T, np.array([nothing, -sine, cosine]).T
         arms = patches[:, :3] - axle
-        rolled = _creepages(arms + patches[:, 7:] * inwards, lateral, inwards, yaw, velocity, self.wheelset.radius)
+        # as `WheelOnRail.creepage`, of the particles at the depth of the approach
+        deep = arms + patches[:, 7:] * inwards
+        pitch = -velocity.speed / radius if velocity.pitch_rate is None else velocity.pitch_rate
+        turning = np.array([velocity.roll_rate - pitch * np.sin(yaw), pitch * np.cos(yaw), velocity.yaw_rate])
+        particle = np.array([velocity.speed, velocity.lateral, velocity.vertical]) + np.cross(turning, deep)
+        speed = velocity.speed - velocity.yaw_rate * deep[:, 1] - particle[:, 0] / 2
+        check_forward(float(speed.min()))
+        vx, vy, spin = rolled = -np.array([particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]) / speed
         formula, (G, nu) = formula_of(theory, options), elastic(self.bodies, None, None)
-        (a, b, normal), (vx, vy, spin) = patches[:, 4:7].T, rolled.T
+        a, b, normal = patches[:, 4:7].T
         coefficients = no_slip_coefficients(a / b, nu)
         Fx, Fy, Mz = formula(Contact(a, b, G, nu, self.friction * normal, vx, vy, spin, 1.0, coefficients), **options)
         if np.isnan(Mz).any():
             raise SceneError("theory", theory, "a theory with a moment, such as fastsim or table")
         on_wheel = -(normal[:, None] * inwards + Fy[:, None] * lateral)
         on_wheel[:, 0] = -Fx
-        moment = _cross(arms, on_wheel) - Mz[:, None] * inwards
-        return WheelSetForces(on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.array([Fx, Fy]).T)
+        moment = np.cross(arms, on_wheel) - Mz[:, None] * inwards
+        return WheelSetForces(on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled.T, np.array([Fx, Fy]).T)
 
 
 def geometry_table(
@@ -295,31 +302,6 @@ def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int
     return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
 
-def _creepages(
-    arms: np.ndarray, lateral: np.ndarray, inwards: np.ndarray, yaw: float, velocity: Velocity, radius: float
-) -> np.ndarray:
-    """Of the rail over the wheel's particles at the ends of arms from the middle of the axle: `WheelOnRail.creepage`.
-
-    The contact moves along with the wheel set, which does not turn about its axle for it; the rolling velocity is the
-    mean of the speed of the contact and the circumferential speed.
-    """
-    pitch = -velocity.speed / radius if velocity.pitch_rate is None else velocity.pitch_rate
-    along = np.array([velocity.speed, velocity.lateral, velocity.vertical])
-    carried = np.array([velocity.roll_rate, 0.0, velocity.yaw_rate])
-    turning = carried + pitch * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
-    particle = along + _cross(turning, arms)
-    speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
-    check_forward(float(speed.min()))
-    sliding = [particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]
-    return np.asarray(-np.array(sliding).T / speed[:, None])
-
-
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Of few vectors, where `numpy.cross` takes long to begin."""
-    (a, b, c), (x, y, z) = one.T, other.T
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x]).T
-
-
 def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     """Rolling radius of the right wheel less that of the left, both where they touch first.
 
@@ -386,12 +368,21 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     >>> print(f"{equivalent_conicity(track, wheelset, 3.0):.2f}")
     0.17
     """
+    from scipy.interpolate import make_interp_spline
+
     wanted = checks.positives("amplitude", amplitude)
     if not wanted.size:
         return wanted
     nodes = np.linspace(0.0, wanted.max(), int(np.ceil(wanted.max() / STEP)) + 1)
     difference = rolling_radius_difference(track, wheelset, nodes)
-    found = np.array([_conicity(nodes, difference, float(each)) for each in wanted.flat]).reshape(wanted.shape)
+    work = make_interp_spline(nodes, difference, k=1).antiderivative()
+    phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
+    y, quickest = wanted[..., None] * np.sin(phase), wanted[..., None] * np.cos(phase)
+    # wavelength = 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = work(wanted)[..., None] - work(y)
+        quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)
+    found = 2 * (np.pi / (4 * quarter)) ** 2
     return found if found.ndim else float(found)
 
 
@@ -405,19 +396,3 @@ def _radius(wheel: Curve, rail: Curve, y: float, height: float) -> float:
     step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * gap + after
     beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
     return float(wheel.points(locus.s[nearest] + beside)[1])
-
-
-def _conicity(nodes: np.ndarray, difference: np.ndarray, amplitude: float) -> float:
-    """From the wavelength, a quarter of which passes between the middle and the amplitude."""
-    from scipy.interpolate import make_interp_spline
-
-    phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
-    work = make_interp_spline(nodes, difference, k=1).antiderivative()
-    left = work(amplitude) - work(amplitude * np.sin(phase))
-    if (left < 0).any():
-        return float("nan")
-    if not left.all():
-        return 0.0
-    # wavelength = 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity
-    quarter = np.pi / 2 * float(np.mean(amplitude * np.cos(phase) / np.sqrt(2 * left)))
-    return float(2 * (np.pi / (4 * quarter)) ** 2)
