@@ -111,12 +111,8 @@ def worn_profile(
         For no wheels, or wheels on different profiles.
     """
     checks.choice("kind", kind, ("rail", "wheel"))
-    times, length = checks.positive("passages", passages), checks.number("smoothing", smoothing)
-    if length < 0:
-        raise SceneError("smoothing", length, "zero or positive")
-    found = _listed("found", found)
-    for number, each in enumerate(found):
-        check_kind(f"found[{number}]", each, WheelRailSolution)
+    times, length = checks.positive("passages", passages), checks.at_least_zero("smoothing", smoothing)
+    found = _listed("found", found, WheelRailSolution)
     profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
     profile: Any = profiles[0] if profiles else None
     if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
@@ -131,7 +127,7 @@ def worn_profile(
             if kind == "rail":
                 y = wheel.case.track.on_rail(points[:, 1:], wheel.case.side)[:, 0]
             else:
-                y = np.array([wheel.case.on_wheel(point, wheel.case.body(wheel.z))[0] for point in points])
+                y = wheel.case.on_wheel(points, wheel.case.body(wheel.z))[0]
             s = curve.at(y)
             order = np.argsort(s)  # rows of the left side run the other way; those beyond the profile last
             depth += times * np.interp(at, s[order], worn.depth[order], left=0.0, right=0.0)
@@ -189,10 +185,8 @@ def wear_down(
     """
     count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
     checks.positive("passages", passages)
-    cases = _listed("cases", cases)
-    for number, case in enumerate(cases):
-        if not isinstance(case, WheelOnRail | WheelSetOnTrack):
-            raise SceneError(f"cases[{number}]", case, "a WheelOnRail or a WheelSetOnTrack")
+    cases = _listed("cases", cases, WheelOnRail, WheelSetOnTrack)
+    part, entry = ("track", "rail") if kind == "rail" else ("wheelset", "wheel")
     for number in range(count):
         found: list[WheelRailSolution] = []
         for case in cases:
@@ -202,16 +196,13 @@ def wear_down(
             found += [solved] if isinstance(solved, WheelRailSolution) else solved.wheels
         profile = worn_profile(found, archard, kind, passages=passages / count, smoothing=smoothing)
         profiles.append(profile)
-        if kind == "rail":
-            tracks = {id(case.track): replace(case.track, rail=profile) for case in cases}
-            cases = [replace(case, track=tracks[id(case.track)]) for case in cases]
-        else:
-            axles = {id(case.wheelset): replace(case.wheelset, wheel=profile) for case in cases}
-            cases = [replace(case, wheelset=axles[id(case.wheelset)]) for case in cases]
+        cases = [replace(case, **{part: replace(getattr(case, part), **{entry: profile})}) for case in cases]
     return profiles
 
 
-def _listed(field: str, given: Any) -> list[Any]:
+def _listed(field: str, given: Any, *kinds: type[Any]) -> list[Any]:
     if not isinstance(given, Sequence):
         raise SceneError(field, given, "a list")
+    for number, each in enumerate(given):
+        check_kind(f"{field}[{number}]", each, *kinds)
     return list(given)

@@ -361,7 +361,7 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     """
     check_kind("found", found, WheelRailSolution)
     if archard is not None:
-        check_kind("archard", archard, ArchardMap if isinstance(archard, ArchardMap) else Archard)
+        check_kind("archard", archard, Archard, ArchardMap)
     patches = []
     for each in found.patches:
         solution, rolled = each.solution, each.patch.creepage

@@ -15,6 +15,7 @@ from varcontact.errors import SceneError
 from varcontact.study.parameters import changed, varied_values
 from varcontact.system.process import imported
 from varcontact.wheel_rail.case_file import OF_SETS, WORDS, CaseFile, solve_cases
+from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
@@ -106,8 +107,8 @@ def sweep_wheel_sets(
         named = {str(name): case for name, case in cases.items()}
     else:
         raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
-    if archard is not None and not isinstance(archard, Archard | ArchardMap):
-        raise SceneError("archard", archard, "an Archard or an ArchardMap")
+    if archard is not None:
+        check_kind("archard", archard, Archard, ArchardMap)
     fast = checks.flag("fast", fast)
     values = varied_values(over, numbers=False)
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]

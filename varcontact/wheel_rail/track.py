@@ -324,11 +324,11 @@ class WheelSet:
         return surface_of(self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left")
 
 
-def check_kind(field: str, value: Any, kind: type[Any]) -> None:
-    """Refuse what is not of a class."""
-    if not isinstance(value, kind):
-        article = "an" if kind.__name__[0] in "AEIOU" else "a"
-        raise SceneError(field, value, f"{article} {kind.__name__}")
+def check_kind(field: str, value: Any, *kinds: type[Any]) -> None:
+    """Refuse what is not of one of some classes."""
+    if not isinstance(value, kinds):
+        names = [kind.__name__ for kind in kinds]
+        raise SceneError(field, value, " or ".join(f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names))
 
 
 def check_sides(track: Track, stacklevel: int) -> None:

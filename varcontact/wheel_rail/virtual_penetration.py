@@ -22,7 +22,7 @@ The ellipse of the same area, and the same length by width, goes into the fast t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -98,16 +98,13 @@ class FastPatch:
     ellipse: Ellipse
     force: np.ndarray
     moment: float
+    tilting: ClassVar[np.ndarray] = np.zeros(3)
+    """Moment about x and y of the frame's origin: none, the ellipse is in the middle."""
 
     @property
     def force_on_track(self) -> np.ndarray:
         """(Fx, Fy, Fz) on the rail in track coordinates [N]."""
         return np.asarray(self.frame.axes @ self.force)
-
-    @property
-    def tilting(self) -> np.ndarray:
-        """Moment about x and y of the frame's origin: none, the ellipse is in the middle."""
-        return np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,8 +131,9 @@ def estimate_wheel_on_rail(
     normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
     case.friction_at(0.0)  # refused if it is a law
 
-    def patches(z: float) -> tuple[FastPatch, ...]:
-        found = []
+    search, found = BearingHeight(case, tol), list[FastPatch]()
+    for z in search:
+        found.clear()
         for group in joined(case.locus.overlaps(z), case.join):
             tangent = tangent_of(group, case.rail)
             approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
@@ -158,19 +156,9 @@ def estimate_wheel_on_rail(
                 Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
             force = np.array([Fx, Fy, ellipse.normal_force])
             found.append(FastPatch(tangent.frame, tangent.angle, rolled, approach, ellipse, force, moment))
-        return tuple(found)
-
-    def vertical(z: float) -> float:
-        if case.with_friction:
-            return float(sum(each.force_on_track[2] for each in patches(z)))
-        groups = joined(case.locus.overlaps(z), case.join)
-        angles = [tangent_of(group, case.rail).angle for group in groups]
-        return float(np.cos(angles) @ [_ellipse(case, group, z, normal).normal_force for group in groups])
-
-    search = BearingHeight(case, tol)
-    for z in search if case.z is None else ():
-        search.borne(vertical(z))
-    return FastWheel(case, search.z, patches(search.z))
+        borne = [each.force_on_track if case.with_friction else each.frame.normal * each.force[2] for each in found]
+        search.borne(float(np.sum(borne, axis=0)[2]))
+    return FastWheel(case, search.z, tuple(found))
 
 
 def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
@@ -183,7 +171,14 @@ def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> 
     if normal == "hertz":
         if not isinstance(case.rail, Curve):
             raise SceneError("normal", "hertz", message='normal = "hertz": it is for one profile; take the other')
-        return _by_curvatures(case, point, approach * np.cos(angle), radius / np.cos(angle), z)
+        on_rail = case.track.on_rail(point[1:], case.side)
+        on_wheel = case.on_wheel(point, case.body(z))
+        bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
+        if not bent > 0:
+            reason = f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; take another"
+            raise SceneError("normal", "hertz", message=reason)
+        found = hertz(radius / np.cos(angle), 1 / bent, case.bodies, approach=approach * np.cos(angle))
+        return Ellipse(found.a, found.b, found.force, found.peak_pressure)
     # with the circles beside, which are above the rail, and those between separate overlaps, which count together
     whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
     across = (whole.surface - deepest.surface[k]) @ np.array([np.cos(angle), np.sin(angle)])
@@ -193,18 +188,6 @@ def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> 
     return by(case, across, whole.depth, approach, angle, radius)
 
 
-def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rolling: float, z: float) -> Ellipse:
-    """Hertz's ellipse where the profiles touch first, of the approach there."""
-    on_rail = case.track.on_rail(point[1:], case.side)
-    on_wheel = case.on_wheel(point, case.body(z))
-    bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
-    if not bent > 0:
-        reason = f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; take another"
-        raise SceneError("normal", "hertz", message=reason)
-    found = hertz(rolling, 1 / bent, case.bodies, approach=approach)
-    return Ellipse(found.a, found.b, found.force, found.peak_pressure)
-
-
 def _by_virtual_penetration(
     case: WheelOnRail, across: np.ndarray, depth: np.ndarray, approach: float, angle: float, radius: float
 ) -> Ellipse:
@@ -212,7 +195,11 @@ def _by_virtual_penetration(
     from scipy.special import ellipe, ellipkm1
 
     step, s, half = _strips(across, 2 * radius * (depth - (1 - EPSILON) * approach), 1)
-    away = np.exp((_log_integral(s + step / 2) - _log_integral(s - step / 2)) / step)
+    ends = s + step * np.array([[-0.5], [0.5]])
+    log_integral = ends * (np.log(np.abs(np.where(ends == 0, 1.0, ends))) - 1)
+    away = np.exp(
+        np.diff(log_integral, axis=0)[0] / step
+    )  # the mean of log |s|, which has no bound at the deepest point
     q2 = half**2 + away**2
     felt = step * float(np.sum(2 * np.sqrt(q2) * (ellipkm1(away**2 / q2) - ellipe(half**2 / q2))))
     longest = float(np.sqrt(2 * radius * EPSILON * approach))
@@ -269,8 +256,3 @@ def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray)
     a, b = np.sqrt(area * 2 * longest / (np.pi * width)), np.sqrt(area * width / (np.pi * 2 * longest))
     force, peak = step * np.pi / 2 * float(by_length @ half**2), float((by_length * half).max())
     return Ellipse(float(a), float(b), force, peak)
-
-
-def _log_integral(t: np.ndarray) -> np.ndarray:
-    """Of log |t|: its mean over a strip stands for the distance from the deepest point, where it has no bound."""
-    return np.asarray(t * (np.log(np.abs(np.where(t == 0, 1.0, t))) - 1))

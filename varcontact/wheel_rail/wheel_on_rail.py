@@ -349,7 +349,7 @@ class WheelOnRail(OnTrack):
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
         """A `point` of the track in the coordinates of the wheel's profile, the wheel set being `body`: (y, z) [mm]."""
-        x, y, height = body.locally(point)
+        x, y, height = body.locally(point).T
         return np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
