@@ -42,7 +42,6 @@ CONVENIENCE = {
         "results.frequency",
         "results.physical",
         "results.report",
-        "results.sensitivity",
     },
     "results.frequency": {"plotting.frequency"},
     "results.history": {"io.history", "plotting.history"},

@@ -11,8 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import SceneError
-from varcontact.results.linearised import Linearised, linearise
-from varcontact.results.sensitivity import unit_shifts
+from varcontact.results.linearised import Linearised, linearise, unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
 from varcontact.system.process import one_blas_thread
@@ -91,10 +90,10 @@ def corrugation_growth(
         raise SceneError("wavelengths", wavelengths, "one length or a one-dimensional array")
     for each in lengths[lengths < problem.shortest * (1 - 1e-12)]:
         raise SceneError("wavelengths", float(each), f"at least {problem.shortest:.6g}, two elements")
-    slips = (sol.state == SLIP).ravel()[problem.bearing]
+    slips = (sol.state == SLIP).ravel()[problem.with_friction]
     if "roughness" not in problem.inputs or not slips.any():
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
-    if problem.disc.K != 0 and problem.pressed.size != problem.bearing.size:
+    if problem.disc.K != 0 and problem.with_pressure.size != problem.with_friction.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     k, moves = 2 * np.pi / lengths, wheel is not None or track is not None
     if moves and speed is None:
@@ -103,15 +102,15 @@ def corrugation_growth(
     speed = speed if moves else None  # under a constant load nothing depends on it
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
     grid, scales, step = sol.grid, problem.disc.scales, problem.step
-    iy, ix = np.divmod(problem.bearing, grid.nx)
+    iy, ix = np.divmod(problem.with_friction, grid.nx)
     rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
     traction = sol.traction[:, iy, ix] / scales.pressure
     smooth = sol.power_density.sum(axis=1) * grid.sides[0]
     motion = problem.disc.loading.motion
     assert isinstance(motion, Steady)
     shifts = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
-    rigid = shifts[:, :, problem.bearing].reshape(len(shifts), -1).T
-    steady = np.concatenate([*traction, sol.pressure.ravel()[problem.pressed] / scales.pressure, [0.0]])[:, None]
+    rigid = shifts[:, :, problem.with_friction].reshape(len(shifts), -1).T
+    steady = np.concatenate([*traction, sol.pressure.ravel()[problem.with_pressure] / scales.pressure, [0.0]])[:, None]
     given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
     shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
     names, sums = problem.resultants()

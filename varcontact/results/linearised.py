@@ -1,9 +1,9 @@
-"""The problem linearised about steady rolling, for what swings along the track: solved without a matrix."""
+"""The problem linearised at a solution: slopes, and what swings along the track. Solved without a matrix."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,14 +13,14 @@ from scipy.linalg import lu_factor, lu_solve
 from varcontact import checks
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import with_subgrid
-from varcontact.discrete.stick_slip import STICK
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.elasticity.operators import DIFFERENCES, fft_box, wrapped
 from varcontact.errors import NotConverged, SceneError
-from varcontact.results.sensitivity import Directions, check_linear, directions, unit_shifts, with_friction
 from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
-from varcontact.system.process import need
+from varcontact.system.process import need, one_blas_thread
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the right-hand side."""
@@ -34,18 +34,23 @@ Shifts = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem about a steady solution: n elements that bear tractions, m with pressure; dimensionless.
+    """The problem about a solution: n elements with friction, m with pressure; dimensionless.
 
-    Changes (tractions, pressures, approach: 2 n + m + 1) are those of `Directions`, and what distances and the load
-    change by themselves. k steps ago everything was ``exp(-i k Omega)`` of now: shifts are those of steady rolling plus
-    those at each term of the slip's difference times ``z_k = weight_k (exp(-i k Omega) - 1)``. Where the pressure
-    changes, tractions grow with it by `growing` (2, n), and `entering` where particles enter.
+    Unknowns are changes of traction along x and along y of the elements that `stick`, and those `across` the traction
+    (2, s) of those that `slip`. Equations: no slip along both where it sticks; across it where it slips, with the
+    change times the `turning` (s,). Changes (tractions, pressures, approach: 2 n + m + 1) are these, and what distances
+    and the load change by themselves. k steps ago everything was ``exp(-i k Omega)`` of now: shifts are those of steady
+    rolling plus those at each term of the slip's difference times ``z_k = weight_k (exp(-i k Omega) - 1)``. Where the
+    pressure changes, tractions grow with it by `growing` (2, n), and `entering` where particles enter.
     """
 
     disc: Discretisation
-    bearing: np.ndarray
-    pressed: np.ndarray
-    may: Directions
+    with_friction: np.ndarray
+    with_pressure: np.ndarray
+    stick: np.ndarray  # places among the n
+    slip: np.ndarray
+    across: np.ndarray
+    turning: np.ndarray
     inputs: tuple[str, ...]
     shifts: np.ndarray  # (2 n, creepages)
     normal: tuple[np.ndarray, np.ndarray] | None  # LU factors (m + 1, m + 1); None where no pressure changes
@@ -56,9 +61,8 @@ class Linearised:
 
     @property
     def step(self) -> float:
-        """Distance rolled in a step [length]."""
-        assert self.disc.step is not None
-        return self.disc.step * self.disc.scales.length
+        """Distance rolled in a step [length]; 0 in a shift."""
+        return (self.disc.step or 0.0) * self.disc.scales.length
 
     @property
     def terms(self) -> list[tuple[int, float]]:
@@ -71,15 +75,15 @@ class Linearised:
         return 2 * max(self.step, self.disc.grid.sides[0])
 
     @cached_property
-    def bears(self) -> np.ndarray:
+    def places(self) -> np.ndarray:
         """Places of the n elements among the m."""
-        return np.searchsorted(self.pressed, self.bearing)
+        return np.searchsorted(self.with_pressure, self.with_friction)
 
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
         """Names of the resultants, and what they are of the changes, physical: (outputs, 2 n + m + 1)."""
-        disc, n = self.disc, self.bearing.size
-        iy, ix = np.divmod(self.bearing, disc.grid.nx)
-        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 2 * n + self.pressed.size + 1))
+        disc, n = self.disc, self.with_friction.size
+        iy, ix = np.divmod(self.with_friction, disc.grid.nx)
+        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 2 * n + self.with_pressure.size + 1))
         sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
         sums[2, :n], sums[2, n : 2 * n] = -disc.grid.y[iy] * force, disc.grid.x[ix] * force
         sums[4, -1] = disc.scales.displacement
@@ -103,7 +107,7 @@ class Linearised:
         The unknowns are found without a matrix of all elements, by Galerkin's method: in the space of those at the wave
         numbers before, and of preconditioned residuals.
         """
-        known = np.zeros((self.may.size, 0), complex)
+        known = np.zeros((self.size, 0), complex)
         images = [known] * (1 + len(self.terms))
         bits = len(wave_numbers).bit_length()
         halving = np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(len(wave_numbers))])
@@ -111,14 +115,14 @@ class Linearised:
             k, phases = wave_numbers[i], self.phases(wave_numbers[i])
             shifts = self.shifting(phases)
             rigid, normal = self._loads(k)
-            given = self.changes(np.zeros((self.may.size, len(self.inputs)), complex), normal)
+            given = self.changes(np.zeros((self.size, len(self.inputs)), complex), normal)
             given += self._with_pressure((self.entering - self.growing) * self.thin, given)
             right = rigid + shifts(given)
             if self.normal is not None:
-                brought = shifts(self._with_pressure(self.entering, given))
-                right[self.leading] += brought[self.leading - 1] - brought[self.leading]
+                before = shifts(self._with_pressure(self.entering, given))
+                right[self.leading] += before[self.leading - 1] - before[self.leading]
             combined = np.tensordot(phases, images, axes=1)
-            basis, parts = self._solved(phases, -self.may.equations(right), known, combined)
+            basis, parts = self._solved(phases, -self.equations(right), known, combined)
             yield i, given + self.changes(basis @ parts)
             size = known.shape[1]
             if size < min(basis.shape[1], MOST // 2):
@@ -150,17 +154,31 @@ class Linearised:
             basis, images = np.concatenate([basis, new], axis=1), np.concatenate([images, image], axis=1)
             projected = np.block([[projected, across], [below, new.conj().T @ image]])
 
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return 2 * self.stick.size + self.slip.size
+
+    def equations(self, shifts: np.ndarray) -> np.ndarray:
+        """Left-hand sides (size, k) by shifts (2 n, k), but for the turning."""
+        both = shifts.reshape(2, self.with_friction.size, shifts.shape[1])
+        turned = (self.across[:, :, None] * both[:, self.slip]).sum(axis=0)
+        return np.concatenate([*both[:, self.stick], turned])
+
     def changes(self, unknowns: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
         """Changes (2 n + m + 1, k) by the unknowns, and by those of distances and of the load (m + 1, k), if any."""
-        found = np.zeros((2 * self.bearing.size + self.pressed.size + 1, unknowns.shape[1]), complex)
-        tractions = found[: 2 * self.bearing.size]
-        tractions[:] = self.may.tractions(unknowns)
+        found = np.zeros((2 * self.with_friction.size + self.with_pressure.size + 1, unknowns.shape[1]), complex)
+        tractions = found[: 2 * self.with_friction.size]
+        count, turned = unknowns.shape[1], 2 * self.stick.size
+        both = tractions.reshape(2, self.with_friction.size, count)
+        both[:, self.stick] = unknowns[:turned].reshape(2, self.stick.size, count)
+        both[:, self.slip] = self.across[:, :, None] * unknowns[turned:]
         if self.normal is None or (normal is None and self.disc.K == 0):
             return found
         right = np.zeros_like(found[len(tractions) :]) if normal is None else normal.copy()
         if self.disc.K != 0:
             distances = _filtered(self._symbol(self.disc.operators.traction_to_distance.table), self.fields(found)[:2])
-            right[:-1] -= distances.reshape(right.shape[1], -1)[:, self.pressed].T
+            right[:-1] -= distances.reshape(right.shape[1], -1)[:, self.with_pressure].T
         solved = lu_solve(self.normal, right.view(float))
         found[len(tractions) :] = np.ascontiguousarray(solved).view(complex)
         return found + self._with_pressure(self.growing, found)
@@ -181,7 +199,7 @@ class Linearised:
             found = _filtered(symbol, fields)
             if disc.edge_compliance is not None:
                 found += phases[0] * disc.edge_compliance[:, None] * fields[:2]
-            there = found.reshape(2, changes.shape[1], -1)[..., self.bearing]
+            there = found.reshape(2, changes.shape[1], -1)[..., self.with_friction]
             return np.moveaxis(there, 1, 2).reshape(-1, changes.shape[1])
 
         return shifts
@@ -189,11 +207,11 @@ class Linearised:
     def _table(self, phases: np.ndarray, way: int = 1) -> np.ndarray:
         """Influence numbers of shifts in a step, by tractions and, where they matter, pressures."""
         disc = self.disc
-        assert disc.step is not None
-        rolled, difference, operators = way * disc.step, disc.loading.slip_difference, disc.operators
-        steady = operators.tangential(rolled, difference).table
+        rolled, difference, operators = way * (disc.step or 0.0), disc.loading.slip_difference, disc.operators
+        lag = rolled if disc.loading.steady else None
+        steady = operators.tangential(lag, difference).table
         if disc.K != 0:
-            steady = np.concatenate([steady, operators.pressure_to_shift(rolled, difference).table], axis=1)
+            steady = np.concatenate([steady, operators.pressure_to_shift(lag, difference).table], axis=1)
         carried = [operators.carrying(ago * rolled).table for ago, _ in self.terms]
         return np.tensordot(phases, [steady, *carried], axes=1)
 
@@ -204,22 +222,22 @@ class Linearised:
 
     def _images(self, phases: np.ndarray, shifts: Shifts, unknowns: np.ndarray) -> np.ndarray:
         """Left-hand sides (unknowns, k) by unknowns."""
-        found, turned = self.may.equations(shifts(self.changes(unknowns))), 2 * self.may.stick.size
-        found[turned:] += phases[0] * self.may.turning[:, None] * unknowns[turned:]
+        found, turned = self.equations(shifts(self.changes(unknowns))), 2 * self.stick.size
+        found[turned:] += phases[0] * self.turning[:, None] * unknowns[turned:]
         return found
 
     def fields(self, changes: np.ndarray) -> np.ndarray:
         """Tractions along x and y, and pressures, on the whole grid, (3, k, ny, nx)."""
-        grid, n = self.disc.grid, self.bearing.size
+        grid, n = self.disc.grid, self.with_friction.size
         fields = np.zeros((3, changes.shape[1], grid.size), complex)
-        fields[:2, :, self.bearing] = np.moveaxis(changes[: 2 * n].reshape(2, n, changes.shape[1]), 1, 2)
-        fields[2][:, self.pressed] = changes[2 * n : -1].T
+        fields[:2, :, self.with_friction] = np.moveaxis(changes[: 2 * n].reshape(2, n, changes.shape[1]), 1, 2)
+        fields[2][:, self.with_pressure] = changes[2 * n : -1].T
         return fields.reshape(3, -1, *grid.shape)
 
     def _with_pressure(self, by_pressure: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Changes (2 n + m + 1, k) of tractions alone, that grow by pressure (2, n) with the pressures of changes."""
-        pressures, found = changes[2 * self.bearing.size : -1][self.bears], np.zeros_like(changes)
-        found[: 2 * self.bearing.size] = (by_pressure[:, :, None] * pressures).reshape(-1, changes.shape[1])
+        pressures, found = changes[2 * self.with_friction.size : -1][self.places], np.zeros_like(changes)
+        found[: 2 * self.with_friction.size] = (by_pressure[:, :, None] * pressures).reshape(-1, changes.shape[1])
         return found
 
     def _preconditioner(self, phases: np.ndarray) -> Shifts:
@@ -229,14 +247,15 @@ class Linearised:
         """
         from scipy.fft import fft2
 
-        (ny, nx), may, table = self.disc.grid.shape, self.may, self._table(phases)[:, :2]
+        (ny, nx), table = self.disc.grid.shape, self._table(phases)[:, :2]
         own = abs(np.trace(table[:, :, ny - 1, nx - 1])) / 2
         rows, columns = box = fast_box(int(WIDER * ny), int(WIDER * nx))
         y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
         window = parzen(y / rows)[:, None] * parzen(x / columns) * CAUSAL ** (-x / columns)
         symbol = np.moveaxis(fft2(wrapped(table * window, box)), (0, 1), (2, 3))
         inverse = np.moveaxis(np.linalg.inv(symbol + STICK_SHIFT * own * np.eye(2)), (2, 3), (0, 1))
-        growth, sticks, turned = CAUSAL ** (np.arange(nx) / columns), self.bearing[may.stick], 2 * may.stick.size
+        growth, turned = CAUSAL ** (np.arange(nx) / columns), 2 * self.stick.size
+        sticks = self.with_friction[self.stick]
 
         def solved(right: np.ndarray) -> np.ndarray:
             k = right.shape[1]
@@ -244,7 +263,7 @@ class Linearised:
             fields[:, :, sticks] = np.moveaxis(right[:turned].reshape(2, sticks.size, k), 1, 2)
             found = _filtered(inverse, fields.reshape(2, k, ny, nx) / growth) * growth
             stuck = np.moveaxis(found.reshape(2, k, ny * nx)[:, :, sticks], 1, 2)
-            return np.concatenate([stuck.reshape(turned, k), right[turned:] / (own + may.turning)[:, None]])
+            return np.concatenate([stuck.reshape(turned, k), right[turned:] / (own + self.turning)[:, None]])
 
         return solved
 
@@ -257,52 +276,109 @@ class Linearised:
         scales, creepages = self.disc.scales, self.shifts.shape[1]
         rigid = np.zeros((len(self.shifts), len(self.inputs)), complex)
         rigid[:, :creepages] = self.shifts * self.mean(k)
-        normal = np.zeros((self.pressed.size + 1, len(self.inputs)), complex)
+        normal = np.zeros((self.with_pressure.size + 1, len(self.inputs)), complex)
         if len(self.inputs) > creepages:
             force = self.disc.loading.normal_force is not None
             normal[-1, -2] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
-            x = self.disc.grid.x[self.pressed % self.disc.grid.nx]
+            x = self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
             normal[:-1, -1] = np.exp(1j * k * x) / scales.displacement
         return rigid, normal
 
 
-def linearise(sol: Solution) -> Linearised:
-    """The problem about a solution of steady rolling; a `SceneError` refuses others."""
-    scene = sol.scene
-    check_linear(sol)
-    if not isinstance(scene.motion, Steady):
+@one_blas_thread()
+def sensitivity(sol: Solution) -> np.ndarray:
+    """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at their solution."""
+    problem = linearise(sol, swings=False)
+    ((_, changes),) = problem.responses(np.zeros(1))
+    slopes = (problem.resultants()[1][:2] @ changes).real
+    return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
+
+
+def check_linear(sol: Solution, swings: bool) -> None:
+    """Refuse solutions about which the problem cannot be linearised."""
+    scene, plan = sol.scene, sol.plan
+    steady, what = isinstance(scene.motion, Steady), "what swings" if swings else "the stiffness of a step"
+    if scene.motion is None:
+        raise SceneError("motion", None, "given: without it there is no creepage")
+    if plan.theory is not None or plan.one_pass:
+        approximate = plan.tangential if plan.theory is not None else plan.coupling
+        raise SceneError("solution", approximate, "by an exact method: this one is approximate")
+    if isinstance(scene.friction, Law) and scene.friction.continuous:
+        allowed = "a number or StaticKinetic: it must not fall with slip velocity"
+        raise SceneError("friction", scene.friction, allowed)
+    if scene.third_body is not None and scene.third_body.yields:
+        allowed = "inf: sensitivities are for layers that do not yield"
+        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
+    if scene.conformal:
+        raise SceneError("surface.inclination", "given", "left out: sensitivities are for bodies that meet on a plane")
+    if swings and not steady:
         raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
-    if scene.bodies.relaxes:
+    if swings and scene.bodies.relaxes:
         raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
-    if scene.shift_undetermined:
-        raise SceneError("surface.reference_depth", None, "given: in line contact what swings depends on it")
-    bearing, pressed = with_friction(sol), np.flatnonzero(sol.pressure.ravel() > 0)
-    if bearing.size == 0:
+    if scene.shift_undetermined and (swings or not steady):
+        if scene.bodies.slides and not swings:
+            raise SceneError("bodies.base", "smooth", f'"rigid" or a half-space: {what} needs it')
+        raise SceneError("surface.reference_depth", None, f"given: in line contact {what} needs it")
+
+
+def unit_shifts(disc: Discretisation) -> np.ndarray:
+    """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
+    motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
+    assert motion is not None
+    still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
+    still |= {"rigid_slip": None} if hasattr(motion, "rigid_slip") else {}
+    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.grid.line else 3]
+    units = [replace(motion, **{**still, name: 1.0}) for name in names]
+    return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
+
+
+def linearise(sol: Solution, swings: bool = True) -> Linearised:
+    """The problem about a solution: of steady rolling for what swings, also the load and a height."""
+    check_linear(sol, swings)
+    with_friction = np.flatnonzero((sol.state != EXTERIOR) & (np.nan_to_num(sol.traction_bound, posinf=1.0) > 0))
+    with_pressure = np.flatnonzero(sol.pressure > 0)
+    if swings and with_friction.size == 0:
         raise SceneError("solution", "no traction", "a contact with friction")
-    disc = with_subgrid(discretise(scene, sol.grid), sol.pressure_on_parts)
-    may, shifts = directions(disc, sol, bearing), unit_shifts(disc)
-    inputs, bears = ("vx", "vy", "spin")[: len(shifts)], np.searchsorted(pressed, bearing)
-    entering, leading, thin = _entering(sol, bearing)
-    growing = np.zeros((2, bearing.size))
-    growing[:, may.slip] = may.by_pressure
-    if not disc.loading.no_slip and sol.grid.edge == "centres":  # parts of elements do not follow a moving edge
-        inputs += ("normal_force" if disc.loading.normal_force is not None else "approach", "roughness")
+    disc = with_subgrid(discretise(sol.scene, sol.grid), sol.pressure_on_parts)
+    state, scales, shifts = sol.state.ravel()[with_friction], disc.scales, unit_shifts(disc)
+    slip, rolled = np.flatnonzero(state == SLIP), (disc.step or 1.0 / scales.length) * scales.length
+    at = with_friction[slip]
+    traction, shift = sol.traction.reshape(2, -1)[:, at] / scales.pressure, sol.slip.reshape(2, -1)[:, at] * rolled
+    size = np.hypot(*traction)
+    across, turning = np.array([-traction[1], traction[0]]) / size, np.hypot(*shift) / scales.displacement / size
+    growing = np.zeros((2, with_friction.size))
+    growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[at]
+    inputs, force = ("vx", "vy", "spin")[: len(shifts)], disc.loading.normal_force is not None
+    if swings and not disc.loading.no_slip and sol.grid.edge == "centres":  # parts do not follow a moving edge
+        inputs += ("normal_force" if force else "approach", "roughness")
     normal = None
     if disc.K != 0 or len(inputs) > len(shifts):
-        m, force = pressed.size, disc.loading.normal_force is not None
+        m = with_pressure.size
         need("the linearised normal problem", 16.0 * m**2, "fewer elements fit")
         system = np.zeros((m + 1, m + 1))
-        system[:m, :m], system[:m, m] = disc.operators.normal.dense(pressed), -1.0
+        system[:m, :m], system[:m, m] = disc.operators.normal.dense(with_pressure), -1.0
         system[m, slice(0, m) if force else m] = 1.0
         if disc.K != 0:
-            by_tractions = disc.operators.traction_to_distance.dense(pressed, bearing).reshape(m, 2, -1)
-            system[:m, bears] += np.einsum("min,in->mn", by_tractions, growing)
+            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, with_friction).reshape(m, 2, -1)
+            system[:m, np.searchsorted(with_pressure, with_friction)] += np.einsum("min,in->mn", by_tractions, growing)
         normal = lu_factor(system, overwrite_a=True)
-    rigid = shifts[:, :, bearing].reshape(len(shifts), -1).T
-    return Linearised(disc, bearing, pressed, may, inputs, rigid, normal, growing, entering, leading, thin)
+    return Linearised(
+        disc,
+        with_friction,
+        with_pressure,
+        np.flatnonzero(state == STICK),
+        slip,
+        across,
+        turning,
+        inputs,
+        shifts[:, :, with_friction].reshape(len(shifts), -1).T,
+        normal,
+        growing,
+        *_entering(sol, with_friction),
+    )
 
 
-def _entering(sol: Solution, bearing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _entering(sol: Solution, with_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Tractions (2, n) by pressure as particles bring them along at the leading edge; `leading` and `thin` elements.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
@@ -310,14 +386,14 @@ def _entering(sol: Solution, bearing: np.ndarray) -> tuple[np.ndarray, np.ndarra
     element further on. The squares of both rise linearly from the edge, wherever that is in its element: the ratio is
     that of their slopes.
     """
-    iy, ix = np.divmod(bearing, sol.grid.nx)
+    iy, ix = np.divmod(with_friction, sol.grid.nx)
     edge = sol.grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)[iy]  # of each row
     near, far = np.maximum(edge - 1, 0), np.maximum(edge - 2, 0)
     size, pressure = np.hypot(*sol.traction), sol.pressure
     rise, of = size[iy, far] ** 2 - size[iy, near] ** 2, pressure[iy, far] ** 2 - pressure[iy, near] ** 2
     direction = sol.traction[:, iy, near] / np.where(size[iy, near] > 0, size[iy, near], 1.0)
     ratio = direction * np.sqrt(np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0))
-    first, stick = ix == edge, sol.state.ravel()[bearing] == STICK
+    first, stick = ix == edge, sol.state.ravel()[with_friction] == STICK
     thin = first & ~stick & (sol.state[iy, near] == STICK)
     return ratio, np.flatnonzero(np.tile(first & stick & (sol.state[iy, near] != 0), 2)), thin
 

@@ -378,7 +378,7 @@ class Solution:
         [[-4.33  0.    0.  ]
          [ 0.   -3.87 -1.56]]
         """
-        from varcontact.results.sensitivity import sensitivity
+        from varcontact.results.linearised import sensitivity
 
         return sensitivity(self)
 
