@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 import varcontact
-from varcontact.data.benchmark_scenes import Posed, reference_scenes
+from varcontact.data.benchmark_scenes import reference_scenes
 from varcontact.discrete.contact_grid import Box
 from varcontact.errors import VarcontactError
 from varcontact.results.history import History
@@ -30,7 +30,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
 from varcontact.study.csv_table import Table, identity
 from varcontact.study.extrapolate import extrapolate_series
-from varcontact.study.references import COMMAND, FILE, VERSION
+from varcontact.study.references import COMMAND, FILE, VERSION, steps_of
 from varcontact.system.files import write_whole
 
 Edge = Literal["centres", "touched"]
@@ -102,43 +102,44 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) -> dict[str, Any]:
+def make(runs: Path | None = None, scenes: Mapping[str, Scene] | None = None) -> dict[str, Any]:
     """The content of the file: solve what the table of solves lacks, and extrapolate."""
     found = {}
     with Table.opened(runs, COLUMNS, WORDS, "a table of the solves of references") as table:
-        for name, posed in (reference_scenes() if scenes is None else scenes).items():
-            key = identity(posed.scene, TOLERANCE)
+        given = {name: scene for name, (_, scene) in reference_scenes().items()} if scenes is None else scenes
+        for name, scene in given.items():
+            key = identity(scene, TOLERANCE)
             known = [row for row in table.rows if row["scene"] == name and row["identity"] == key]
-            if not _closed(posed):
-                fresh = _solved(name, posed, {(row["cells"], row["position"]) for row in known})
+            if not _closed(scene):
+                fresh = _solved(name, scene, {(row["cells"], row["position"]) for row in known})
                 if fresh:
                     table.add(*fresh)
                 known += fresh
-            found[name] = _hertz(posed) if _closed(posed) else _extrapolated(posed, known)
+            found[name] = _hertz(scene) if _closed(scene) else _extrapolated(scene, known)
     made = f"{COMMAND}, varcontact {varcontact.__version__}"
     return {"version": VERSION, "made": made, "references": found}
 
 
-def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[str, Any]]:
+def _solved(name: str, scene: Scene, known: set[tuple[int, int]]) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     started = time.perf_counter()
-    for cells, position, found in solves(posed, known):
+    for cells, position, found in solves(scene, known):
         if not rows:
             print(name, flush=True)
         row = {"scene": name, "cells": cells, "position": position, "values": json.dumps(found)}
-        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": identity(posed.scene, TOLERANCE)}
+        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": identity(scene, TOLERANCE)}
         rows.append(row)
         started = time.perf_counter()
     return rows
 
 
-def _closed(posed: Posed) -> bool:
+def _closed(scene: Scene) -> bool:
     """Whether Hertz has the answer."""
-    return posed.scene.frictionless and posed.scene.hertz is not None
+    return scene.frictionless and scene.hertz is not None
 
 
-def _hertz(posed: Posed) -> dict[str, Any]:
-    hertz, scene = posed.scene.hertz, posed.scene
+def _hertz(scene: Scene) -> dict[str, Any]:
+    hertz = scene.hertz
     assert hertz is not None
     area = 2 * hertz.a if scene.line else math.pi * hertz.a * hertz.b
     load = {"approach": hertz.approach} if scene.approach is None else {"normal_force": hertz.force}
@@ -148,12 +149,12 @@ def _hertz(posed: Posed) -> dict[str, Any]:
     return {"values": values, "bars": bars, "units": sizes, "how": "closed form (Hertz)"}
 
 
-def _extrapolated(posed: Posed, rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _extrapolated(scene: Scene, rows: list[dict[str, Any]]) -> dict[str, Any]:
     cells = np.array([float(row["cells"]) for row in rows])
     found = [json.loads(row["values"]) for row in rows]
     limits = {name: extrapolate_series(1 / cells, np.array([each[name] for each in found])) for name in found[0]}
-    grid = Grid(nx=USUAL_CELLS, ny=None if posed.scene.line else USUAL_CELLS)
-    usual = units(solve(replace(posed.scene, grid=grid), certify=None), posed.steps or None)
+    grid = Grid(nx=USUAL_CELLS, ny=None if scene.line else USUAL_CELLS)
+    usual = units(solve(replace(scene, grid=grid), certify=None), steps_of(scene) or None)
     sizes = {name: abs(limits[name][0]) if name in NORMAL else size for name, size in usual.items()}
     bars = {name: max(bar, SOLVED * sizes.get(name, abs(value))) for name, (value, bar) in limits.items()}
     how = f"extrapolated from {len(rows)} solves with {cells.min():.0f} to {cells.max():.0f} elements across; "
@@ -161,7 +162,7 @@ def _extrapolated(posed: Posed, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "values": {name: _figures(value, bars[name]) for name, (value, _) in limits.items()},
         "bars": {name: float(f"{bar:.3g}") for name, bar in bars.items()},
         "units": {name: float(f"{size:.9g}") for name, size in sizes.items()},
-        "how": how + series_of(posed.scene).why,
+        "how": how + series_of(scene).why,
     }
 
 
@@ -184,9 +185,9 @@ def series_of(scene: Scene) -> Series:
     return REGULAR if closed else COMPUTED
 
 
-def solves(posed: Posed, known: Collection[tuple[int, int]] = ()) -> Iterator[tuple[int, int, dict[str, float]]]:
+def solves(scene: Scene, known: Collection[tuple[int, int]] = ()) -> Iterator[tuple[int, int, dict[str, float]]]:
     """Solve a scene on its grids, but those that are known: elements across, number of the position, values found."""
-    scene, series = posed.scene, series_of(posed.scene)
+    series = series_of(scene)
     box = None if isinstance(scene.motion, Transient) else contact_of(scene)
     for cells, positions in series.cells.items():
         for i in range(positions):
@@ -198,7 +199,7 @@ def solves(posed: Posed, known: Collection[tuple[int, int]] = ()) -> Iterator[tu
                 place = offset(cells, i) if series.edge == "centres" else (0.0, 0.0)
                 grid = lattice(scene, box, cells, place, series.edge)
             answer = solve(replace(scene, grid=grid), tol=TOLERANCE, certify=None)
-            yield cells, i, followed(answer, posed.steps)
+            yield cells, i, followed(answer, steps_of(scene))
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float], edge: Edge) -> Grid:

@@ -131,12 +131,12 @@ def tradeoff(
 ) -> None:
     """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
     from varcontact import checks
-    from varcontact.data.benchmark_scenes import CLASSES
 
     check_outputs(out, plot, [], force)
+    bank = vc.continuum_values()
     if kind is not None:
-        checks.choice("class", kind, CLASSES)
-    bank = {name: each for name, each in vc.continuum_values().items() if kind in (None, each.kind)}
+        checks.choice("class", kind, dict.fromkeys(each.kind for each in bank.values()))
+        bank = {name: each for name, each in bank.items() if each.kind == kind}
     chosen = None if methods is None else names_of(methods)
     try:
         numbers = [int(n) for n in cells.split(",")]

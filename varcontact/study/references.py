@@ -14,11 +14,14 @@ from varcontact.data.benchmark_scenes import reference_scenes
 from varcontact.errors import SceneError
 from varcontact.results.quantities_of_interest import error
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 VERSION = 1
 """Version of the file of references."""
 COMMAND = "python -m tests.benchmarks.references"
 FILE = "references.json"
+STEPS = (0, 5, 11)
+"""The steps of histories whose values are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,16 +115,21 @@ def read(text: str, name: str) -> dict[str, ContinuumValues]:
         raise _refused(name, "is no file of references") from None
     if version != VERSION:
         raise _refused(name, f"is of version {version}, and version {VERSION} is read")
-    scenes = reference_scenes()
+    scenes, found = reference_scenes(), {}
     other = set(entries) ^ set(scenes)
     if other:
         raise _refused(name, f"was made for other scenes than this version has, {min(other)!r} for one")
-    found = {}
     for each, entry in entries.items():
-        named = {part: {k: float(value) for k, value in entry[part].items()} for part in ("values", "bars", "units")}
-        scene = scenes[each]
-        found[each] = ContinuumValues(scene.scene, **named, kind=scene.kind, how=entry["how"], steps=scene.steps)
+        kind, scene = scenes[each]
+        values, bars, units = (
+            {k: float(value) for k, value in entry[part].items()} for part in ("values", "bars", "units")
+        )
+        found[each] = ContinuumValues(scene, values, bars, units, kind, entry["how"], steps_of(scene))
     return found
+
+
+def steps_of(scene: Scene) -> tuple[int, ...]:
+    return STEPS if isinstance(scene.motion, Transient) else ()
 
 
 def _refused(name: str, what: str) -> SceneError:
