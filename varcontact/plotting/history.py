@@ -6,9 +6,7 @@ import io
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from shutil import which
 from typing import Any
@@ -18,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
+from PIL import Image
 
 from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
@@ -145,8 +144,13 @@ def animate(
     if len(history) == 0:
         raise SceneError("history", history, "of one step at least")
     check_animation(field, path, [], overwrite)
-    make = _gif if path.suffix.lower() == ".gif" else _film
-    write_whole(field, path, make(_frames(history), len(history), fps))
+    frames, made = _frames(history), io.BytesIO()
+    first = next(frames)
+    need("the moving picture", 2.0 * len(history) * first.width * first.height, "a history of fewer steps would fit")
+    options: dict[str, Any] = {"save_all": True, "append_images": frames, "loop": 0, "comment": style.MARK}
+    first.save(made, format="GIF", duration=round(1000 / fps), **options)
+    content = made.getvalue()
+    write_whole(field, path, content if path.suffix.lower() == ".gif" else _film(field, path, content, fps))
 
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
@@ -156,8 +160,8 @@ def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool)
         raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
 
 
-def _frames(history: History) -> Iterator[np.ndarray]:
-    """Each step as an image (height, width, 4) of bytes: areas and tractions over the forces, on axes that stay."""
+def _frames(history: History) -> Iterator[Image.Image]:
+    """Each step as an image: areas and tractions over the forces, on axes that stay."""
     along, box = _abscissa(history), box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     draw, largest = (draw_line_traction if history.scene.line else draw_areas), 0.0
     for sol in history:
@@ -178,39 +182,19 @@ def _frames(history: History) -> Iterator[np.ndarray]:
                 figure.draw_without_rendering()
                 figure.set_layout_engine("none")
             canvas.draw()
-            yield np.array(canvas.buffer_rgba())
+            image = Image.fromarray(np.array(canvas.buffer_rgba()))
+            yield image.convert("RGB").quantize(dither=Image.Dither.NONE)
 
 
-def _gif(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
-    from PIL import Image
-
-    first = next(frames)
-    need("the moving picture", 2.0 * count * first[..., 0].size, "a history of fewer steps would fit")
-    images = (
-        Image.fromarray(each).convert("RGB").quantize(dither=Image.Dither.NONE) for each in chain([first], frames)
-    )
-    made = io.BytesIO()
-    options: dict[str, Any] = {"save_all": True, "append_images": images, "loop": 0, "comment": style.MARK.encode()}
-    next(images).save(made, format="GIF", duration=round(1000 / fps), **options)
-    return made.getvalue()
-
-
-def _film(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
-    """By ffmpeg, which takes frame by frame, whatever their `count`."""
-    first = next(frames)
-    height, width = first.shape[:2]
-    given = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", f"{width}x{height}", "-framerate", f"{fps:g}"]
-    wanted = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", "-metadata", f"comment={style.MARK}"]
+def _film(field: str, path: Path, gif: bytes, fps: float) -> bytes:
+    """A GIF as a film, by ffmpeg: of an even number of pixels, with frames at exact times."""
+    shown = f"setpts=N/({fps:g}*TB),crop=trunc(iw/2)*2:trunc(ih/2)*2"
+    wanted = ["-vf", shown, "-r", f"{fps:g}", "-pix_fmt", "yuv420p", "-metadata", f"comment={style.MARK}"]
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder) / "film.mp4"
-        command = ["ffmpeg", "-loglevel", "error", *given, "-i", "-", *wanted, str(film)]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-            assert process.stdin is not None
-            with suppress(BrokenPipeError):  # it says below what was wrong
-                for frame in chain([first], frames):
-                    process.stdin.write(frame.tobytes())
-            _, said = process.communicate()
-        if process.returncode != 0:
-            words = said.decode(errors="replace").strip().split("\n")[-1]
-            raise OutputError("path", "film.mp4", f"cannot be drawn (ffmpeg: {words})")
+        command = ["ffmpeg", "-loglevel", "error", "-f", "gif", "-i", "-", *wanted, str(film)]
+        done = subprocess.run(command, input=gif, capture_output=True, check=False)
+        if done.returncode != 0:
+            words = done.stderr.decode(errors="replace").strip().split("\n")[-1]
+            raise OutputError(field, path, f"cannot be drawn (ffmpeg: {words})")
         return film.read_bytes()
