@@ -1,4 +1,4 @@
-"""Fields over the contact: maps of stick and slip with tractions and of others in colours; in line contact curves."""
+"""Fields over the contact: maps of stick and slip with tractions and of others in colours; curves along rows."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
+from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
+from varcontact.errors import SceneError
 from varcontact.plotting import style
 from varcontact.plotting.unit_labels import Measure, measure_of
 from varcontact.results.finest_fields import FinestFields, finest_fields
@@ -41,16 +41,6 @@ class Field:
     colours: str = "viridis"
     outside: bool = False
     on_parts: bool = False
-
-    def measured(self, sol: Solution, values: np.ndarray) -> Measure:
-        return measure_of(sol.scene, moved(self.quantity, is_shift(sol)), values)
-
-    def place(self, sol: Solution) -> tuple[Grid, np.ndarray, str]:
-        """The grid it is on, the state of its elements, and what its title adds."""
-        if not self.on_parts:
-            return sol.grid, sol.state, ""
-        finest = finest_fields(sol)
-        return finest.grid, finest.state, corrected(finest)
 
 
 FIELDS = {
@@ -90,13 +80,17 @@ def corrected(finest: FinestFields) -> str:
     return f"\n(corrected, on {finest.parts} parts)" if finest.parts else ""
 
 
-def lengths_of(sol: Solution) -> Measure:
-    """How lengths in the plane are shown."""
-    return measure_of(sol.scene, "length", sol.grid.box)
-
-
-def x_label(sol: Solution, lengths: Measure) -> str:
-    return lengths.label("x") + style.ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
+def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any) -> None:
+    """Areas of elements (ny, nx) by their state, between lines at x and y; each in one rectangle for a run along x."""
+    for number, (name, look) in list(style.LOOKS.items())[: 2 + plastic]:
+        inside = np.pad(state == number, ((0, 0), (0, 1))).ravel()
+        first, end = np.flatnonzero(np.diff(inside, prepend=False)).reshape(-1, 2).T
+        row = first // x.size
+        left, right, low, high = x[first % x.size], x[end % x.size], y[row], y[row + 1]
+        corners = np.array([[left, low], [right, low], [right, high], [left, high], [left, low]])
+        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY] * row.size
+        outline = Path(corners.transpose(2, 0, 1).reshape(-1, 2), codes)
+        ax.add_patch(PathPatch(outline, gid=name, label=name, **look, **options))
 
 
 def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
@@ -105,44 +99,59 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow, if not given.
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
-    lengths, field = lengths_of(sol), finest_fields(sol)
+    lengths, field = measure_of(sol.scene, "length", sol.grid.box), finest_fields(sol)
     state = field.state
     if isinstance(sol.motion, Steady):  # slip at the leading edge, before elements that stick, is grid error
         around = np.pad(state, ((0, 0), (1, 1)))
         leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
         state = np.where(leading & (state == SLIP), STICK, state)
-    for number, (name, look) in list(style.LOOKS.items())[: 2 + (sol.plastic is not None)]:
-        outline = _elements_path(state == number, field.grid, lengths.factor)
-        ax.add_patch(PathPatch(outline, gid=name, **look))
-    handles: list[Any] = [*style.area_patches(sol.plastic is not None)]
+    x, y = field.grid.lines
+    draw_states(ax, state, lengths(x), lengths(y), sol.plastic is not None)
     size = np.hypot(*field.traction).max(initial=0.0)
     scale = size if largest is None else largest
     if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, scale):
         words = f"traction, up to {measure_of(sol.scene, 'pressure', size).text(size)}"
-        handles.append(
-            Line2D([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
-        )
+        ax.plot([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
     vx, vy, spin = sol.creepage
     left, right, bottom, top = shown
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
-        handles += ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
+        ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
     ax.set_title(f"Tangential traction on body 1{corrected(field)}")
     _frame(ax, sol, lengths, shown)
-    style.legend_below(ax, handles, columns=2)
+    style.legend_below(ax, columns=2)
 
 
 def draw_field(ax: Axes, sol: Solution, name: str) -> None:
-    """One of `FIELDS` in colours with its bar; slip with its directions, and outside the contact its edge."""
-    field, lengths = FIELDS[name], lengths_of(sol)
-    values, (grid, state, words) = field.values(sol), field.place(sol)
+    """One of `FIELDS`: in colours with its bar, slip with its directions, and outside the contact its edge; or a curve.
+
+    In line contact vectors are drawn by their components, over stick and slip areas.
+    """
+    field, lengths = FIELDS[name], measure_of(sol.scene, "length", sol.grid.box)
+    finest, values = finest_fields(sol), field.values(sol)
+    place = finest if field.on_parts else sol
+    words = corrected(finest) if field.on_parts else ""
+    values = values if field.outside else np.where(place.state > 0, values, np.nan)
     size = np.hypot(*values) if values.ndim == 3 else values
-    shown = np.ma.masked_invalid(size if field.outside else np.where(state > 0, size, np.nan))
-    measured = field.measured(sol, shown.filled(0.0))
-    left, right, bottom, top = (float(lengths(edge)) for edge in sol.grid.box)
+    measured = measure_of(sol.scene, moved(field.quantity, is_shift(sol)), size)
+    ax.set_title(field.title + words)
+    if sol.scene.line:
+        if sol.scene.motion is not None:
+            _line_areas(ax, sol, finest, lengths)
+        x, label = lengths(place.grid.x), field.name
+        if values.ndim == 3:
+            label = "shift" if is_shift(sol) else "relative slip"
+            ax.set_title(f"{label.capitalize()} of body 1 over body 2{words}")
+            _draw_components(ax, x, measured(values[:, 0]), True)
+        else:
+            ax.plot(x, measured(values[0]), "o-", color=style.TRACTION_COLOUR)
+        ax.set_ylabel(measured.label(label))
+        _section_frame(ax, sol, lengths, box_of(sol.state > 0, sol.grid))
+        return
+    shown = np.ma.masked_invalid(size)
     image = ax.imshow(
-        shown * measured.factor,
+        measured(1.0) * shown,
         origin="lower",
-        extent=(left, right, bottom, top),
+        extent=tuple(lengths(sol.grid.box).tolist()),
         cmap=field.colours,
         vmin=0.0 if shown.count() and (words or shown.min() >= -1e-6 * shown.max()) else None,
         aspect="auto",
@@ -150,18 +159,75 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
     style.colour_bar(ax, image, measured.label(field.name))
     box = sol.grid.box if field.outside else box_of(sol.state > 0, sol.grid)
     if values.ndim == 3:
-        _draw_arrows(ax, grid, values, state == SLIP, 20, lengths, box, float(size.max(initial=0.0)))
-    ax.set_title(field.title + words)
+        _draw_arrows(ax, place.grid, values, place.state == SLIP, 20, lengths, box, float(shown.max()))
     _frame(ax, sol, lengths, box)
-    if field.outside:
-        inside = np.pad(sol.state > 0, 1)
-        x, y = sol.grid.lines
-        upright = [((x[i], y[j]), (x[i], y[j + 1])) for j, i in np.argwhere(np.diff(inside[1:-1], axis=1))]
-        level = [((x[i], y[j]), (x[i + 1], y[j])) for j, i in np.argwhere(np.diff(inside[:, 1:-1], axis=0))]
-        if upright:
-            ax.add_collection(LineCollection(list(lengths(upright + level)), colors="w", linewidths=1.0))
-            ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
+    contact = sol.state > 0
+    if field.outside and contact.any():
+        ax.contour(lengths(sol.grid.x), lengths(sol.grid.y), contact, [0.5], colors="w", linewidths=1.0)
+        ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
         style.legend_below(ax)
+
+
+def draw_section(
+    ax: Axes, sol: Solution, y: float | None = None, box: Box | None = None, largest: float | None = None
+) -> None:
+    """A row of elements: tractions and their size within the traction bound; without a motion the pressure.
+
+    In line contact over stick and slip areas; then `box` is the contact with a margin, `largest` the traction that has
+    room, all of this solution if not given.
+    """
+    line, grid = sol.scene.line, sol.grid
+    row, lengths = row_of(sol, y), measure_of(sol.scene, "length", grid.box)
+    place, words = float(grid.y[row]), ""
+    if sol.scene.motion is None:
+        measured = measure_of(sol.scene, "pressure", sol.pressure[row])
+        ax.plot(lengths(grid.x), measured(sol.pressure[row]), "o-", color=style.TRACTION_COLOUR)
+        ax.set_ylabel(measured.label("pressure"))
+    else:
+        field = finest_fields(sol)
+        fine = _nearest_row(field.grid, place if y is None else y)
+        place, words = float(field.grid.y[fine]), corrected(field)
+        traction, bound = field.traction[:, fine], sol.traction_bound[_nearest_row(grid, place)]
+        most = np.abs([*traction.ravel(), *bound[np.isfinite(bound)]]).max(initial=0.0)
+        measured = measure_of(sol.scene, "pressure", most if largest is None else largest)
+        if line:
+            _line_areas(ax, sol, field, lengths)
+        if np.all(np.isfinite(bound)):
+            x, ends = lengths(grid.x), measured(bound)
+            if not line:
+                ax.fill_between(x, -ends, ends, color="0.93", linewidth=0)
+            ax.plot(x, ends, color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
+            ax.plot(x, -ends, color=style.BOUND_COLOUR, linewidth=0.9)
+        x = lengths(field.grid.x)
+        if not line or traction[1].any():
+            ax.plot(x, measured(np.hypot(*traction)), color="k", linewidth=1.6, label="$|p|$")
+        _draw_components(ax, x, measured(traction), line)
+        ax.set_ylabel(measured.label("traction"))
+    at = lengths.text(0.0 if abs(place) < 1e-9 * grid.sides[1] else place)
+    of_line = "Section along x" if sol.scene.motion is None else "Tangential traction on body 1"
+    ax.set_title((of_line if line else f"Section at y = {at}") + words)
+    in_row = np.zeros_like(sol.state, dtype=bool)
+    in_row[row] = sol.state[row] > 0
+    _section_frame(ax, sol, lengths, box_of(in_row, grid) if box is None else box)
+    if largest:
+        ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
+
+
+def row_of(sol: Solution, y: float | None) -> int:
+    """The row of elements of a section at y, checked; that with the largest pressure if y is not given."""
+    if y is None:
+        return int(np.argmax(sol.pressure.max(axis=1)))
+    y = checks.number("y", y)
+    if sol.scene.line:
+        raise SceneError("y", y, "left out in line contact, which is the same in all sections")
+    _, _, bottom, top = sol.grid.box
+    if not bottom <= y <= top:
+        raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
+    return _nearest_row(sol.grid, y)
+
+
+def _nearest_row(grid: Grid, y: float) -> int:
+    return int(np.argmin(np.abs(grid.y - y)))
 
 
 def box_of(contact: np.ndarray, grid: Grid) -> Box:
@@ -176,35 +242,6 @@ def shape_of(sol: Solution) -> float:
     """Height by width of panels that suits a contact."""
     left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
     return float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if _equal(box) else 1.0
-
-
-def rectangles_path(corners: list[tuple[float, float, float, float]]) -> Path:
-    """The outline of rectangles by their left, right, lower and upper sides."""
-    vertices = [
-        point
-        for left, right, low, high in corners
-        for point in ((left, low), (right, low), (right, high), (left, high), (left, low))
-    ]
-    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY] * len(corners)
-    return Path(np.array(vertices, dtype=float).reshape(-1, 2), codes)
-
-
-def runs(chosen: np.ndarray) -> np.ndarray:
-    """The first and the one after the last of each run of chosen places, (n, 2)."""
-    return np.flatnonzero(np.diff(chosen, prepend=False, append=False)).reshape(-1, 2)
-
-
-def _elements_path(chosen: np.ndarray, grid: Grid, factor: float) -> Path:
-    """The outline of some elements, in one rectangle for each run along x, with lengths times a factor."""
-    dx, dy = (factor * side for side in grid.sides)
-    left, bottom = factor * grid.x[0] - dx / 2, factor * grid.y[0] - dy / 2
-    return rectangles_path(
-        [
-            (left + dx * begin, left + dx * end, bottom + row * dy, bottom + (row + 1) * dy)
-            for row in np.flatnonzero(chosen.any(axis=1))
-            for begin, end in runs(chosen[row])
-        ]
-    )
 
 
 def _draw_arrows(
@@ -238,7 +275,7 @@ def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     """Labels, limits, and axes to one scale, or a word where they are not."""
     style.readable_ticks(ax)
     equal = _equal(box)
-    ax.set_xlabel(x_label(sol, lengths) + ("" if equal else f"\n{NOT_EQUAL}"))
+    ax.set_xlabel(_x_label(sol, lengths) + ("" if equal else f"\n{NOT_EQUAL}"))
     ax.set_ylabel(lengths.label("y"))
     shape = ax.get_box_aspect()  # of our own figures, whose panels are of one height
     left, right, bottom, top = box
@@ -257,70 +294,28 @@ def _equal(box: Box) -> bool:
     return 0.2 < (right - left) / (top - bottom) < 5
 
 
-def draw_line_traction(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
-    """Tractions along x between plus and minus the traction bound, over stick and slip areas.
-
-    `box` is the contact with a margin, `largest` the traction that has room, all of this solution if not given.
-    """
-    field, lengths = finest_fields(sol), lengths_of(sol)
-    traction, bound = field.traction[:, 0], sol.traction_bound[0]
-    finite = bool(np.all(np.isfinite(bound)))
-    most = max(float(bound.max()) if finite else 0.0, float(np.abs(traction).max()))
-    measured = measure_of(sol.scene, "pressure", most if largest is None else largest)
-    _line_areas(ax, sol, field)
-    if finite:
-        x = lengths(sol.grid.x)
-        ax.plot(x, measured(bound), color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
-        ax.plot(x, -measured(bound), color=style.BOUND_COLOUR, linewidth=0.9)
-    _line_components(ax, sol, field.grid, measured(traction))
-    ax.set_title(f"Tangential traction on body 1{corrected(field)}")
-    _line_frame(ax, sol, measured.label("traction"), box)
-    if largest:
-        ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
+def _x_label(sol: Solution, lengths: Measure) -> str:
+    return lengths.label("x") + style.ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
 
 
-def draw_line_field(ax: Axes, sol: Solution, name: str) -> None:
-    """One of `FIELDS` along x: slip, over stick and slip areas, by its components."""
-    field = FIELDS[name]
-    values, (grid, state, words) = field.values(sol), field.place(sol)
-    along = values[..., 0, :] if field.outside else np.where(state[0] > 0, values[..., 0, :], np.nan)
-    measured = field.measured(sol, along)
-    title, label = field.title, field.name
-    if sol.scene.motion is not None:
-        _line_areas(ax, sol, finest_fields(sol))
-    if values.ndim == 3:
-        label = "shift" if is_shift(sol) else "relative slip"
-        title = f"{label.capitalize()} of body 1 over body 2"
-        _line_components(ax, sol, grid, measured(along))
-    else:
-        ax.plot(lengths_of(sol)(grid.x), measured(along), "o-", color=style.TRACTION_COLOUR)
-    ax.set_title(title + words)
-    _line_frame(ax, sol, measured.label(label))
+def _line_areas(ax: Axes, sol: Solution, field: FinestFields, lengths: Measure) -> None:
+    x, page = lengths(field.grid.lines[0]), np.array([0.0, 1.0])
+    draw_states(ax, field.state, x, page, sol.plastic is not None, transform=ax.get_xaxis_transform(), zorder=0)
 
 
-def _line_areas(ax: Axes, sol: Solution, field: FinestFields) -> None:
-    edges = lengths_of(sol)(field.grid.lines[0])
-    for number, (name, look) in style.LOOKS.items():
-        label = name
-        for left, right in edges[runs(field.state[0] == number)]:
-            ax.axvspan(left, right, zorder=0, label=label, **look)
-            label = "_" + name  # matplotlib lists the first of them only
+def _draw_components(ax: Axes, x: np.ndarray, values: np.ndarray, line: bool) -> None:
+    """Values (2, nx) along x; their second component where there is any."""
+    names = ("along x", "along y") if line else ("$p_x$", "$p_y$")
+    look: dict[str, Any] = {"markersize": 2.5, "linewidth": 0.9}
+    ax.plot(x, values[0], "o-", color=style.TRACTION_COLOUR, label=names[0], **look)
+    sizes = np.abs(np.nan_to_num(values))
+    if sizes[1].max() > 1e-9 * sizes.max():
+        ax.plot(x, values[1], "s--", color=style.LATERAL_COLOUR, label=names[1], **look)
 
 
-def _line_components(ax: Axes, sol: Solution, grid: Grid, values: np.ndarray) -> None:
-    """Values (2, nx) along x; their second component where there is lateral motion."""
-    motion, x = sol.motion, lengths_of(sol)(grid.x)
-    ax.plot(x, values[0], "o-", color=style.TRACTION_COLOUR, label="along x")
-    if motion is not None and (motion.rigid[1] != 0 or motion.Fy is not None):
-        ax.plot(x, values[1], "s--", color=style.LATERAL_COLOUR, label="along y")
-
-
-def _line_frame(ax: Axes, sol: Solution, name: str, box: Box | None = None) -> None:
+def _section_frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     style.readable_ticks(ax)
-    lengths = lengths_of(sol)
-    left, right, _, _ = box_of(sol.state > 0, sol.grid) if box is None else box
-    ax.set_xlim(*lengths((left, right)))
+    ax.set_xlim(*lengths(box[:2]))
     ax.axhline(0, color="k", linewidth=0.5)
-    ax.set_ylabel(name)
-    ax.set_xlabel(x_label(sol, lengths))
-    style.legend_below(ax, columns=5)
+    ax.set_xlabel(_x_label(sol, lengths))
+    style.legend_below(ax, columns=5 if sol.scene.line else 2)

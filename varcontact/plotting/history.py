@@ -13,16 +13,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
 from PIL import Image
 
 from varcontact import checks
-from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import OutputError, SceneError
 from varcontact.plotting import style
-from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_line_traction, rectangles_path, runs
+from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_section, draw_states
 from varcontact.plotting.unit_labels import measure, measure_of
 from varcontact.results.finest_fields import finest_fields
 from varcontact.results.history import History
@@ -112,21 +109,13 @@ def _creepages(history: History) -> dict[str, np.ndarray]:
 def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
     lengths = measure_of(history.scene, "length", history.grid.box)
     row = history.grid.rows // 2
-    areas = np.array([sol.state[row] for sol in history]).T
-    left, right, _, _ = history.grid.box
-    across = lengths(np.linspace(left, right, history.grid.nx + 1))
-    colours = ListedColormap([style.STICK_COLOUR, style.SLIP_COLOUR, style.PLASTIC_LOOK["facecolor"]])
-    ax.pcolormesh(along.edges, across, np.ma.masked_equal(areas, 0), cmap=colours, vmin=1, vmax=3)
-    slips = [
-        (left, right, across[low], across[high])
-        for left, right, column in zip(along.edges, along.edges[1:], areas.T, strict=False)
-        for low, high in runs(column == SLIP)
-    ]
-    ax.add_patch(PathPatch(rectangles_path(slips), gid="slip", **style.SLIP_LOOK | {"facecolor": "none"}))
-    plastic = any(sol.plastic is not None for sol in history)
+    state = np.array([sol.state[row] for sol in history]).T
+    across = lengths(history.grid.lines[0])
+    draw_states(ax, state, along.edges, across, any(sol.plastic is not None for sol in history))
     style.readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=lengths.label("x" if history.scene.line else "x, middle row"))
-    style.legend_beside(ax, style.area_patches(plastic))
+    ax.set(xlim=along.edges[[0, -1]], ylim=across[[0, -1]])
+    style.legend_beside(ax)
 
 
 def animate(
@@ -163,10 +152,10 @@ def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool)
 def _frames(history: History) -> Iterator[Image.Image]:
     """Each step as an image: areas and tractions over the forces, on axes that stay."""
     along, box = _abscissa(history), box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
-    draw, largest = (draw_line_traction if history.scene.line else draw_areas), 0.0
+    line, largest = history.scene.line, 0.0
     for sol in history:
         largest = max(largest, float(np.hypot(*finest_fields(sol).traction).max()))
-        if history.scene.line and np.all(np.isfinite(sol.traction_bound)):
+        if line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
     with style.styled():
         figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
@@ -175,7 +164,10 @@ def _frames(history: History) -> Iterator[Image.Image]:
         mark = below.axvline(along.values[0], color="k", linewidth=0.8)
         for k, sol in enumerate(history):
             above.clear()
-            draw(above, sol, box, largest)
+            if line:
+                draw_section(above, sol, box=box, largest=largest)
+            else:
+                draw_areas(above, sol, box, largest)
             above.set_title(f"Tangential traction on body 1, step {k}{corrected(finest_fields(sol))}")
             mark.set_xdata([along.values[k]] * 2)
             if k == 0:

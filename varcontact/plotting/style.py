@@ -17,7 +17,6 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
@@ -112,11 +111,6 @@ def check_axes(ax: Any) -> None:
     """Refuse what nothing can be drawn in."""
     if ax is not None and not isinstance(ax, Axes):
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
-
-
-def area_patches(plastic: bool = False) -> list[Patch]:
-    """Entries of a legend for stick and slip, and where a third body flows."""
-    return [Patch(label=name, **look) for name, look in list(LOOKS.values())[: 2 + plastic]]
 
 
 def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 3) -> None:
