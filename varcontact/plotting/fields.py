@@ -82,7 +82,7 @@ def corrected(finest: FinestFields) -> str:
 
 def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any) -> None:
     """Areas of elements (ny, nx) by their state, between lines at x and y; each in one rectangle for a run along x."""
-    for number, (name, look) in list(style.LOOKS.items())[: 2 + plastic]:
+    for number, (name, look) in enumerate(list(style.LOOKS.items())[: 2 + plastic], 1):
         inside = np.pad(state == number, ((0, 0), (0, 1))).ravel()
         first, end = np.flatnonzero(np.diff(inside, prepend=False)).reshape(-1, 2).T
         row = first // x.size

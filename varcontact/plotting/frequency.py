@@ -73,10 +73,7 @@ def plot_growth(
     SceneError
         For an `ax` or a size that is none.
     """
-    style.check_axes(ax)
-    with style.styled():
-        if ax is None:
-            _, (ax,) = style.new_figure(1, 1, style.figure_size(figsize, (1.3 * style.COLUMN, style.COLUMN)))
+    with style.panel(ax, figsize, (1.3 * style.COLUMN, style.COLUMN)) as ax:
         unit = growth.attrs.get("length", "")
         length, rate = (f" [{unit}]", f" [1/{unit}]") if unit else ("", "")
         ax.set(xscale="log", xlabel=f"wavelength{length}", ylabel=f"growth by depth worn off{rate}")

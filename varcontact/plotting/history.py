@@ -6,7 +6,6 @@ import io
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from shutil import which
 from typing import Any
@@ -28,94 +27,73 @@ from varcontact.system.process import need
 
 FRAMES_PER_SECOND = 10.0
 KINDS = (".gif", ".mp4")
+FEW = 40
+"""Steps of a history below which each has a marker."""
 
 
 def plot_history(history: History, figsize: tuple[float, float] | None = None) -> Figure:
     """Forces, creepages where forces are prescribed, and the areas along the middle row, over one abscissa."""
-    along = _abscissa(history)
-    found = _creepages(history)
+    places, edges, label = _abscissa(history)
+    found = {}  # creepages that prescribed forces gave: NaN in steps where none is sought or known
+    for i, force in enumerate(("Fx", "Fy")):
+        motions = [sol.motion for sol in history]
+        sought = [motion is not None and motion.rolls != 0 and getattr(motion, force) is not None for motion in motions]
+        values = np.where(sought, history.creepage[:, i], np.nan)
+        if np.isfinite(values).any():
+            found[i] = values
     panels = 3 if found else 2
     size = style.figure_size(figsize, (style.COLUMN * 1.5, 0.4 + 1.7 * panels))
     with style.styled():
         figure, axes = style.new_figure(panels, 1, size, sharex=True)
-        _draw_forces(axes[0], history, along)
+        _draw_forces(axes[0], history)
         if found:
-            panel = axes[1]
-            looks = {"$v_x$": "o-", "$v_y$": "s--"}
             measured = measure("1", None, list(found.values()))
-            for name, values in found.items():
-                marker_size = 2.5 if values.size < 40 else 0
-                panel.plot(
-                    along.values, measured(values), looks[name], label=name, markersize=marker_size, clip_on=False
-                )
-            panel.axhline(0, color="k", linewidth=0.5)
-            style.readable_ticks(panel)
-            panel.set(xlabel=along.label, ylabel=measured.label("creepage found"))
-            style.legend_beside(panel)
-        _draw_areas(axes[-1], history, along)
-        for ax in axes[:-1]:
-            ax.set_xlabel("")
+            for i, values in found.items():
+                look: dict[str, Any] = {"label": ("$v_x$", "$v_y$")[i], "clip_on": False}
+                look["markersize"] = 2.5 if values.size < FEW else 0
+                axes[1].plot(places, measured(values), ("o-", "s--")[i], **look)
+            axes[1].axhline(0, color="k", linewidth=0.5)
+            axes[1].set_ylabel(measured.label("creepage found"))
+        lengths = measure_of(history.scene, "length", history.grid.box)
+        state = np.array([sol.state[history.grid.rows // 2] for sol in history]).T
+        across = lengths(history.grid.lines[0])
+        draw_states(axes[-1], state, edges, across, any(sol.plastic is not None for sol in history))
+        axes[-1].set(xlim=edges[[0, -1]], ylim=across[[0, -1]], xlabel=label)
+        axes[-1].set_ylabel(lengths.label("x" if history.scene.line else "x, middle row"))
+        for ax in axes:
+            style.readable_ticks(ax)
+            ax.legend(**style.BESIDE)
     return figure
 
 
-@dataclass(frozen=True)
-class _Abscissa:
-    """Places of the steps, the edges between which each takes place, and the label."""
+def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
+    """Places of the steps, the edges between which each takes place, and the label.
 
-    values: np.ndarray
-    edges: np.ndarray
-    label: str
-
-
-def _abscissa(history: History) -> _Abscissa:
-    """The distance rolled; the number of the step where steps after the first are in place."""
+    These are the distance rolled, or the numbers of the steps where steps after the first are in place.
+    """
     if len(history) > 1 and np.all(history.dq[1:] > 0):
         measured = measure_of(history.scene, "length", history.rolled)
         rolled = measured(history.rolled)
-        return _Abscissa(rolled, np.append(0.0, rolled), measured.label("distance rolled"))
-    steps = np.arange(len(history), dtype=float)
-    return _Abscissa(steps, np.arange(len(history) + 1) - 0.5, "step")
+        return rolled, np.append(0.0, rolled), measured.label("distance rolled")
+    edges = np.arange(len(history) + 1) - 0.5
+    return edges[:-1] + 0.5, edges, "step"
 
 
-def _draw_forces(ax: Axes, history: History, along: _Abscissa) -> None:
+def _draw_forces(ax: Axes, history: History) -> None:
+    places, _, _ = _abscissa(history)
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
     measured = measure_of(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
-    markers = ("o", "s") if len(history) < 40 else ("", "")
+    markers = ("o", "s") if len(history) < FEW else ("", "")
     size = np.abs(history.force).max(initial=0.0)
     for i, (name, line) in enumerate((("$F_x$", "-"), ("$F_y$", "--"))):
         values = history.force[:, i]
         if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
-            ax.plot(along.values, measured(values), line, marker=markers[i], markersize=2.5, label=name, clip_on=False)
+            ax.plot(places, measured(values), line, marker=markers[i], markersize=2.5, label=name, clip_on=False)
     if finite:
-        ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
-        ax.plot(along.values, -measured(limit), color="0.45", linestyle=":")
-    style.readable_ticks(ax)
-    ax.set(xlabel=along.label, ylabel=measured.label("tangential force"))
-    style.legend_beside(ax)
-
-
-def _creepages(history: History) -> dict[str, np.ndarray]:
-    """Creepages that prescribed forces gave, by name: NaN in steps where none is sought or known."""
-    motions, found = [sol.motion for sol in history], {}
-    for i, (name, force) in enumerate((("$v_x$", "Fx"), ("$v_y$", "Fy"))):
-        sought = [motion is not None and motion.rolls != 0 and getattr(motion, force) is not None for motion in motions]
-        values = np.where(sought, history.creepage[:, i], np.nan)
-        if np.isfinite(values).any():
-            found[name] = values
-    return found
-
-
-def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
-    lengths = measure_of(history.scene, "length", history.grid.box)
-    row = history.grid.rows // 2
-    state = np.array([sol.state[row] for sol in history]).T
-    across = lengths(history.grid.lines[0])
-    draw_states(ax, state, along.edges, across, any(sol.plastic is not None for sol in history))
-    style.readable_ticks(ax)
-    ax.set(xlabel=along.label, ylabel=lengths.label("x" if history.scene.line else "x, middle row"))
-    ax.set(xlim=along.edges[[0, -1]], ylim=across[[0, -1]])
-    style.legend_beside(ax)
+        ax.plot(places, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
+        ax.plot(places, -measured(limit), color="0.45", linestyle=":")
+    ax.set_ylabel(measured.label("tangential force"))
 
 
 def animate(
@@ -151,7 +129,8 @@ def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool)
 
 def _frames(history: History) -> Iterator[Image.Image]:
     """Each step as an image: areas and tractions over the forces, on axes that stay."""
-    along, box = _abscissa(history), box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
+    places, _, label = _abscissa(history)
+    box = box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     line, largest = history.scene.line, 0.0
     for sol in history:
         largest = max(largest, float(np.hypot(*finest_fields(sol).traction).max()))
@@ -160,8 +139,11 @@ def _frames(history: History) -> Iterator[Image.Image]:
     with style.styled():
         figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
         canvas: Any = figure.canvas
-        _draw_forces(below, history, along)
-        mark = below.axvline(along.values[0], color="k", linewidth=0.8)
+        _draw_forces(below, history)
+        style.readable_ticks(below)
+        below.set_xlabel(label)
+        below.legend(**style.BESIDE)
+        mark = below.axvline(places[0], color="k", linewidth=0.8)
         for k, sol in enumerate(history):
             above.clear()
             if line:
@@ -169,7 +151,7 @@ def _frames(history: History) -> Iterator[Image.Image]:
             else:
                 draw_areas(above, sol, box, largest)
             above.set_title(f"Tangential traction on body 1, step {k}{corrected(finest_fields(sol))}")
-            mark.set_xdata([along.values[k]] * 2)
+            mark.set_xdata([places[k]] * 2)
             if k == 0:
                 figure.draw_without_rendering()
                 figure.set_layout_engine("none")

@@ -43,21 +43,21 @@ def plot(
         if line:  # below each other over the same abscissa
             size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))
             figure, axes = style.new_figure(len(names), 1, size, sharex=True)
-        else:  # panels of one height, three to a row
-            rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
-            width = style.COLUMN if columns == 1 else style.PAGE / 3 * columns
-            side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
-            figure, axes = style.new_figure(
-                rows, columns, style.figure_size(figsize, (width, rows * (shape * side + 1.3)))
-            )
-        for panel, name in zip(axes, names, strict=False):
-            if not line:
+        else:  # of one height
+            shape = shape_of(sol)
+
+            def size_of(rows: int, columns: int) -> tuple[float, float]:
+                width = style.COLUMN if columns == 1 else style.PAGE / 3 * columns
+                side = width / columns - (0.7 if columns == 1 else 1.05)  # beside it are labels and a colour bar
+                return style.figure_size(figsize, (width, rows * (shape * side + 1.3)))
+
+            figure, axes = style.new_panels(len(names), size_of)
+            for panel in axes:
                 panel.set_box_aspect(shape)
+        for panel, name in zip(axes, names, strict=True):
             _draw(panel, sol, name, y)
-        for panel in axes[len(names) :]:
-            panel.set_axis_off()
         if line:
-            _one_legend(axes)
+            _one_legend(figure, axes)
         else:
             figure.draw_without_rendering()
         return figure
@@ -95,21 +95,18 @@ def _draw(ax: Axes, sol: Solution, name: str, y: float | None) -> None:
         draw_field(ax, sol, name)
 
 
-def _one_legend(axes: list[Axes]) -> None:
+def _one_legend(figure: Figure, axes: list[Axes]) -> None:
     """Panels below each other with the same abscissa: its label and one legend at the foot."""
     entries: dict[str, Any] = {}
     for ax in axes:
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-        legend = ax.get_legend()
-        if legend is not None:
-            legend.remove()
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= zip(labels, handles, strict=True)
+        if handles:
+            ax.legend().remove()
     for ax in axes[:-1]:
         ax.set_xlabel("")
     if entries:
-        style.figure_of(axes[0]).legend(
-            entries.values(), entries.keys(), ncols=5, loc="outside lower center", frameon=False
-        )
+        figure.legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center")
 
 
 def plot_passes(sol: Solution) -> Figure:

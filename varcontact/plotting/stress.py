@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -75,82 +74,68 @@ def plot_stress(
     if not one_solution(sol).pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
-    style.check_axes(ax)
-    size = style.figure_size(figsize, (style.COLUMN * 1.25, style.COLUMN))
-    cut = _cut(sol, plane, x, y, depth, body)
-    signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
-    if signed:
-        i, j = ("xyz".index(letter) for letter in quantity)
-        values = [part.stress[i, j] for part in cut.parts]
-    else:
-        values = [np.asarray(getattr(part, quantity)) for part in cut.parts]
-    everything = np.concatenate([part.ravel() for part in values])
-    lengths = measure_of(sol.scene, "length", np.concatenate([cut.parts[0].points[i].ravel() for i in cut.axes]))
-    stresses = measure_of(sol.scene, "pressure", everything)
-    shown = stresses(everything)
-    levels = MaxNLocator(20, symmetric=signed).tick_values(shown.min(), shown.max())
-    with style.styled():
-        if ax is None:
-            _, (ax,) = style.new_figure(1, 1, size)
-        for part, value in zip(cut.parts, values, strict=True):
-            first, second = (lengths(part.points[i]) for i in cut.axes)
-            image = ax.contourf(first, second, stresses(value), levels, cmap="RdBu_r" if signed else "viridis")
-            ax.contour(first, second, stresses(value), levels[::2], colors="k", linewidths=0.3, linestyles="solid")
-        style.colour_bar(ax, image, stresses.label(name))
-        _draw_contact(ax, sol, plane, lengths)
-        _mark_largest(ax, cut, values, lengths, stresses)
-        labels = ("x", "y", "z, up into body 1")
-        ax.set_xlabel(lengths.label(labels[cut.axes[0]]))
-        ax.set_ylabel(lengths.label(labels[cut.axes[1]]))
-        ax.set_title(name + (f"{cut.words}{lengths.text(cut.at)}" if cut.words else ""))
-        style.readable_ticks(ax)
-        ax.set_aspect("equal")
-        style.legend_below(ax, columns=1)
-        style.figure_of(ax).draw_without_rendering()
-    return style.figure_of(ax)
+    with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as drawn:
+        fields, axes, at, words = _cut(sol, plane, x, y, depth, body)
+        signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
+        if signed:
+            i, j = ("xyz".index(letter) for letter in quantity)
+            values = np.stack([each.stress[i, j] for each in fields])
+        else:
+            values = np.stack([getattr(each, quantity) for each in fields])
+        places = np.stack([[each.points[i] for each in fields] for i in axes])
+        lengths, stresses = measure_of(sol.scene, "length", places), measure_of(sol.scene, "pressure", values)
+        shown = stresses(values)
+        levels = MaxNLocator(20, symmetric=signed).tick_values(float(shown.min()), float(shown.max()))
+        for first, second, value in zip(*lengths(places), shown, strict=True):
+            image = drawn.contourf(first, second, value, levels, cmap="RdBu_r" if signed else "viridis")
+            drawn.contour(first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid")
+        style.colour_bar(drawn, image, stresses.label(name))
+        _draw_contact(drawn, sol, plane, lengths)
+        _mark_largest(drawn, axes, places, values, lengths, stresses)
+        labels = [lengths.label(("x", "y", "z, up into body 1")[i]) for i in axes]
+        title = name + (f" at {words} = {lengths.text(at)}" if words else "")
+        drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
+        style.readable_ticks(drawn)
+        style.legend_below(drawn, columns=1)
+        style.figure_of(drawn).draw_without_rendering()
+    return style.figure_of(drawn)
 
 
-@dataclass(frozen=True)
-class _Cut:
-    """Where a stress is shown: the fields there, the two axes of the picture, and the place on the third in words."""
-
-    parts: tuple[SubsurfaceStress, ...]
-    axes: tuple[int, int]
-    at: float
-    words: str
-
-
-def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _Cut:
+def _cut(
+    sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any
+) -> tuple[list[SubsurfaceStress], tuple[int, int], float, str]:
+    """Fields where a stress is shown, the two axes of the picture, and the place on the third with its name."""
     plane = checks.choice("plane", plane, PLANES)
     if sol.scene.line and plane != "xz":
         raise SceneError("plane", plane, '"xz" in line contact, which is the same in all sections')
     for name, value, others in (("x", x, "yz"), ("y", y, "xz")):
         if value is not None and plane != others:
             raise SceneError(name, value, f'left out, or with plane = "{others}"')
-    along, across = _abscissae(sol, 0), _abscissae(sol, 1)
     axis = 1 if plane == "yz" else 0
+    along = _abscissae(sol, axis)
     length = _cells(sol, axis).size * sol.grid.sides[axis]
-    if depth is not None:
+    if depth is None:
+        depth = (0.25 if plane == "xy" else 0.75) * length
+    else:
         depth = checks.number("depth", checks.positive("depth", depth), most=FARTHEST)
     if plane == "xy":
-        side, below = side_of(body), 0.25 * length if depth is None else depth
-        z = below if side == 1 else -below
-        first, second = np.meshgrid(along, across)
-        return _Cut((stress(sol, [first, second, np.full_like(first, z)], side),), (0, 1), z, " at z = ")
-    depth = 0.75 * length if depth is None else depth
+        side = side_of(body)
+        z = depth if side == 1 else -depth
+        first, second = np.meshgrid(along, _abscissae(sol, 1))
+        return [stress(sol, [first, second, np.full_like(first, z)], side)], (0, 1), z, "z"
     third, given = "yx"[axis], (y, x)[axis]
     if given is None:  # where the pressure is largest; zero where that is so to rounding
         largest = int(np.argmax(sol.pressure.max(axis=1 - axis)))
-        place = float((sol.grid.y, sol.grid.x)[axis][largest])
-        at = 0.0 if abs(place) < 1e-9 * sol.grid.sides[1 - axis] else place
+        at = float((sol.grid.y, sol.grid.x)[axis][largest])
+        at = 0.0 if abs(at) < 1e-9 * sol.grid.sides[1 - axis] else at
     else:
         at = checks.number(third, given, most=FARTHEST)
     fields = []
     for side, sign in ((1, 1.0), (2, -1.0)):
-        z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, (along, across)[axis], indexing="ij")
+        z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, along, indexing="ij")
         points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
         fields.append(stress(sol, points, side))
-    return _Cut(tuple(fields), (axis, 2), at, "" if sol.scene.line else f" at {third} = ")
+    return fields, (axis, 2), at, "" if sol.scene.line else third
 
 
 def _cells(sol: Solution, axis: int) -> np.ndarray:
@@ -177,23 +162,22 @@ def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None
         ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
         return
     axis = "xy".index(plane[0])
-    places, half = (sol.grid.x, sol.grid.y)[axis][_cells(sol, axis)], sol.grid.sides[axis] / 2
-    ends = lengths([places[0] - half, places[-1] + half])
+    cells = _cells(sol, axis)
+    ends = lengths(sol.grid.lines[axis][[cells[0], cells[-1] + 1]])
     ax.axhline(0, color="0.35", linewidth=0.6)
     ax.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
 
 
-def _mark_largest(ax: Axes, cut: _Cut, values: list[np.ndarray], lengths: Measure, stresses: Measure) -> None:
+def _mark_largest(
+    ax: Axes, axes: tuple[int, int], places: np.ndarray, values: np.ndarray, lengths: Measure, stresses: Measure
+) -> None:
     """A cross where the stress is largest in size, with its value and place in the legend."""
-    part = max(range(len(values)), key=lambda k: float(np.abs(values[k]).max()))
-    place = int(np.abs(values[part]).argmax())
-    points = [float(each.flat[place]) for each in cut.parts[part].points]
-    value = float(values[part].flat[place])
-    first, second = (points[i] for i in cut.axes)
-    names = ", ".join("xyz"[i] for i in cut.axes)
-    where = f"({names}) = ({lengths(first) + 0.0:.3g}, {lengths(second) + 0.0:.3g}) {lengths.unit}".rstrip()
-    words = "largest" if value > 0 or value == 0 else "largest in size"
-    label = f"{words}: {stresses.text(value, 4)} at {where}"
+    most = int(np.abs(values).argmax())
+    value = float(values.flat[most])
+    first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
+    names = ", ".join("xyz"[i] for i in axes)
+    where = f"({names}) = ({first:.3g}, {second:.3g}) {lengths.unit}".rstrip()
+    label = f"{'largest' if value >= 0 else 'largest in size'}: {stresses.text(value, 4)} at {where}"
     look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
-    ax.plot(lengths(first), lengths(second), color="w", markeredgewidth=2.6, **look)
-    ax.plot(lengths(first), lengths(second), color="k", markeredgewidth=1.2, label=label, **look)
+    ax.plot(first, second, color="w", markeredgewidth=2.6, **look)
+    ax.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)

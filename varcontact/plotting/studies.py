@@ -93,16 +93,13 @@ def plot_curve(
     """
     normalised, total = checks.flag("normalised", normalised), checks.flag("total", total)
     style.check_axes(ax)
-    size = style.figure_size(figsize, (style.COLUMN * 1.15, 2.9))
     read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
     curves, x_label, force, limit = read(solutions, against, normalised)
     largest = np.nanmax([np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0)
     shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
     several = len(curves) > 1
     y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
-    with style.styled():
-        if ax is None:
-            _, (ax,) = style.new_figure(1, 1, size)
+    with style.panel(ax, figsize, (style.COLUMN * 1.15, 2.9)) as ax:
         for i, (name, (x, forces)) in enumerate(curves.items()):
             number = i if several else None
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
@@ -149,16 +146,14 @@ def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curve
     force = Measure(1.0, "") if normalised else measure_of(scene, "force", [sol.force for sol in every])
     curves = {}
     for label, curve in given.items():
-        forces = np.array([-sol.force / (_limit(sol) if normalised else 1.0) for sol in curve])
+        forces = np.array([-sol.force for sol in curve])
+        if normalised:
+            limits = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in curve])
+            loads = np.array([sol.normal_force for sol in curve])
+            forces /= np.where((limits > 0) & (limits < np.inf), limits, loads)[:, None]
         curves[str(label)] = along([getattr(sol, name) for sol in curve]), force(forces)
     limit = "normal force" if scene.no_slip or scene.frictionless else "friction limit"
     return curves, along.label(words), force, limit
-
-
-def _limit(sol: Solution) -> float:
-    """What friction can carry; without a limit the normal force."""
-    limit = float(np.sum(sol.traction_bound) * sol.grid.area)
-    return limit if 0 < limit < np.inf else sol.normal_force
 
 
 def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str, Measure, str]:
@@ -232,26 +227,22 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             checks.choice("quantities", each, names)
         names = [name for name in names if name in quantities]
     methods = list(dict.fromkeys(study.runs["method"]))
-    columns = min(max(len(names), 1), 3)
-    rows = -(-max(len(names), 1) // columns)
     with style.styled():
-        figure, axes = style.new_figure(
-            rows, columns, (style.PAGE / 3 * columns * (1.4 if columns == 1 else 1), 0.5 + 2.5 * rows)
+        figure, axes = style.new_panels(
+            len(names), lambda rows, columns: (style.PAGE / 3 * max(columns, 1.4), 0.5 + 2.5 * rows)
         )
-        for ax, name in zip(axes, names, strict=False):
+        for ax, name in zip(axes, names, strict=True):
             for row in (row for row in limits if row["quantity"] == name):
                 _draw_limit(ax, study, row, methods.index(row["method"]))
             cells = sorted(set(study.runs["cells"]))
             ax.set(xscale="log", yscale="log", title=name.replace("_", " "), xlabel="elements across the contact")
-            shown = cells[:: -(-len(cells) // (5 if columns > 1 else 8))]
+            shown = cells[:: -(-len(cells) // (5 if len(names) > 1 else 8))]
             ax.set_xticks(cells, labels=[str(n) if n in shown else "" for n in cells])
             style.readable_decades(ax)
             ax.xaxis.minorticks_off()
             ax.grid(visible=True)
             style.legend_below(ax, columns=1)
-        for ax in axes[len(names) :]:
-            ax.set_axis_off()
-        for ax in axes[::columns]:
+        for ax in axes[::3]:
             ax.set_ylabel("distance from\nextrapolated value")
         if names:
             key = [
@@ -288,11 +279,9 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     classes = study.classes
     kinds = list(dict.fromkeys(classes["kind"] if len(classes) else []))
     families = list(dict.fromkeys(classes["family"] if len(classes) else []))
-    columns = min(max(len(kinds), 1), 3)
-    rows = -(-max(len(kinds), 1) // columns)
     with style.styled():
-        figure, axes = style.new_figure(rows, columns, (style.PAGE, 1.2 + 2.3 * rows))
-        for ax, kind in zip(axes, kinds, strict=False):
+        figure, axes = style.new_panels(len(kinds), lambda rows, _: (style.PAGE, 1.2 + 2.3 * rows))
+        for ax, kind in zip(axes, kinds, strict=True):
             part = study.classes[study.classes["kind"] == kind]
             for family, methods in part.groupby("family", sort=False):
                 error = np.maximum(100 * methods["largest_error"], LEAST_ERROR)
@@ -304,11 +293,9 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
             ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
             style.readable_decades(ax)
             ax.grid(visible=True)
-        for ax in axes[len(kinds) :]:
-            ax.set_axis_off()
-        for ax in axes[::columns]:
+        for ax in axes[::3]:
             ax.set_ylabel("largest error [%]")
-        for ax in axes[max(len(kinds) - columns, 0) : len(kinds)]:
+        for ax in axes[-3:]:
             ax.set_xlabel("processor time [s]")
         if kinds:
             key = [Line2D([], [], label=family, **_look(families, family)) for family in families]

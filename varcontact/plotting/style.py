@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 import mmap
 import re
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from shutil import which
 from typing import Any
@@ -17,7 +17,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import FixedLocator, Locator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
@@ -28,18 +28,18 @@ COLUMN, PAGE = 3.54, 7.48
 """Widths of one column and of a page of two columns of a journal [inch]: 90 and 190 mm."""
 
 STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
-SLIP_INK, BOUND_COLOUR, LATERAL_COLOUR = "#c98a5a", "0.45", "#D55E00"
-HATCH = "//////"
-"""Of slip: its colour and that of stick are the same grey in print."""
-SLIP_LOOK: dict[str, Any] = {"facecolor": SLIP_COLOUR, "edgecolor": SLIP_INK, "hatch": HATCH, "linewidth": 0}
-STICK_LOOK: dict[str, Any] = {"facecolor": STICK_COLOUR, "linewidth": 0}
-PLASTIC_LOOK: dict[str, Any] = {"facecolor": "#d9c7e3", "edgecolor": "#7d5f91", "hatch": "....", "linewidth": 0}
-"""Where a third body flows."""
-LOOKS = {1: ("stick", STICK_LOOK), 2: ("slip", SLIP_LOOK), 3: ("plastic", PLASTIC_LOOK)}
-"""Names and looks of areas by their state."""
+BOUND_COLOUR, LATERAL_COLOUR = "0.45", "#D55E00"
+LOOKS: dict[str, dict[str, Any]] = {
+    "stick": {"facecolor": STICK_COLOUR, "linewidth": 0},
+    "slip": {"facecolor": SLIP_COLOUR, "edgecolor": "#c98a5a", "hatch": "//////", "linewidth": 0},
+    "plastic": {"facecolor": "#d9c7e3", "edgecolor": "#7d5f91", "hatch": "....", "linewidth": 0},
+}
+"""Of areas in the order of their states: in print the colours of stick and slip are the same grey."""
 
 ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
+BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+"""Where a legend to the right of axes is."""
 
 DIGIT = 0.66
 """Width of a digit, in parts of the size of letters."""
@@ -90,6 +90,16 @@ def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[F
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
+def new_panels(count: int, size: Callable[[int, int], tuple[float, float]]) -> tuple[Figure, list[Axes]]:
+    """A figure of so many axes, three to a row, whose size is that of its rows and columns."""
+    columns = min(max(count, 1), 3)
+    rows = -(-max(count, 1) // columns)
+    figure, axes = new_figure(rows, columns, size(rows, columns))
+    for ax in axes[count:]:
+        ax.set_axis_off()
+    return figure, axes[:count]
+
+
 def figure_of(ax: Axes) -> Figure:
     """The figure that axes belong to."""
     figure = ax.get_figure(root=True)
@@ -113,18 +123,25 @@ def check_axes(ax: Any) -> None:
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
 
 
-def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 3) -> None:
-    """A legend below axes and their labels, of all that have a label if no `handles` are given."""
-    found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
+@contextmanager
+def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterator[Axes]:
+    """The axes that are given, or those of a new figure, and the style for what is drawn within."""
+    check_axes(ax)
+    size = figure_size(figsize, default)
+    with styled():
+        yield new_figure(1, 1, size)[1][0] if ax is None else ax
+
+
+def legend_below(ax: Axes, columns: int = 3) -> None:
+    """A legend below axes and their labels, of all that have a label."""
+    found = ax.get_legend_handles_labels()[0]
     if not found:
         return
-    ticks = [float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]] or [8.0]
-    label = ax.get_xlabel()
-    lines = label.count("\n") + 1 if label else 0
-    points = 6 + 1.5 * max(ticks) + 1.5 * lines * float(ax.xaxis.label.get_fontsize())
+    ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
+    lines = len(ax.get_xlabel().splitlines())
+    points = 6 + 1.5 * ticks + 1.5 * lines * float(ax.xaxis.label.get_fontsize())
     down = ScaledTranslation(0, -points / 72, figure_of(ax).dpi_scale_trans)
     ax.legend(
-        handles=found,
         ncols=min(columns, len(found)),
         loc="upper center",
         bbox_to_anchor=(0.5, 0.0),
@@ -132,15 +149,7 @@ def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 
         borderaxespad=0.0,
         columnspacing=1.2,
         handletextpad=0.5,
-        frameon=False,
     )
-
-
-def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:
-    """A legend to the right of axes, of all that have a label if no `handles` are given."""
-    found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
-    if found:
-        ax.legend(handles=found, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
 
 
 def colour_bar(ax: Axes, image: Any, label: str) -> None:
@@ -187,18 +196,16 @@ def readable_ticks(ax: Axes) -> None:
 def readable_decades(ax: Axes) -> None:
     """Powers of ten along logarithmic axes, as many as have room; finer ticks where fewer than two are in sight."""
     for axis, scale, most in ((ax.xaxis, ax.get_xscale(), 6), (ax.yaxis, ax.get_yscale(), 8)):
-        if scale == "log" and not isinstance(axis.get_major_locator(), FixedLocator):
-            axis.set_minor_formatter(NullFormatter())
-            low, high = np.log10(axis.get_view_interval())
-            if np.floor(high) > np.ceil(low):
-                axis.set_major_locator(LogLocator(numticks=most))
-            else:
-                seen = [s * 10.0**k for k in range(int(np.floor(low)), int(np.ceil(high)) + 1) for s in (1, 2, 5)]
-                seen = [tick for tick in seen if low <= np.log10(tick) <= high]
-                axis.set_major_locator(
-                    FixedLocator(seen) if len(seen) > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10])
-                )
-                axis.set_major_formatter(readable_numbers())
+        if scale != "log" or isinstance(axis.get_major_locator(), FixedLocator):
+            continue
+        axis.set_minor_formatter(NullFormatter())
+        low, high = np.log10(axis.get_view_interval())
+        if np.floor(high) > np.ceil(low):
+            axis.set_major_locator(LogLocator(numticks=most))
+            continue
+        fine: Locator = LogLocator(subs=(1, 2, 5), numticks=most)
+        axis.set_major_locator(fine if high - low > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(readable_numbers())
 
 
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
