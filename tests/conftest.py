@@ -29,7 +29,7 @@ hypothesis.settings.load_profile("default")
 SLOW = """
 study plotting io wheel_rail fuzz adaptive friction system results conic line_contact
 test_viscoelastic_histories test_viscoelastic test_conformal test_carried test_third_body test_registry
-test_no_slip test_documentation test_examples test_transient test_table test_memory
+test_every_kind test_no_slip test_documentation test_examples test_transient test_table test_memory
 """
 
 

@@ -1,4 +1,6 @@
-"""Scenes in one line or two."""
+"""Scenes in one line or two, and the same scene in other units."""
+
+from dataclasses import fields, is_dataclass, replace
 
 import varcontact as vc
 
@@ -9,3 +11,33 @@ def make_scene(surface, normal_force=1.0, motion=None, grid="auto", friction=0.3
     """A scene of like bodies under a friction of 0.3, unless other ones are given."""
     given = {"normal_force": normal_force, "motion": motion, "grid": grid, "friction": friction, "bodies": bodies}
     return vc.Scene(surface=surface, **given, **more)
+
+
+def in_units(scene, length, stress, time=1.0):
+    """The same scene, where so many are one old unit of length, of force by area, and of time."""
+    force = stress * length ** (1 if scene.line else 2)
+    lengths = {"a", "b", "R", "Rx", "Ry", "reference_depth", "h", "x", "y", "dx", "dy", "x0", "y0", "ux", "uy", "dq"}
+    units = dict.fromkeys(lengths | {"approach", "memory_distance"}, length)
+    units |= dict.fromkeys(("Fx", "Fy", "normal_force"), force)
+    units |= dict.fromkeys(("G", "tau_c0", "strength", "density"), stress)
+    units |= {"k_tau": stress / length, "spin": 1 / length, "dt": time, "conductivity": stress * length**2 / time}
+    units |= dict.fromkeys(("speed", "velocity", "half_velocity"), length / time)
+
+    def scaled(name, value):
+        if value is None or isinstance(value, str):
+            return value
+        if name == "base":
+            return (value[0] * stress, *value[1:])
+        if name == "relaxations":
+            return [(part, time * tau) for part, tau in value]
+        if name in units and isinstance(value, tuple):
+            return tuple(None if each is None else each * units[name] for each in value)
+        if name in units:
+            return value * units[name]
+        if isinstance(value, tuple | list) and any(map(is_dataclass, value)):
+            return tuple(scaled(name, each) for each in value)
+        if not is_dataclass(value):
+            return value
+        return replace(value, **{f.name: scaled(f.name, getattr(value, f.name)) for f in fields(value) if f.init})
+
+    return scaled("scene", scene)

@@ -54,15 +54,6 @@ def test_save_and_load(sol, tmp_path):
     sol.save(path)  # over itself
 
 
-def test_unlike_bodies_and_infinite_friction_survive_the_file(rolling, tmp_path):
-    for changes in ({"friction": np.inf}, {"bodies": vc.Bodies(G=(1.0, np.inf), nu=0.3), "motion": vc.Steady(vx=0.02)}):
-        solution = vc.solve(rolling(**changes))
-        solution.save(tmp_path / "a.nc")
-        again = vc.load(tmp_path / "a.nc")
-        np.testing.assert_array_equal(again.certificate.force_bound, solution.certificate.force_bound)
-        assert json.loads(json.dumps(again.summary(), allow_nan=False)) == again.summary()
-
-
 @pytest.mark.parametrize("name", ["x.xlsx", "x.vtk", "x.npz", "x.nc.txt", "x", ".nc"])
 def test_endings_of_no_format_are_refused(sol, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

@@ -10,7 +10,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from tests.refined_references import VALUES, corrected, loads, read_references, scene
-from tests.scenes import make_scene
+from tests.scenes import in_units, make_scene
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 
 DATA = Path(__file__).parents[1] / "data"
@@ -88,15 +88,9 @@ def test_next_to_no_slip(ratio, direction):
 @pytest.mark.parametrize("factor", [1e-3, 1e6])
 def test_units(sol, rolling, factor):
     """Lengths and moduli in other units: the same numbers in these."""
-    length, modulus = factor, 3.0 / factor
-    force = modulus * length**2
-    posed = rolling(
-        bodies=vc.Bodies(G=modulus, nu=0.28),
-        surface=vc.Ellipse(a=1.2 * length, b=0.9 * length),
-        normal_force=force,
-        motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05 / length),
-    )
-    other = vc.solve(posed, refine="continuum")
+    length, stress = factor, 3.0 / factor
+    force = stress * length**2
+    other = vc.solve(in_units(rolling(), length, stress), refine="continuum")
     np.testing.assert_allclose(other.force / force, sol.force, rtol=1e-9)
     assert other.moment / force / length == pytest.approx(sol.moment, rel=1e-9)
     np.testing.assert_allclose(other.refinement.estimate[:2] / force, sol.refinement.estimate[:2], rtol=1e-5)

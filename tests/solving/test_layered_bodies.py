@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
 
 with (Path(__file__).parents[1] / "data" / "layered_contacts.csv").open() as file:
     ROWS = list(csv.DictReader(file))
@@ -138,20 +137,6 @@ def test_homogeneous_bodies_cut_into_layers(shape):
     assert layered.approach == pytest.approx(half.approach, rel=1e-8)
 
 
-def test_units_do_not_matter():
-    scene = vc.Scene(bodies=(COAT, PAD), **ROLLING, **SPHERES)
-
-    def scaled(body):
-        layers = [vc.Layer(1e3 * layer.h, 1e6 * layer.G, layer.nu) for layer in body.layers]
-        return vc.Layered(layers, base=body.base if isinstance(body.base, str) else (1e6 * body.base[0], body.base[1]))
-
-    motion = vc.Steady(Fx=-0.01e12, vy=5e-3, spin=0.02e-3)
-    other = make_scene(vc.Paraboloids(1e3, 1e3), 0.1e12, motion, SPHERES["grid"], bodies=(scaled(COAT), scaled(PAD)))
-    one, two = vc.solve(scene), vc.solve(other)
-    np.testing.assert_allclose(two.force, 1e12 * np.array(one.force), rtol=1e-7)
-    np.testing.assert_allclose(two.creepage[:2], one.creepage[:2], rtol=1e-7)
-
-
 # ----------------------------------------------------------------------------- solvers
 
 
@@ -180,18 +165,6 @@ def test_soft_pad_on_a_nearly_rigid_half_space():
 
 
 # ----------------------------------------------------------------------------- files and refusals
-
-
-@pytest.mark.parametrize("bodies", [COAT, (vc.Bodies(2.0, 0.3), STRIP), ("rigid", PAD)])
-def test_files(bodies, tmp_path):
-    scene = vc.Scene(bodies=bodies, **ROLLING, **SPHERES)
-    scene.save(tmp_path / "scene.toml")
-    assert vc.read_scene(tmp_path / "scene.toml")[0].bodies == scene.bodies
-    sol = vc.solve(scene)
-    sol.save(tmp_path / "solution.nc")
-    again = vc.load(tmp_path / "solution.nc")
-    assert again.scene.bodies == scene.bodies
-    np.testing.assert_array_equal(again.traction, sol.traction)
 
 
 def test_scene_file_by_hand(tmp_path):

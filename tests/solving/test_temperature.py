@@ -172,25 +172,6 @@ def test_friction_by_temperature_is_a_fixed_point():
         rolling(None, friction=law, motion=vc.Steady(vx=0.01))
 
 
-def test_units_do_not_matter():
-    metre = vc.Thermal(conductivity=50.0, density=7850.0, heat_capacity=450.0)
-    scene = rolling(
-        metre,
-        bodies=vc.Bodies(G=82e9, nu=0.28),
-        surface=vc.Paraboloids(1 / 2.03, 1 / 0.843),
-        motion=vc.Steady(vx=-0.03333, speed=30.0),
-        grid=vc.Grid(nx=72, ny=21, dx=6e-4, dy=1.1e-3, x0=-36e-3, y0=-11.55e-3),
-    )
-    assert np.allclose(vc.solve(scene).temperature, vc.solve(rolling()).temperature, rtol=1e-9, atol=1e-9)
-
-
-def test_scene_files_keep_thermal_data(tmp_path):
-    for thermal in (STEEL, (STEEL, HALF)):
-        scene = rolling(thermal)
-        scene.save(tmp_path / "warm.toml")
-        assert vc.read_scene(tmp_path / "warm.toml")[0].thermal == scene.thermal
-
-
 @pytest.mark.parametrize(
     ("changes", "name"),
     [

@@ -210,39 +210,11 @@ def test_a_grid_across_samples(line):
     assert sol.rolling_resistance == pytest.approx(paraboloid.rolling_resistance, rel=0.03)
 
 
-def test_units_do_not_matter():
-    scene = roller(cells=12, line=False, vx=0.01, spin=0.02)
-    length, force, time = 1e3, 1e-2, 60.0
-    other = replace(
-        scene,
-        bodies=vc.Viscoelastic(force / length**2, 0.3, [(1.0, 0.1 * time), (0.5, time)]),
-        surface=vc.Paraboloids(length, length),
-        normal_force=0.1 * force,
-        motion=vc.Steady(vx=0.01, spin=0.02 / length, speed=length / time),
-    )
-    one, two = vc.solve(scene), vc.solve(other)
-    np.testing.assert_allclose(two.force, one.force * force, rtol=1e-9, atol=1e-12 * force)
-    assert two.moment == pytest.approx(one.moment * force * length, rel=1e-8)
-
-
 def test_default_has_error_bars():
     sol = vc.solve(replace(roller(vx=0.02), grid="auto"))
     fine = vc.solve(replace(sol.scene, grid=vc.Grid(nx=600)))
     assert abs(sol.Fx - fine.Fx) < sol.error_estimate.bars["Fx"] * 1.05
     assert sol.error_estimate.largest < 0.01
-
-
-def test_files(tmp_path):
-    scene = roller(bodies=(SOLID, vc.Bodies(2.0, 0.25)), cells=10, vx=0.01)
-    scene.save(tmp_path / "scene.toml")
-    again, _ = vc.read_scene(tmp_path / "scene.toml")
-    assert again.bodies == scene.bodies
-    assert again.motion == scene.motion
-    sol = vc.solve(scene)
-    sol.save(tmp_path / "solution.nc")
-    loaded = vc.load(tmp_path / "solution.nc")
-    np.testing.assert_array_equal(loaded.traction, sol.traction)
-    assert loaded.rolling_resistance == sol.rolling_resistance
 
 
 @pytest.mark.parametrize(

@@ -75,25 +75,6 @@ def test_all_factors_hold_at_the_end(start):
     assert np.all(size <= sol.traction_bound * (1 + 1e-7))
 
 
-def test_units_do_not_matter():
-    law = vc.FrictionLaw(0.4, 0.0, [exponential, by_pressure, lambda: 2.5], velocity=3e4)
-    metre = vc.FrictionLaw(
-        0.4,
-        0.0,
-        [lambda slip_velocity: exponential(1e3 * slip_velocity), lambda pressure: 2.5 * by_pressure(1e-6 * pressure)],
-        velocity=30.0,
-    )
-    scene = mixed(
-        metre,
-        thermal=None,
-        bodies=vc.Bodies(G=82e9, nu=0.28),
-        surface=vc.Paraboloids(1 / 2.03, 1 / 0.843),
-        motion=vc.Steady(vx=-2e-3),
-        grid=vc.Grid(nx=24, ny=11, dx=0.56e-3, dy=2.2e-3, x0=-6.72e-3, y0=-12.1e-3),
-    )
-    assert vc.solve(scene).Fx == pytest.approx(vc.solve(mixed(law)).Fx, rel=1e-7)
-
-
 def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     factors = [
         vc.ExponentialFalling(0.3, 0.1, 30.0, 3e4),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import in_units, make_scene
 from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -27,16 +27,10 @@ GENTLE = [
 N, LOAD = 8, 1e-3
 
 
-def rolling(law, motion, scale=1.0, force=1.0, cells=N):
-    """A sphere on a plane; lengths times `scale`, forces times `force`."""
-    return make_scene(
-        vc.Paraboloids(scale, scale),
-        LOAD * force,
-        motion,
-        vc.Grid(nx=cells, ny=cells),
-        friction=law,
-        bodies=vc.Bodies(G=force / scale**2, nu=0.25),
-    )
+def rolling(law, motion, cells=N):
+    """A sphere on a plane."""
+    bodies, grid = vc.Bodies(G=1.0, nu=0.25), vc.Grid(nx=cells, ny=cells)
+    return make_scene(vc.Paraboloids(1.0, 1.0), LOAD, motion, grid, friction=law, bodies=bodies)
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +184,7 @@ def test_mirror_and_units(dx):
     motion = vc.Transient(steps=48, dq=lengths, direction=way, vx=8e-3)
     first = vc.solve(rolling(JUMP, motion))
     mirrored = vc.solve(rolling(JUMP, replace(motion, direction=-way, vx=-8e-3)))
-    scaled = vc.solve(rolling(JUMP, replace(motion, dq=1024 * lengths), scale=1024.0, force=4096.0))
+    scaled = vc.solve(in_units(rolling(JUMP, motion), 1024.0, 2.0**-8))
     assert any((sol.weakening % 1 > 0).any() for sol in first)
     for k in (23, 35, 47):
         np.testing.assert_allclose(mirrored[k].weakening[:, ::-1], first[k].weakening, atol=1e-8)

@@ -1,7 +1,5 @@
 """Line contact in files, reports, pictures and on the command line; and what is refused, by name."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -93,29 +91,6 @@ def test_samples_and_friction_from_files(tmp_path, layout):
     assert described.line
     expected = vc.solve(scene(motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=40, dx=0.05, x0=-1.0)), normal="clarabel")
     np.testing.assert_allclose(vc.solve(described).traction, expected.traction, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"motion": vc.Shift(Fx=0.1, Fy=0.1), "bodies": UNLIKE},
-        {"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES, reference_depth=20.0), "motion": vc.Shift(ux=0.1)},
-        {"friction": np.full(30, 0.3), "grid": vc.Grid(nx=30, dx=0.1, x0=-1.5)},
-    ],
-    ids=["rolling", "shift of unlike bodies", "samples", "friction by element"],
-)
-def test_save_and_load(changes, tmp_path):
-    sol = vc.solve(scene(**changes))
-    sol.save(tmp_path / "solution.nc")
-    again = vc.load(tmp_path / "solution.nc")
-    for name in ("pressure", "traction", "slip", "distance", "state"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(sol, name))
-    assert json.dumps(again.summary(), allow_nan=False) == json.dumps(sol.summary(), allow_nan=False)
-    assert again.report() == sol.report()
-    np.testing.assert_array_equal(again.creepage, sol.creepage)
-    assert again.scene.grid == sol.scene.grid
-    np.testing.assert_allclose(vc.solve(again.scene).traction, sol.traction, atol=1e-12)
 
 
 FAR, NEAR = vc.Cylinders(1.0, reference_depth=10.0), vc.Cylinders(1.0, reference_depth=1.0)
