@@ -19,8 +19,8 @@ REMEMBERED = 2
 FEW = 160
 """Elements of a grid up to which a product with its whole matrix, assembled once, is faster than one by FFT."""
 
-KEPT_NUMBERS = 40_000
-"""Tables of no more blocks times elements are kept from one solve to the next, the last 16: at most 20 MB."""
+KEPT_NUMBERS = 20_000
+"""Tables of no more blocks times elements are kept from one solve to the next, the last 32: at most 20 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
@@ -378,7 +378,7 @@ def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], m
     return tables
 
 
-_kept_tables = lru_cache(maxsize=16)(_tables_at)
+_kept_tables = lru_cache(maxsize=32)(_tables_at)
 
 
 def _whole(number: float) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
@@ -46,10 +47,12 @@ START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
+KEPT = 10.0
+"""Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a tenth of it."""
 
 
-Solved = tuple[float, int, tuple[PatchSolution, ...]]
-"""Height of the axle, number of heights tried, and the patches."""
+Solved = tuple[float, int, tuple[PatchSolution, ...], list[Operators]]
+"""Height of the axle, number of heights tried, the patches, and the operators on their grids."""
 Kind = TypeVar("Kind")
 Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
 """What gives contacts with their pressures, and is given them, some with tractions, until it has its result."""
@@ -65,7 +68,10 @@ def solve_wheel_on_rail(
         while True:
             waiting = steps.send(waiting)
     except StopIteration as end:
-        found: WheelRailSolution = end.value
+        found: WheelRailSolution
+        found, used = end.value
+    for each in used:
+        each.forget()
     warn(found, stacklevel=5)
     return found
 
@@ -83,14 +89,19 @@ def solve_wheels_on_rails(
     def part(numbers: list[int]) -> Steps[None]:
         last: WheelRailSolution | None = None
         depth = deeper = 0.0
+        known: list[Operators] = []
         for k in numbers:
+            given = {"start": last, **methods}
             try:
-                last = found[k] = yield from _wheel(cases[k], tol, certify, {"start": last, **methods}, deeper)
+                last, known = yield from _wheel(cases[k], tol, certify, given, deeper, known)
+                found[k] = last
                 before, depth = depth, last.z - last.case.touching
                 deeper = depth - before if abs(depth - before) < LEAP * depth else 0.0
             except VarcontactError as error:
                 found[k] = error
             yield []
+        for each in known:
+            each.forget()
 
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
     parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
@@ -117,8 +128,13 @@ def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactO
 
 
 def _wheel(
-    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any], deeper: float = 0.0
-) -> Steps[WheelRailSolution]:
+    case: WheelOnRail,
+    tol: float,
+    certify: CertifyName | None,
+    methods: dict[str, Any],
+    deeper: float = 0.0,
+    known: Sequence[Operators] = (),
+) -> Steps[tuple[WheelRailSolution, list[Operators]]]:
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
@@ -144,14 +160,14 @@ def _wheel(
         except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
             if isinstance(error, SceneError) and str(error) != VARIES:
                 raise
-            found = yield from _on_elements(case, tol, certify, methods, near, deeper)
+            found = yield from _on_elements(case, tol, certify, methods, near, deeper, known)
     else:
-        found = yield from _on_elements(case, tol, certify, methods, near, deeper)
+        found = yield from _on_elements(case, tol, certify, methods, near, deeper, known)
     chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
     if chosen and any(too_wide(case, each) for each in found[2]):
         case, found = yield from _curved(case, found, tol, certify, methods, target)
-    z, rounds, patches = found
-    return WheelRailSolution(case, z, patches, rounds)
+    z, rounds, patches, used = found
+    return WheelRailSolution(case, z, patches, rounds), used
 
 
 def _curved(
@@ -196,30 +212,38 @@ def _on_elements(
     methods: dict[str, Any],
     near: WheelRailSolution | None = None,
     deeper: float = 0.0,
+    known: Sequence[Operators] = (),
 ) -> Steps[Solved]:
     """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`.
 
-    The first one is as deep as that position, or so much `deeper`.
+    The first one is as deep as that position, or so much `deeper`; operators that are `known` serve again.
     """
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
     if near is not None:
-        before, known = [each.solution for each in near.patches], [each.patch for each in near.patches]
+        before, there = [each.solution for each in near.patches], [each.patch for each in near.patches]
         both = (
-            _vertical(known, [each.force for each in near.patches], all_of_it)
+            _vertical(there, [each.force for each in near.patches], all_of_it)
             for all_of_it in (False, case.with_friction)
         )
         search.begin(near.z - near.case.touching + deeper, *both)
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
+    patches: tuple[ContactPatch, ...] = ()
+    placed = math.inf
     for z in search:
-        patches = case.patches(z)
+        if abs(z - placed) <= KEPT * tol * (z - case.touching) and case.conformal is not True:
+            patches = tuple(_deeper(patch, z - at) for patch in patches)
+        else:
+            patches, placed = case.patches(z), z
+        at = z
         scenes = [_scene(patch) for patch in patches]
         if case.z is None:
             bare = [_frictionless(scene) for scene in scenes]
             frictionless = _contacts(
-                bare, None, _for_pressure(methods), [each.near for each in frictionless] or before, frictionless
+                bare, None, _for_pressure(methods), [each.near for each in frictionless] or before, known
             )
+            known = [each.disc.operators for each in frictionless]
             slope = sum(
                 _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, frictionless, strict=True)
             )
@@ -235,14 +259,19 @@ def _on_elements(
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
             else:
-                found = _contacts(scenes, certify, methods, beside, frictionless)
+                found = _contacts(scenes, certify, methods, beside, known)
             forces = [each.force for each in found]
         search.borne(_vertical(patches, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
-        for each in (*frictionless, *found):
-            each.disc.operators.forget()
-    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions))
+    used = [each.disc.operators for each in found]
+    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions)), used
+
+
+def _deeper(patch: ContactPatch, down: float) -> ContactPatch:
+    """A patch with the axle further `down`, in the same plane."""
+    approach = patch.approach + down * math.cos(patch.angle)
+    return replace(patch, approach=approach, scene=replace(patch.scene, approach=approach))
 
 
 def _contacts(
@@ -250,19 +279,19 @@ def _contacts(
     certify: CertifyName | None,
     methods: dict[str, Any],
     near: Sequence[Solution | Near],
-    last: list[ContactOnGrid],
+    known: Sequence[Operators],
 ) -> list[ContactOnGrid]:
     """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
     found, progress = [], methods.get("progress")
     for k, scene in enumerate(scenes):
         options = _options(scene, certify, methods)
         start = near[k] if len(near) == len(scenes) else None
-        known = last[k].disc.operators if len(last) == len(scenes) else None
-        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=known))
+        own = known[k] if len(known) == len(scenes) else None
+        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=own))
     kept = [each.disc.operators for each in found]
-    for each in last:
-        if each.disc.operators not in kept:
-            each.disc.operators.forget()
+    for operators in known:
+        if operators not in kept:
+            operators.forget()
     return found
 
 
@@ -321,11 +350,13 @@ def _to_accuracy(
     while True:
         z, rounds, found = _near(case, near, tol, certify, methods)
         if abs(z - near) <= MOVED * min(each.patch.approach for each in found):
-            return z, rounds, found
+            return z, rounds, found, []
         near = z
 
 
-def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
+def _near(
+    case: WheelOnRail, near: float, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+) -> tuple[float, int, tuple[PatchSolution, ...]]:
     """To an accuracy, with the distances and frames of a height."""
     patches = [replace(patch, scene=scene) for patch, scene in _sampled_scenes(case, near)]
     forces, force_errors = [], []  # at the approach of each patch
