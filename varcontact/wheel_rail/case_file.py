@@ -226,7 +226,8 @@ def solve_cases(
     import pandas as pd
 
     report = checks.progress(progress)
-    names = [_identity(case, file) for case in file.cases]
+    described: dict[int, str] = {}
+    names = [_identity(case, file, described) for case in file.cases]
     total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
 
     with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
@@ -260,13 +261,24 @@ def solve_cases(
     return pd.DataFrame(chain(*rows), columns=list(columns))
 
 
-def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
-    """A few digits that identify one wheel with its settings."""
-    archard = file.archard and dataclasses.asdict(file.archard)
-    settings: list[Any] = [type(case.friction).__name__, file.options, archard]
-    said = [dataclasses.asdict(case), settings + ["fast"] * file.fast]
-    described = json.dumps(said, sort_keys=True, default=np.ndarray.tolist)
-    return hashlib.sha256(described.encode()).hexdigest()[:12]
+def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile, described: dict[int, str]) -> str:
+    """A few digits that identify one wheel with its settings; parts that wheels share are `described` once."""
+    parts = {each.name: getattr(case, each.name) for each in dataclasses.fields(case)}
+    for part in parts.values():
+        if id(part) not in described:
+            described[id(part)] = _in_json(part)
+    entries = ", ".join(f'"{name}": {described[id(part)]}' for name, part in sorted(parts.items()))
+    settings = _in_json([type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast)
+    return hashlib.sha256(f"[{{{entries}}}, {settings}]".encode()).hexdigest()[:12]
+
+
+def _in_json(part: Any) -> str:
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+
+    return json.dumps(part, sort_keys=True, default=plain)
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:

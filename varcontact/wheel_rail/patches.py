@@ -21,8 +21,8 @@ GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES, AROUND = 100, 20
 """Samples across the overlap for grids of any size, and beyond it on every side, where the search for a grid may go."""
-STEPS, CLOSE = 12, 1e-9
-"""Newton steps to the wheel's surface, and the error that ends them [mm]."""
+STEPS, CLOSE = 12, 1e-5
+"""Newton steps to the wheel's surface, and the error before the last one [mm], which squares it by the radius."""
 MOST = 400_000
 """Elements of a potential contact."""
 FALL = 0.8
@@ -209,15 +209,14 @@ def wheel_heights(
     for _ in range(STEPS):
         point, by_theta, by_s = _surface(wheel, theta, s, axes, middle)
         off_x, off_y = x - point[0], y - point[1]
-        if max(np.abs(off_x).max(), np.abs(off_y).max()) < CLOSE:
-            break
         determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
-        theta = theta + (off_x * by_s[1] - off_y * by_s[0]) / determinant
-        s = s + (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
-    else:
-        point, *_ = _surface(wheel, theta, s, axes, middle)
-    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (np.hypot(off_x, off_y) < 1e3 * CLOSE)
-    heights[known] = np.where(inside, point[2], np.nan)
+        turned = (off_x * by_s[1] - off_y * by_s[0]) / determinant
+        along = (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
+        theta, s, off = theta + turned, s + along, np.hypot(off_x, off_y)
+        if off.max() < CLOSE:
+            break
+    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < CLOSE)
+    heights[known] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
     return heights
 
 
@@ -232,7 +231,7 @@ def _surface(
         (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.points(theta, s), -1, 1)
     sine, cosine = np.sin(theta), np.cos(theta)
     return (
-        np.tensordot(axes, np.array([r * sine, y, r * cosine]), 1) + middle[:, None],
-        np.tensordot(axes, np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine]), 1),
-        np.tensordot(axes, np.array([dr * sine, dy, dr * cosine]), 1),
+        axes @ np.array([r * sine, y, r * cosine]) + middle[:, None],
+        axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine]),
+        axes @ np.array([dr * sine, dy, dr * cosine]),
     )
