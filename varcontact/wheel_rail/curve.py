@@ -36,6 +36,10 @@ class Curve:
 
         return PPoly(self.coefficients, self.s)
 
+    @cached_property
+    def _breakpoints(self) -> np.ndarray:
+        return self.points(self.s)
+
     def points(self, s: np.ndarray) -> np.ndarray:
         """(y, z) at parameters, shape (..., 2)."""
         return np.asarray(self._curve(s))
@@ -83,7 +87,7 @@ class Curve:
 
     def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
         """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
-        at = self.points(self.s) @ direction
+        at = self._breakpoints @ direction
         middle = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
         # between breakpoints, too: no turning point inside
         grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ direction > 0)
@@ -98,19 +102,19 @@ class Curve:
 
         Newton's method, kept within the cubic that has the value.
         """
-        cubics = self.coefficients @ direction
-        ends = np.append(cubics[3], self.points(self.s[-1:]) @ direction)
-        s = np.interp(value, ends, self.s, left=np.nan, right=np.nan)
-        inside = np.isfinite(s)
-        wanted, found = np.asarray(value)[inside], s[inside]
-        cell = np.clip(np.searchsorted(self.s, found, side="right") - 1, 0, self.s.size - 2)
-        (a, b, c, d), low, width = cubics[:, cell], self.s[cell], np.diff(self.s)[cell]
-        t = found - low
+        value, ends = np.asarray(value), self._breakpoints @ direction
+        inside = (value >= ends[0]) & (value <= ends[-1])
+        wanted = value[inside]
+        cell = np.clip(np.searchsorted(ends, wanted, side="right") - 1, 0, self.s.size - 2)
+        low, width = self.s[cell], self.s[cell + 1] - self.s[cell]
+        a, b, c, d = self.coefficients[:, cell] @ direction
+        t = width * (wanted - ends[cell]) / (ends[cell + 1] - ends[cell])
         for _ in range(STEPS):
             step = (((a * t + b) * t + c) * t + d - wanted) / ((3 * a * t + 2 * b) * t + c)
             t = np.clip(t - step, 0.0, width)
             if step.size == 0 or np.abs(step).max() <= CLOSE * (self.s[-1] - self.s[0]):
                 break
+        s = np.full(value.shape, np.nan)
         s[inside] = low + t
         return s
 

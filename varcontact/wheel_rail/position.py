@@ -125,11 +125,8 @@ class Velocity:
             Of the track, with which the wheel set turns as it goes along [mm].
         """
         pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
-        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + rotation(roll=position.roll) @ [
-            0.0,
-            0.0,
-            self.yaw_rate,
-        ]
+        upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
+        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + self.yaw_rate * upright
         if pitching:
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
         return RigidBody(
