@@ -211,6 +211,8 @@ def sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
 
 def interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
     """Fields (k, ny, nx), linearly, at the element centres of another grid; zero outside."""
+    if grid == other:
+        return fields
     along = _between(fields, grid.x, other.x)
     return along if grid.line else np.swapaxes(_between(np.swapaxes(along, -1, -2), grid.y, other.y), -1, -2)
 

@@ -47,8 +47,8 @@ START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
-KEPT = 10.0
-"""Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a tenth of it."""
+KEPT = 20.0
+"""Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a twentieth of it."""
 
 
 Solved = tuple[float, int, tuple[PatchSolution, ...], list[Operators]]
@@ -244,9 +244,12 @@ def _on_elements(
                 bare, None, _for_pressure(methods), [each.near for each in frictionless] or before, known
             )
             known = [each.disc.operators for each in frictionless]
-            slope = sum(
-                _stiffness(each) * np.cos(patch.angle) ** 2 for patch, each in zip(patches, frictionless, strict=True)
-            )
+            slope = math.nan
+            if search.rounds == 1:
+                slope = sum(
+                    _stiffness(each) * np.cos(patch.angle) ** 2
+                    for patch, each in zip(patches, frictionless, strict=True)
+                )
             if not search.normal_forces_bear(_vertical(patches, [each.force for each in frictionless], False), slope):
                 continue
         if by_theory:
