@@ -221,22 +221,19 @@ def _on_elements(
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
     if near is not None:
-        before, there = [each.solution for each in near.patches], [each.patch for each in near.patches]
+        before, touched = [each.solution for each in near.patches], [each.patch for each in near.patches]
         both = (
-            _vertical(there, [each.force for each in near.patches], all_of_it)
+            _vertical(touched, [each.force for each in near.patches], all_of_it)
             for all_of_it in (False, case.with_friction)
         )
         search.begin(near.z - near.case.touching + deeper, *both)
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
-    patches: tuple[ContactPatch, ...] = ()
-    placed = math.inf
+    placed, there = math.inf, tuple[ContactPatch, ...]()
     for z in search:
-        if abs(z - placed) <= KEPT * tol * (z - case.touching) and case.conformal is not True:
-            patches = tuple(_deeper(patch, z - at) for patch in patches)
-        else:
-            patches, placed = case.patches(z), z
-        at = z
+        if abs(z - placed) > KEPT * tol * (z - case.touching) or case.conformal is True:
+            placed, there = z, case.patches(z)
+        patches = there if z == placed else tuple(_deeper(patch, z - placed) for patch in there)
         scenes = [_scene(patch) for patch in patches]
         if case.z is None:
             bare = [_frictionless(scene) for scene in scenes]
