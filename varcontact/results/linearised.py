@@ -17,6 +17,7 @@ from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.elasticity.operators import DIFFERENCES, fft_box, wrapped
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.solution import Solution
+from varcontact.scene import consistency
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
@@ -306,11 +307,7 @@ def check_linear(sol: Solution, swings: bool) -> None:
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         allowed = "a number or StaticKinetic: it must not fall with slip velocity"
         raise SceneError("friction", scene.friction, allowed)
-    if scene.third_body is not None and scene.third_body.yields:
-        allowed = "inf: sensitivities are for layers that do not yield"
-        raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
-    if scene.conformal:
-        raise SceneError("surface.inclination", "given", "left out: sensitivities are for bodies that meet on a plane")
+    consistency.check_linear(scene)
     if swings and not steady:
         raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
     if swings and scene.bodies.relaxes:

@@ -99,9 +99,9 @@ class Grid(
         super().__post_init__()
         names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
         given = {name: value for name in ("dx", "dy", "x0", "y0") if (value := getattr(self, name)) is not None}
-        for name in given.keys() - names:
-            allowed = "left out: without ny it is line contact, which has no rows"
-            raise SceneError(f"grid.{name}", given[name], allowed)
+        for name, value in given.items():
+            if name not in names:
+                raise SceneError(f"grid.{name}", value, "left out: without ny it is line contact, per unit length")
         for name in names:
             if given and name not in given:
                 raise SceneError(f"grid.{name}", None, f"given: {', '.join(names)} come together")

@@ -35,6 +35,8 @@ else:
 
     MotionT_co = TypeVar("MotionT_co", covariant=True)
 
+_NO_MOTION: Any = None  # of every type of motion, for type checkers
+
 
 class _Entries(TypedDict, total=False):
     """What a scene takes beside its motion, for type checkers."""
@@ -120,7 +122,7 @@ class Scene(Generic[MotionT_co]):
     friction: float | np.ndarray | Law | None = None
     third_body: ThirdBody | None = None
     thermal: tuple[Thermal, Thermal] | None = None
-    motion: MotionT_co = None  # type: ignore[assignment]
+    motion: MotionT_co = _NO_MOTION
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
 
@@ -138,7 +140,7 @@ class Scene(Generic[MotionT_co]):
         thermal: Any = self.thermal
         if thermal is not None:
             set_(self, "thermal", tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal))
-        consistency.check_parts(self)
+        consistency.check_classes(self)
         if self.normal_force is not None:
             unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
             check = checks.number if unloaded else checks.positive
@@ -152,18 +154,10 @@ class Scene(Generic[MotionT_co]):
         elif self.friction is not None:
             set_(self, "friction", coefficient("friction", self.friction))
         if self.line and isinstance(self.grid, Grid) and not self.grid.line:
-            set_(self, "grid", consistency.without_rows(self.grid))
-        consistency.check_load(self)
-        consistency.check_harmonic(self)
-        consistency.check_speed(self)
-        consistency.check_line(self)
-        consistency.check_edge(self)
-        consistency.check_friction(self)
-        consistency.check_samples(self)
-        consistency.check_carried(self)
-        consistency.check_conformal(self)
-        consistency.check_depth(self)
-        consistency.check_third_body(self)
+            if self.grid.ny != 1:
+                raise SceneError("grid.ny", self.grid.ny, "left out in line contact")
+            set_(self, "grid", replace(self.grid, ny=None))
+        consistency.check(self)
 
     @property
     def line(self) -> bool:
@@ -208,11 +202,6 @@ class Scene(Generic[MotionT_co]):
     def shift_undetermined(self) -> bool:
         """Whether tangential displacements are known but for a constant: as the approach, and on a smooth base."""
         return self.approach_undetermined or self.bodies.slides
-
-    @property
-    def touched(self) -> bool:
-        """Whether every element that the contact touches belongs to it, see `Grid`."""
-        return self.edge != "centres"
 
     @property
     def edge(self) -> str:
@@ -273,24 +262,20 @@ class Scene(Generic[MotionT_co]):
 
     @property
     def frictions(self) -> list[float | np.ndarray | Law | None]:
-        """The coefficient of friction, of each step where it is a history."""
+        """The different coefficients of friction, of which a history has several."""
         if not isinstance(self.motion, Transient):
             return [self.friction]
-        return [self.friction if f is None else f for f in self.motion.every("friction")]
-
-    @property
-    def _different_frictions(self) -> list[float | np.ndarray | Law | None]:
-        return list({id(f): f for f in self.frictions}.values())
+        return list({id(f): self.friction if f is None else f for f in self.motion.every("friction")}.values())
 
     @property
     def under_law(self) -> bool:
         """Whether the coefficient of friction follows a law, in some step where it is a history."""
-        return any(isinstance(f, Law) for f in self._different_frictions)
+        return any(isinstance(f, Law) for f in self.frictions)
 
     @property
     def warm(self) -> bool:
         """Whether friction depends on the temperature of the surfaces."""
-        return any(isinstance(f, Law) and f.warm for f in self._different_frictions)
+        return any(isinstance(f, Law) and f.warm for f in self.frictions)
 
     @property
     def hardens(self) -> bool:
@@ -305,19 +290,14 @@ class Scene(Generic[MotionT_co]):
         return [self.surface]
 
     @property
-    def carries(self) -> bool:
-        """Whether bodies carry heights through the contact."""
-        return isinstance(self.motion, Transient) and bool(self.motion.heights)
-
-    @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
-        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self._different_frictions)
+        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
 
     @property
     def no_slip(self) -> bool:
         """Whether friction is infinite."""
-        return all(isinstance(f, float) and math.isinf(f) for f in self._different_frictions)
+        return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
         """What touches in step `k` of a history, from 0: surface, normal force, approach (one of the two is None)."""

@@ -159,7 +159,8 @@ def check_saturation(scene: Scene) -> None:
     """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps without friction."""
     motion = scene.motion
     if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
-        for k, friction in enumerate(scene.frictions):
+        for k, own in enumerate(motion.every("friction")):
+            friction = scene.friction if own is None else own
             size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
             if size > 0 and np.all(np.asarray(friction) == 0):
                 raise Saturated(size, 0.0).in_step(k, None)

@@ -197,7 +197,7 @@ def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
 
 def _why_not_hertz(scene: Scene) -> str:
     """Why the pressure is not Hertz's; nothing where it is."""
-    if scene.carries or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
+    if getattr(scene.motion, "heights", ()) or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
         return "is for paraboloids, ellipses and cylinders"
     if not isinstance(scene.bodies, Bodies):
         return "is for half-spaces, Bodies(G, nu)"
@@ -212,7 +212,7 @@ def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str
     why = _why_not_hertz(scene)
     if not why:
         return "hertz", "closed form: the surface is Hertzian, and tractions do not change the pressure"
-    if scene.touched and method == "auto":  # on parts of the elements
+    if scene.edge != "centres" and method == "auto":  # on parts of the elements
         unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
         preset = NEWTON if unknowns > MANY_PRESSURES else preset
     return preset.normal, f"{_how(preset.normal)}; Hertz's pressure {why}"
@@ -289,7 +289,7 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     why = _why_not_hertz(scene)
     if normal == "hertz" and why:
         raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
-    why = why_centres(scene) if scene.touched and not plan.closed_form else ""
+    why = why_centres(scene) if scene.edge != "centres" and not plan.closed_form else ""
     if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
         coupled = scene.coupled and not scene.frictionless
         remedy = "use" if coupled else "give surface.x and surface.y, or use"

@@ -75,7 +75,7 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
     length, per_area = "", ""
     if scene.units is not None:
         length, per_area = (f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure"))
-    by_centres = " at the elements' centres" if scene.touched else ""
+    by_centres = " at the elements' centres" if scene.edge != "centres" else ""
     patches = ""
     if without.patches != found.patches:
         patches = f", in {without.patches} patch{'es' * (without.patches > 1)} in place of {found.patches}"

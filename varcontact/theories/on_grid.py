@@ -60,7 +60,7 @@ def why_not(name: str, scene: Scene) -> str:
             return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
-    if name != "linear" and scene.touched:
+    if name != "linear" and scene.edge != "centres":
         return f'its tractions are those at the centres of elements, and grid.edge is "{scene.edge}"'
     if name == "table" and scene.hertz is not None:
         return why_not_in_book(scene.hertz.a / scene.hertz.b, scene.bodies.combined_nu)
