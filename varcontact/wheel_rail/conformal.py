@@ -63,8 +63,6 @@ def curved_surface(
     run = growing(places @ along, int(np.hypot(*(places - origin).T).argmin()))
     on_wheel = spline(places[run], np.zeros(0, dtype=int), 0.0)
     begins = [float(curve.at(np.array([along @ origin]), along)[0]) for curve in (on_rail, on_wheel)]
-    if not np.isfinite(begins).all():
-        raise too_rough(float(origin[0]))
     surface = np.concatenate([each.surface for each in overlaps])
     arc = on_rail.at(surface @ along, along) - begins[0]
     if not np.isfinite(arc).all():

@@ -26,7 +26,6 @@ from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import TheoryName, elastic, formula_of
 from varcontact.theories.linear import Contact
-from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet, check_kind
@@ -334,8 +333,17 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     check_kind("track", track, Track)
     check_kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
-    wheel, rail = wheelset.placed("right"), track.placed("right")
-    radii = {each: _radius(wheel, rail, each, wheelset.radius) for each in {*places.flat, *(-places).flat}}
+    wheel, rail, radii = wheelset.placed("right"), track.placed("right"), {}
+    for each in {*places.flat, *(-places).flat}:
+        locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, each, -wheelset.radius]))
+        gap, nearest = np.pad(locus.gap, 1, constant_values=np.inf), int(locus.gap.argmin())
+        before, least, after = gap[nearest : nearest + 3]
+        if not np.isfinite(before + after):
+            raise SceneError("y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile")
+        # at the lowest point of a parabola through the nearest circles
+        step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * least + after
+        beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
+        radii[each] = float(wheel.points(locus.s[nearest] + beside)[1])
     found = np.array([radii[each] - radii[-each] for each in places.flat]).reshape(places.shape)
     return found if found.ndim else float(found)
 
@@ -384,15 +392,3 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
         quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)
     found = 2 * (np.pi / (4 * quarter)) ** 2
     return found if found.ndim else float(found)
-
-
-def _radius(wheel: Curve, rail: Curve, y: float, height: float) -> float:
-    """Of the right wheel where it touches first: at the lowest point of a parabola through the nearest circles."""
-    locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, y, -height]))
-    nearest = int(locus.gap.argmin())
-    before, gap, after = (locus.gap[i] if 0 <= i < locus.gap.size else np.inf for i in range(nearest - 1, nearest + 2))
-    if not np.isfinite(before + after):
-        raise SceneError("y", y, message=f"y = {y:g} mm: the wheel touches at the end of a profile")
-    step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * gap + after
-    beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
-    return float(wheel.points(locus.s[nearest] + beside)[1])

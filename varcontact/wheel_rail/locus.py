@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.errors import NoContact, SceneError
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.surface import RailSurface, Surface
+from varcontact.wheel_rail.slices import RailSurface, Surface
 
 STEP = 0.05
 """Distance of the circles of the wheel [mm]."""

@@ -15,7 +15,7 @@ from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve, growing
 from varcontact.wheel_rail.locus import Locus, Overlap
 from varcontact.wheel_rail.locus import contact_locus as contact_locus
-from varcontact.wheel_rail.surface import RailSurface, Surface
+from varcontact.wheel_rail.slices import RailSurface, Surface
 
 GUARD = 1
 """Elements beyond the overlap on every side."""

@@ -229,19 +229,16 @@ class Profile:
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
         """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""
-        return self.running.points(self._at(y))[..., 1]
+        return self.running.points(self.running.at(checks.numbers("y", y)))[..., 1]
 
     def angle_at(self, y: float | np.ndarray) -> np.ndarray:
         """Inclination atan(dz/dy) at lateral positions `y` [rad]; NaN beyond the profile."""
-        return self.running.angles(self._at(y))
+        return self.running.angles(self.running.at(checks.numbers("y", y)))
 
     def curvature_at(self, y: float | np.ndarray) -> np.ndarray:
         """Curvature at lateral positions `y` [1/mm], positive where the body is convex; NaN beyond the profile."""
-        return (1 if self.kind == "rail" else -1) * self.running.curvatures(self._at(y))
-
-    def _at(self, y: float | np.ndarray) -> np.ndarray:
-        wanted = checks.numbers("y", y)
-        return self.running.at(wanted.ravel()).reshape(wanted.shape)
+        sign = 1 if self.kind == "rail" else -1
+        return sign * self.running.curvatures(self.running.at(checks.numbers("y", y)))
 
     def smoothed(self, length: float) -> Profile:
         """The same points with another smoothing, of the wavelength `length` [mm], see `Profile`."""
@@ -301,8 +298,7 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
     if any(_is_of(other, y, each) for each in (z, -z)):
-        what = "from its flange a tread goes on to one side" if kind == "rail" else "both sides fall from its top"
-        message = f'profile.kind = "{kind}", but the points are those of a {other} ({what})'
+        message = f'profile.kind = "{kind}", but the points are those of a {other}'
         raise SceneError("profile.kind", kind, message=message)
     low, high = int(z.argmax()), int(z.argmin())
     if kind == "wheel":

@@ -222,7 +222,10 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     >>> print(f"{z.max():.2f} {np.interp(10.0, y, z):.4f}")
     28.00 -0.2084
     """
-    sections = [_arc(*each, step) for each in ARCS] + [_polynomial(*each, step) for each in POLYNOMIALS]
+    sections = [_arc(*each, step) for each in ARCS]
+    for first, last, coefficients in POLYNOMIALS:
+        y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
+        sections.append((y, polyval(y, coefficients)))
     return _joined(sorted(sections, key=lambda section: section[0][0]))
 
 
@@ -266,14 +269,6 @@ def _arc(
     ends = np.arcsin((np.array([first, last]) - centre[0]) / abs(radius))
     angles = np.linspace(ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1))
     return centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)
-
-
-def _polynomial(
-    first: float, last: float, coefficients: tuple[float, ...], step: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a polynomial, lowest power first, between two y."""
-    y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
-    return y, polyval(y, coefficients)
 
 
 def _joined(sections: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:

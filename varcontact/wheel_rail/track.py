@@ -19,8 +19,7 @@ from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
 from varcontact.wheel_rail.profile import Profile, flange, inclination
-from varcontact.wheel_rail.slices import ProfileSlices, sliced
-from varcontact.wheel_rail.surface import RailSurface, Surface, surface_of
+from varcontact.wheel_rail.slices import ProfileSlices, RailSurface, Surface, sliced, surface_of
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}

@@ -28,7 +28,7 @@ WHOLE_LIFE = (0.0, 15.0, 65.0, 175.0), (0.0, 0.0, 10.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Archard:
+class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.positive):
     """Archard's law: the volume worn off is ``k N s / H`` for a normal force N over a sliding distance s.
 
     Parameters
@@ -52,9 +52,6 @@ class Archard:
 
     k: float
     hardness: float
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "wear", checks.positive, "k", "hardness")
 
     @property
     def by_work(self) -> float:

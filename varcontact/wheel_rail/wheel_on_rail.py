@@ -25,7 +25,7 @@ from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import Seams, joined, seams_of, tangents_of, undeformed_distance
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.surface import RailSurface, Surface
+from varcontact.wheel_rail.slices import RailSurface, Surface
 from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet, check_kind
 
 if TYPE_CHECKING:
