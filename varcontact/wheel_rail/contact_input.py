@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -123,28 +124,24 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     last, _ = lines.digits("XHGIAOWR", BASIC_WORDS["XHGIAOWR"], SUPPORTED)
-    for letter, given, name in (
-        ("L", digits["L"] != 1, "friction"),
-        ("C", digits["C"] == 2, "bodies"),
-        ("D", digits["D"] >= 2, "grid"),
-        ("Z", digits["Z"] == 3, "rail"),
-        ("E", digits["E"] == 3, "wheelset"),
-    ):
+    L, C, D, Z, E = (digits[letter] for letter in "LCDZE")
+    new = {"friction": L != 1, "bodies": C == 2, "grid": D >= 2, "rail": Z == 3, "wheelset": E == 3}
+    for letter, (name, given) in zip("LCDZE", new.items(), strict=True):
         if not given and name not in case:
             group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
     skip_iterations(lines, last["G"])
     case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
-    if digits["L"] != 1:
-        case["friction"] = read_friction(lines, digits["L"])
-    if digits["C"] == 2:
+    if new["friction"]:
+        case["friction"] = read_friction(lines, L)
+    if new["bodies"]:
         elastic = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
         nu1, nu2, G1, G2 = elastic.numbers()
         with _located(elastic):
             case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
-    if digits["D"] >= 2:
+    if new["grid"]:
         case["grid"] = _grid(lines)
-    _read_track(lines, case, digits["Z"], folder)
-    _read_wheelset(lines, case, digits["E"], problem["N"], folder)
+    _read_track(lines, case, Z, folder)
+    _read_wheelset(lines, case, E, problem["N"], folder)
     skip_stresses(lines, problem["S"])
     if ("vertical_force" if problem["N"] else "z") not in case["height"]:
         why = "is another than the case before has, whose wheel set is kept: use E >= 1"
@@ -155,17 +152,17 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
 def _grid(lines: Lines) -> dict[str, float]:
     """Elements and distances of patches, as `WheelOnRail` takes them."""
     group = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
-    dx, dy, dqrel = (group.number(k) for k in range(3))
-    if dqrel != 1:
-        group.refuse("DQREL", dqrel, "is not supported: the step of rolling here is an element; supported: 1")
+    if group.number(2) != 1:
+        why = "is not supported: the step of rolling here is an element; supported: 1"
+        group.refuse("DQREL", group.number(2), why)
     if group.angle(3) < math.pi / 2 - 1e-6:
         why = "is not supported: patches here are separated by distance; supported: 90d"
         group.refuse("A_SEP", group.values[3], why)
-    grid = {"dx": dx, "dy": dy, "separate": group.number(4), "join": group.number(5)}
     more = [value for value in map(number_of, group.rest[:2]) if value is not None]
     if len(more) == 2:
         group.refuse("GAP_MISS", more[1], "is not supported; leave it out")
-    return grid | ({"turn": more[0]} if more else {})
+    places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
+    return {name: group.number(k) for name, k in places.items()} | dict(zip(("turn",), more, strict=False))
 
 
 def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
@@ -191,10 +188,10 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices
     group = lines.group(f"{kind[0].upper()}FNAME", "MIRRORY", "SCALE", "SMOOTH")
-    name = group.values[0].strip("'\"").replace("\\", "/")
+    name, smooth = group.values[0].strip("'\"").replace("\\", "/"), group.number(3)
     options = [value for value in map(number_of, group.rest[:2]) if value is not None]
-    mirror_y, mirror_z, option = group.number(1), *(int(value) for value in [*options, 0, 0][:2])
-    method = 0
+    mirror_z, option = (int(value) for value in [*options, 0, 0][:2])
+    method, slices = 0, name.lower().endswith(SLICES)
     if option >= 1:
         more = lines.group("ISMOOTH", "ZIGTHRS", "KINKHIGH", "KINKLOW", "KINKWID")
         method = int(more.number(0))
@@ -202,19 +199,18 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
             more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
     if option >= 2:
         lines.group("ERRHND", "MAXOMIT")
-    smooth = group.number(3)
-    read: dict[str, Any] = {"scale": group.number(2), "smoothing": smooth if method == 1 else 0.0}
-    read["mirror_y"] = {1: True, -1: False}.get(int(mirror_y), "auto")
-    if name.lower().endswith(SLICES) and method == 0 and smooth > 0:
+    if slices and method == 0 and smooth > 0:
         group.refuse("SMOOTH", smooth, "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1")
     with _located(group):
-        reader: Any = ProfileSlices.read if name.lower().endswith(SLICES) else Profile.read
+        reader: Any = ProfileSlices.read if slices else Profile.read
+        read = partial(reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1))
+        mirror_y = {1: True, -1: False}.get(int(group.number(1)), "auto")
         try:
-            profile = reader(folder / name, kind, mirror_z=mirror_z == 1, **read)
+            profile = read(mirror_y=mirror_y, mirror_z=mirror_z == 1)
         except SceneError as error:
             if error.field != "profile.z" or mirror_z != 0:
                 raise
-            profile = reader(folder / name, kind, mirror_z=True, **read)
+            profile = read(mirror_y=mirror_y, mirror_z=True)
         if method == 1 or smooth <= 0:
             return profile
         # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the squared distances are

@@ -104,10 +104,7 @@ class GeometryTable:
     bodies: Bodies
     friction: float
 
-    def __repr__(self) -> str:
-        y, yaw = self.y, self.yaw
-        ranges = f"y {y[0]:g} to {y[-1]:g} mm, yaw {yaw[0]:g} to {yaw[-1]:g} rad"
-        return f"GeometryTable({y.size} x {yaw.size} positions, {ranges})"
+    __repr__ = checks.short_entries
 
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
         """Height of the axle and the contacts of a wheel.

@@ -199,9 +199,10 @@ def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre
     radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
     middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
     lowest = centre[0] + b * middle + c * radius
+    ends = rail.ends[np.isfinite(rail.ends)], *(each.steps for each in rail.parts)
     planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
     turned = np.remainder(wheel.steps + np.pi, 2 * np.pi) - np.pi
-    steps = np.concatenate([rail.steps, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
+    steps = np.concatenate([*ends, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
     planes = np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
     theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))

@@ -300,10 +300,13 @@ class PatchWear:
         return float(abs(rolled.vx) * error[0] + abs(rolled.vy) * error[1] + abs(rolled.spin) * turned)
 
     @property
-    def _by_work(self) -> np.ndarray:
+    def _by_work(self) -> float | np.ndarray:
         if self.archard is None:
             raise SceneError("archard", None, "given for depth and volume: wear(found, Archard(k=..., hardness=...))")
-        return self.archard.by_work_of(self.solved)
+        if isinstance(self.archard, Archard):
+            return self.archard.by_work
+        slip_velocity = np.hypot(*self.solved.solution.slip) * self.solved.patch.creepage.speed
+        return self.archard.coefficient(self.solved.solution.pressure, slip_velocity) / self.archard.hardness
 
 
 @dataclass(frozen=True, eq=False)

@@ -298,12 +298,6 @@ class RailSurface:
         before, behind = np.where(first == first.min(), -np.inf, first), np.where(last == last.max(), np.inf, last)
         return np.stack([before, behind], axis=1)
 
-    @property
-    def steps(self) -> np.ndarray:
-        """x of steps."""
-        ends = self.ends[np.isfinite(self.ends)]
-        return np.unique(np.concatenate([ends, *(each.steps for each in self.parts)]))
-
     def sections(self, x: float) -> list[Curve]:
         """Of all rails, (y, z)."""
         there = (self.ends[:, 0] <= x) & (x <= self.ends[:, 1])

@@ -23,6 +23,7 @@ from varcontact.wheel_rail.slices import ProfileSlices, RailSurface, Surface, sl
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
+NUMBERS = ("y", "z", "lateral", "vertical", "roll_rate")
 OUTWARDS = 1 / 80
 """Inclination to the field side above which the sides of a profile are probably exchanged [rad]; 1:20 and 1:40 to the
 track side are usual."""
@@ -34,7 +35,7 @@ FINE = 0.02
 
 @checks.named(dy="y", dz="z", vy="lateral", vz="vertical")
 @dataclass(frozen=True, kw_only=True)
-class Irregularity:
+class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromkeys(NUMBERS, checks.number)):
     """How far a rail is from its place in the track, and how fast it moves.
 
     Parameters
@@ -60,10 +61,6 @@ class Irregularity:
     lateral: float = 0.0
     vertical: float = 0.0
     roll_rate: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "irregularity", checks.number, "y", "z", "lateral", "vertical", "roll_rate")
-        checks.entries(self, "irregularity", angle, "roll")
 
 
 IN_PLACE = Irregularity()
@@ -175,14 +172,10 @@ class Track:
         """Whether both rails are one profile along the track."""
         return self.left_rail is self.right_rail is None and len(self.rails) == 1 and self.rails[0].constant
 
-    @property
-    def _turn(self) -> np.ndarray:
-        return rotation(roll=-self.cant)[1:, 1:]
-
     @cached_property
     def _inner(self) -> tuple[np.ndarray, np.ndarray]:
         """The turned profile from its track side to its top: points (y, z), and their depths below the top."""
-        curve = self.profile.curve.moved(self._turn, np.zeros(2))
+        curve = self.profile.curve.moved(rotation(roll=-self.cant)[1:, 1:], np.zeros(2))
         points = curve.points(curve.sampled(FINE))
         points = points[: int(points[:, 1].argmin()) + 1]
         return points, points[:, 1] - points[-1, 1]
@@ -211,31 +204,33 @@ class Track:
         return {side: self._in_track(self.profile, side).about_top(FINE) for side in SIGN}
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
-        curve = profile.curve.moved(self._turn, self.origin)
-        return (curve if side == "right" else curve.mirrored).moved(*self._moved(side))
+        matrix, shift = self._motion(side)
+        curve = profile.curve if side == "right" else profile.curve.mirrored
+        return curve.moved(matrix * [SIGN[side], 1.0], shift)
 
     def surface(self, side: Side, s: float) -> RailSurface:
         """Of all rails on a `side`, in track coordinates, x from a place `s` along the track."""
         placed = partial(self._in_track, side=side)
         return RailSurface(tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails))
 
-    def _moved(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix and shift of a rail's irregularity, for points (y, z)."""
+    def _motion(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix and shift from (y, z) of the profile to those of the track: canted, mirrored, and out of place."""
         given: Irregularity = getattr(self, side)
-        turn, origin = rotation(roll=given.roll)[1:, 1:], self.origin * [SIGN[side], 1.0]
-        return turn, origin - turn @ origin + [given.y, given.z]
+        mirror = np.array([SIGN[side], 1.0])
+        turned = rotation(roll=given.roll)[1:, 1:] * mirror
+        return turned @ rotation(roll=-self.cant)[1:, 1:], self.origin * mirror + [given.y, given.z]
 
     def rail_body(self, side: Side) -> RigidBody:
         """The rail on a `side` as a rigid body, with the velocities of its irregularity."""
         given: Irregularity = getattr(self, side)
-        y, z = self.origin * [SIGN[side], 1.0] + [given.y, given.z]
         velocity, turning = np.array([0.0, given.lateral, given.vertical]), np.array([given.roll_rate, 0.0, 0.0])
-        return RigidBody(position=np.array([0.0, y, z]), velocity=velocity, angular_velocity=turning)
+        position = np.array([0.0, *self._motion(side)[1]])
+        return RigidBody(position=position, velocity=velocity, angular_velocity=turning)
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
         """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before canting [mm]."""
-        turn, shift = self._moved(side)
-        return np.asarray((((point - shift) @ turn) * [SIGN[side], 1.0] - self.origin) @ self._turn)
+        matrix, shift = self._motion(side)
+        return np.asarray((point - shift) @ matrix)
 
 
 @checks.named(profile="wheel", nominal_radius="radius", back_to_back="inside_distance")

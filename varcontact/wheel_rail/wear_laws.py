@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-
-if TYPE_CHECKING:
-    from varcontact.wheel_rail.result import PatchSolution
 
 Pieces = Sequence[tuple[float, float, float]]
 BRITISH_RAIL = ((0.0, 0.25, 0.0), (100.0, 0.0, 25.0), (200.0, 1.19, -154.0))
@@ -57,10 +54,6 @@ class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.po
     def by_work(self) -> float:
         """k/H [mm^2/N]."""
         return self.k / self.hardness
-
-    def by_work_of(self, solved: PatchSolution) -> np.ndarray:
-        """k/H for a patch `solved` [mm^2/N]."""
-        return np.asarray(self.by_work)
 
 
 @dataclass(frozen=True)
@@ -116,11 +109,6 @@ class ArchardMap:
             raise SceneError("slip_velocity", float(slip.min()), "zero or positive")
         mild = np.asarray(self.k)[np.searchsorted(self.velocities, slip, side="right")]
         return np.asarray(np.where(pressed > self.seizure * self.hardness, self.k_seizure, mild))
-
-    def by_work_of(self, solved: PatchSolution) -> np.ndarray:
-        """k/H of the elements of a patch `solved` [mm^2/N]."""
-        slip = np.hypot(*solved.solution.slip) * solved.patch.creepage.speed
-        return self.coefficient(solved.solution.pressure, slip) / self.hardness
 
 
 def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RAIL) -> np.ndarray:
