@@ -215,22 +215,6 @@ def test_through_json_and_back(rolling, changes):
     assert scene_to(scene_from(table)) == scene_to(scene)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("normal_force = 1.0\nfriction = 0,3\n", "line 2: 0,3 has a decimal comma; write 0.3"),
-        ("normal_force = 1.0\n\n[bodies]\nG=-82,5e9 # soft\n", "line 4: -82,5 has a decimal comma; write -82.5"),
-        ("over = {from = 0,5, to = 1}\n", "line 1: 0,5 has a decimal comma; write 0.5"),
-    ],
-)
-def test_a_decimal_comma_is_named_with_its_line(tmp_path, text, words):
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
-    with pytest.raises(vc.SceneError) as refused:
-        vc.read_scene(path)
-    assert str(refused.value) == f"scene file {str(path)!r} is not a TOML file ({words})"
-
-
 # ----------------------------------------------------------------------------- Scenes as TOML and back
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -121,12 +120,11 @@ def solve_table(table: dict[str, Any]) -> dict[str, Any]:
 def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     """A scene from nested dictionaries as a TOML file gives them."""
     entries = dict(table)
-    names = [f.name for f in dataclasses.fields(Scene)]
-    check_keys("", entries, names)
+    check_keys("", entries, [f.name for f in dataclasses.fields(Scene)])
     for name in ("bodies", "surface"):
         if name not in entries:
             raise SceneError(name, None, f"given: add a table [{name}]")
-    entries["bodies"] = _any_bodies(table_of("bodies", entries["bodies"]))
+    entries["bodies"] = _pair("bodies", table_of("bodies", entries["bodies"]), _body)
     rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
@@ -135,16 +133,11 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
         if entries.get(name, "auto") != "auto":
             entries[name] = make(name, made, table_of(name, entries[name]))
     if isinstance(entries.get("thermal"), Mapping):
-        thermal = table_of("thermal", entries["thermal"])
-        sides = ["upper", "lower"] if "upper" in thermal or "lower" in thermal else []
-        pair = [make(f"thermal.{side}", Thermal, table_of(f"thermal.{side}", thermal.get(side))) for side in sides]
-        entries["thermal"] = tuple(pair) if pair else make("thermal", Thermal, thermal)
-    if isinstance(entries.get("friction"), Mapping):
-        table = entries["friction"]
-        if "file" in table:
-            entries["friction"] = _from_file("friction", table, folder, 1 if is_line(entries["surface"]) else 2)
-        else:
-            entries["friction"] = _kind("friction", table, LAWS, folder)
+        entries["thermal"] = _pair("thermal", entries["thermal"], lambda name, each: make(name, Thermal, each))
+    if "friction" in entries:
+        entries["friction"] = _friction(
+            "friction", entries["friction"], folder, 1 if is_line(entries["surface"]) else 2
+        )
     return Scene(**entries)
 
 
@@ -192,13 +185,13 @@ def bodies_from(table: Mapping[str, Any]) -> Bodies:
     return made
 
 
-def _any_bodies(table: Mapping[str, Any]) -> Any:
-    """Bodies, or a pair of them from the tables ``[bodies.upper]`` and ``[bodies.lower]``."""
+def _pair(name: str, table: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], Any]) -> Any:
+    """What is made of a table, or of two of them, ``[name.upper]`` and ``[name.lower]``, which may be words."""
     if "upper" not in table and "lower" not in table:
-        return _body("bodies", table)
-    check_keys("bodies", table, ("upper", "lower"))
-    sides = {f"bodies.{side}": needed("bodies", table, side) for side in ("upper", "lower")}
-    return tuple(side if isinstance(side, str) else _body(name, table_of(name, side)) for name, side in sides.items())
+        return made(name, table)
+    check_keys(name, table, ("upper", "lower"))
+    sides = {f"{name}.{side}": needed(name, table, side) for side in ("upper", "lower")}
+    return tuple(side if isinstance(side, str) else made(field, table_of(field, side)) for field, side in sides.items())
 
 
 def _body(name: str, table: Mapping[str, Any]) -> Any:
@@ -232,22 +225,13 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
     if made is Transient:
         entries = _history(entries, folder)
-    if made is Steady and isinstance(entries.get("rigid_slip"), Mapping):
-        entries["rigid_slip"] = _from_file("motion.rigid_slip", entries["rigid_slip"], folder, 2)
-    if made is FrictionLaw and isinstance(entries.get("factors"), list):
-        entries["factors"] = [
-            each
-            if not isinstance(each, Mapping)
-            else _from_file(f"{name}.factors", each, folder, 2)
-            if "file" in each
-            else _kind(f"{name}.factors", each, kinds, folder)
-            for each in entries["factors"]
-        ]
-    if made is SampledDistance:
-        several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
-        for field, dimensions in (("h", several), ("x", 1), ("y", 1), ("inclination", 1)):
-            if isinstance(entries.get(field), Mapping):
-                entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
+    elif made is Steady:
+        entries = _with_files(name, entries, folder, {"rigid_slip": 2})
+    elif made is FrictionLaw and isinstance(entries.get("factors"), list):
+        entries["factors"] = [_friction(f"{name}.factors", each, folder, 2) for each in entries["factors"]]
+    elif made is SampledDistance:
+        several = 2 if rows or "y" in entries else 1  # else one row or column is line contact
+        entries = _with_files(name, entries, folder, {"h": several, "x": 1, "y": 1, "inclination": 1})
         if "smoothing" in entries:
             wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
             return make(name, made, entries).smoothed(wavelength)
@@ -260,38 +244,50 @@ def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
 
     made = dict(entries)
     for field, value in entries.items():
+        name = f"motion.{field}"
         if field == "start":  # a solution, or the last step of a history
-            loaded = read(file_named("motion.start", value, folder))
+            loaded = read(file_named(name, value, folder))
             made[field] = loaded if isinstance(loaded, Solution) else loaded[-1]
         elif field == "surface" and isinstance(value, list):
-            made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+            made[field] = [_kind(f"{name}[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
         elif field == "carried":
             several = value if isinstance(value, list) else [value]
-            made[field] = [_carried(f"motion.carried[{k}]", each, folder) for k, each in enumerate(several)]
-        elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
-            made[field] = _kind("motion.friction", value, LAWS, folder)
-        elif isinstance(value, Mapping):
-            made[field] = _from_file(f"motion.{field}", value, folder, 1)
+            made[field] = [_carried(f"{name}[{k}]", each, folder) for k, each in enumerate(several)]
         elif isinstance(value, list):
-            made[field] = [None if each == NO_NUMBER else each for each in value]
-            if field == "friction":
-                made[field] = [
-                    _kind(f"motion.friction[{k}]", each, LAWS, folder) if isinstance(each, Mapping) else each
-                    for k, each in enumerate(made[field])
-                ]
-    return made
+            given = [None if each == NO_NUMBER else each for each in value]
+            laws = field == "friction"
+            made[field] = [_friction(f"{name}[{k}]", x, folder, 1) for k, x in enumerate(given)] if laws else given
+        elif field == "friction":
+            made[field] = _friction(name, value, folder, 1)
+    return _with_files("motion", made, folder, dict.fromkeys(made, 1))
 
 
 def _carried(name: str, table: Any, folder: Path | None) -> Carried:
-    entries = dict(table_of(name, table))
-    rows: Literal[1, 2] = 2 if "y" in entries else 1
-    for field in ("height", "x", "y"):
-        if isinstance(entries.get(field), Mapping):
-            entries[field] = _from_file(f"{name}.{field}", entries[field], folder, rows if field == "height" else 1)
-    return make(name, Carried, entries)
+    entries = table_of(name, table)
+    rows = 2 if "y" in entries else 1
+    return make(name, Carried, _with_files(name, entries, folder, {"height": rows, "x": 1, "y": 1}))
 
 
-def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:
+def _friction(name: str, value: Any, folder: Path | None, dimensions: int) -> Any:
+    """Numbers as they are, those of a file, or a law."""
+    if not isinstance(value, Mapping):
+        return value
+    return _from_file(name, value, folder, dimensions) if "file" in value else _kind(name, value, LAWS, folder)
+
+
+def _with_files(
+    name: str, entries: Mapping[str, Any], folder: Path | None, dimensions: Mapping[str, int]
+) -> dict[str, Any]:
+    """Entries with the numbers of the files that some of them name, in so many dimensions."""
+    read = {
+        field: _from_file(f"{name}.{field}", entries[field], folder, number)
+        for field, number in dimensions.items()
+        if isinstance(entries.get(field), Mapping)
+    }
+    return {**entries, **read}
+
+
+def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: int) -> np.ndarray:
     """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
     check_keys(field, table, ("file",))
     path = file_named(f"{field}.file", needed(field, table, "file"), folder)
@@ -299,7 +295,8 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimens
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
         lines = text_of(f"{field}.file", path).splitlines()
-        return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=dimensions)
+        ndmin: Any = dimensions  # 1 or 2
+        return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=ndmin)
     except SceneError:
         raise
     except (OSError, ValueError, EOFError, MemoryError) as error:
@@ -337,16 +334,10 @@ def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
 
 
 def _value(value: Any) -> str:
-    if value is None:
-        return json.dumps(NO_NUMBER)
-    if isinstance(value, str):
-        return json.dumps(value).replace("\x7f", "\\u007f")
-    if isinstance(value, bool | np.bool_):
-        return "true" if value else "false"
-    if isinstance(value, int | np.integer):
-        return str(int(value))
-    if isinstance(value, float | np.floating):
-        return repr(float(value)) if math.isfinite(value) else str(float(value))
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {_value(each)}" for key, each in value.items()) + " }"
-    return "[" + ", ".join(_value(each) for each in value) + "]"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, float):
+        return repr(float(value))
+    return json.dumps(NO_NUMBER if value is None else value).replace("\x7f", "\\u007f")

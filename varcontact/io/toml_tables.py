@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -27,19 +26,9 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
     try:
         return tomllib.loads(text), path.parent
     except (RecursionError, ValueError) as error:  # also a number of thousands of digits
-        deep = isinstance(error, RecursionError)
-        reason = "it is nested too deep" if deep else _decimal_comma(text, first_line(error))
+        reason = "it is nested too deep" if isinstance(error, RecursionError) else first_line(error)
         message = f"{kind} {str(path)!r} is not a TOML file ({reason})"
         raise SceneError(kind, str(path), "a TOML file", message=message) from None
-
-
-def _decimal_comma(text: str, reason: str) -> str:
-    place = re.search(r"at line (\d+)", reason)
-    number = int(place[1]) if place else 0
-    found = re.search(r"=\s*([+-]?\d+),(\d+)", text.split("\n")[number - 1]) if number else None
-    if found is None:
-        return reason
-    return f"line {number}: {found[1]},{found[2]} has a decimal comma; write {found[1]}.{found[2]}"
 
 
 def table_of(name: str, value: Any) -> Mapping[str, Any]:
