@@ -7,7 +7,8 @@ appendix A). Lengths are in mm, forces in N.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,16 @@ from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, Ra
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.surfaces import Ellipse, Paraboloids
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N
 
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
 LAWS: dict[int, type[Any]] = {2: LinearFalling, 3: RationalFalling, 4: ExponentialFalling}
+
+Case = dict[str, Any]
+"""What a case has, and the next may keep: "group", "digits", "kinematics", "friction", "rolling" (direction, dq and
+speed), "bodies", "potential" and "distance" (`words.Given`), "grid", "row" (`words.Row` or None) and "surface"."""
 
 
 def read_contact_input(path: str | Path) -> list[Scene]:
@@ -88,12 +93,12 @@ slip_difference='first-order', speed=None)
     """
     lines = words.Lines(checks.file_name("path", path))
     wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
-    cases: list[_Case] = []
-    before: _Case | None = None
+    cases: list[Case] = []
+    case = Case()
     for _ in words.modules(lines, 3, "basic contact", {1: wheel}):
-        before = _case(lines, before)
-        if before.digits["R"] == 1:
-            cases.append(before)
+        case = _case(lines, case)
+        if case["digits"]["R"] == 1:
+            cases.append(case)
     if not cases:
         raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
     return [_scene(sequence) for sequence in _sequences(cases)]
@@ -120,61 +125,37 @@ class Friction:
         return LAWS[self.law](kinetic + first, kinetic, half, velocity, **memory)
 
 
-@dataclass(frozen=True)
-class _Case:
-    """One case, and what the next may keep of it."""
-
-    group: words.Group
-    digits: dict[str, int] = field(default_factory=dict)
-    kinematics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    friction: Friction | None = None
-    rolling: tuple[int, float, float] | None = None
-    bodies: Bodies | None = None
-    potential: words.Given | None = None
-    grid: Grid | None = None
-    row: words.Row | None = None
-    """Of the one row of a line contact: where it lies along y, and how long it is."""
-    distance: words.Given | None = None
-    surface: Paraboloids | Ellipse | SampledDistance | None = None
-
-    @property
-    def width(self) -> float:
-        """By what forces are divided: the length of the one row of a line contact."""
-        return self.row[1] if self.row is not None else 1.0
-
-    @property
-    def load(self) -> dict[str, Any]:
-        if self.digits["N"] == 1:
-            return {"normal_force": self.kinematics[0] / self.width}
-        return {"approach": self.kinematics[0]}
-
-
-def _case(lines: words.Lines, before: _Case | None) -> _Case:
+def _case(lines: words.Lines, before: Case) -> Case:
     digits, group = lines.digits("PBTNFS", words.WORDS["PBTNFS"], words.SUPPORTED)
     more, material = lines.digits("VLDCMZE", words.WORDS["VLDCMZE"], words.SUPPORTED)
     if material.rest and words.number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
-    digits |= more
-    digits |= lines.digits("XHGIAOWR", words.WORDS["XHGIAOWR"], words.SUPPORTED)[0]
-    case = _Case(group) if before is None else replace(before, group=group)
-    case = replace(case, digits=digits)
+    digits |= more | lines.digits("XHGIAOWR", words.WORDS["XHGIAOWR"], words.SUPPORTED)[0]
     words.skip_iterations(lines, digits["G"])
-    case = replace(case, kinematics=_kinematics(lines, digits))
+    case = {**before, "group": group, "digits": digits, "kinematics": _kinematics(lines, digits)}
     if digits["L"] != 1:
-        case = replace(case, friction=read_friction(lines, digits["L"]))
+        case["friction"] = read_friction(lines, digits["L"])
     if digits["C"] == 2:
         if digits["T"] >= TRANSIENT:
-            case = replace(case, rolling=_rolling(lines))
+            case["rolling"] = _rolling(lines)
         nu1, nu2, G1, G2 = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2").numbers()
-        case = replace(case, bodies=Bodies(G=(G1, G2), nu=(nu1, nu2)))
-    for letter, kept in (("C", case.bodies), ("L", case.friction)):
-        if kept is None:
+        case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
+    for letter, kept in (("C", "bodies"), ("L", "friction")):
+        if kept not in case:
             group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
-    if digits["T"] >= TRANSIENT and case.rolling is None:
+    if digits["T"] >= TRANSIENT and "rolling" not in case:
         group.refuse("T (TANG)", digits["T"], "needs CHI, DQ and VELOC, which no case has given yet: use C = 2")
-    case = _placed(lines, case, before)
+    _place(lines, case, before)
     words.skip_stresses(lines, digits["S"])
     return case
+
+
+def _load(case: Case) -> dict[str, Any]:
+    """As `Scene` takes it; in a line contact by the length of the one row."""
+    load = case["kinematics"][0]
+    if case["digits"]["N"] == 0:
+        return {"approach": load}
+    return {"normal_force": load / (case["row"][1] if case["row"] else 1.0)}
 
 
 def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
@@ -217,148 +198,132 @@ def _rolling(lines: words.Lines) -> tuple[int, float, float]:
     return group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers")
 
 
-def _placed(lines: words.Lines, case: _Case, before: _Case | None) -> _Case:
-    digits, group = case.digits, case.group
+def _place(lines: words.Lines, case: Case, before: Case) -> None:
+    """Put elements and undeformed distance into a case, as they are given or kept."""
+    digits, group = case["digits"], case["group"]
     if digits["D"] == 2:
         kind = lines.group("IPOTCN")
-        (ipotcn,) = kind.integers()
-        if ipotcn not in words.POTENTIAL:
-            kind.refuse("IPOTCN", ipotcn, f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}")
-        entries = lines.group(*words.POTENTIAL[ipotcn])
-        case = replace(case, potential=(entries, ipotcn, entries.numbers()))
-    if case.potential is None:
+        (given,) = kind.integers()
+        if given not in words.POTENTIAL:
+            kind.refuse("IPOTCN", given, f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}")
+        entries = lines.group(*words.POTENTIAL[given])
+        case["potential"] = entries, given, entries.numbers()
+    if "potential" not in case:
         group.refuse("D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none")
-    ipotcn = case.potential[1]
-    if digits["B"] == 2 and ipotcn > 0:
+    hertzian = case["potential"][1] < 0
+    if digits["B"] == 2 and not hertzian:
         group.refuse("B (BOUND)", 2, "needs a Hertzian contact, IPOTCN < 0")
-    assert case.bodies is not None
-    if digits["B"] == 2 and case.bodies.K != 0:
+    if digits["B"] == 2 and case["bodies"].K != 0:
         group.refuse("B (BOUND)", 2, "with unlike bodies is not supported: here their tractions change the pressure")
-    if ipotcn < 0:
-        return _hertzian(replace(case, row=None), before)
-    grid, row = words.elements(case.potential) if digits["D"] or case.grid is None else (case.grid, case.row)
+    if hertzian:
+        _place_hertzian(case, before)
+        return
+    grid, row = words.elements(case["potential"])
     if row is not None and digits["N"] == 0:
-        group.refuse(
-            "N (NORM)", 0, "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
-        )
+        why = "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
+        group.refuse("N (NORM)", 0, why)
+    same = grid == case.get("grid")
     if digits["Z"] == 2:
-        case = replace(case, distance=words.read_distance(lines, grid))
-    elif case.distance is None or before is None or before.potential is None or before.potential[1] < 0:
+        case["distance"] = words.read_distance(lines, grid)
+    elif "distance" not in case:
         group.refuse("Z (RZNORM)", digits["Z"], "keeps an undeformed distance, and no case before gives one: use Z = 2")
-    elif grid != case.grid and (digits["Z"] == 0 or case.distance[1] == 9):
+    elif not same and (digits["Z"] == 0 or case["distance"][1] == 9):
         group.refuse("Z (RZNORM)", digits["Z"], "keeps the undeformed distance of other elements: use Z = 2")
-    assert case.distance is not None
-    if grid == case.grid and digits["Z"] == 0:
-        return case
-    return replace(case, grid=grid, row=row, surface=words.sampled(case.distance, grid, row))
+    if not same or digits["Z"] != 0:
+        case.update(grid=grid, row=row, surface=words.sampled(case["distance"], grid, row))
 
 
-def _hertzian(case: _Case, before: _Case | None) -> _Case:
-    assert case.potential is not None
-    assert case.bodies is not None
-    entries, ipotcn, (mx, my, first, second, scale) = case.potential
-    surface: Paraboloids | Ellipse
+def _place_hertzian(case: Case, before: Case) -> None:
+    potential: words.Given = case["potential"]
+    entries, ipotcn, (mx, my, first, second, scale) = potential
+    bodies = case["bodies"]
+    if ipotcn == -2:
+        shape = hertz_ellipse(checks.positive("AOB", second), 1.0, bodies, force=1.0)
+        second = first * shape.Rx / shape.Ry
+    surface: Ellipse | Paraboloids
     if ipotcn == -3:
         surface = Ellipse(a=first, b=second)
     else:
-        if ipotcn == -2:
-            shape = hertz_ellipse(checks.positive("AOB", second), 1.0, case.bodies, force=1.0)
-            second = first * shape.Rx / shape.Ry
-        Rx, Ry = (
-            1 / (2 * checks.positive(name, each)) for name, each in zip(("A1", "B1"), (first, second), strict=True)
-        )
-        surface = Paraboloids(Rx=Rx, Ry=Ry)
-    if case.digits["D"] == 0 and case.grid is not None:
-        same = before is not None and (before.bodies, before.load) == (case.bodies, case.load)
-        if ipotcn == -3 and not same:
+        A, B = checks.positive("A1", first), checks.positive("B1", second)
+        surface = Paraboloids(Rx=1 / (2 * A), Ry=1 / (2 * B))
+    case.update(row=None, surface=surface)
+    case.pop("distance", None)
+    if case["digits"]["D"] == 0:
+        if ipotcn == -3 and (before["bodies"], _load(before)) != (bodies, _load(case)):
             why = "keeps the semi-axes for another load or material, which is not clear: use D = 2"
-            case.group.refuse("D (DISCNS)", 0, why)
-        return replace(case, surface=surface)
-    contact = Scene(bodies=case.bodies, surface=surface, **case.load).hertz
+            case["group"].refuse("D (DISCNS)", 0, why)
+        return
+    contact = Scene(bodies=bodies, surface=surface, **_load(case)).hertz
     if contact is None or scale <= 0:
         entries.refuse("SCALE", scale, "with this load gives no potential contact")
     nx, ny = words.counts(entries, mx, my)
     a, b = contact.a * scale, contact.b * scale
-    return replace(case, surface=surface, grid=Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b))
+    case["grid"] = Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b)
 
 
-def _sequences(cases: Sequence[_Case]) -> list[list[_Case]]:
+def _sequences(cases: Sequence[Case]) -> list[list[Case]]:
     """The cases, those together that continue each other."""
-    sequences: list[list[_Case]] = []
+    sequences: list[list[Case]] = []
     for case in cases:
-        timed, past = case.digits["T"] in (SHIFT, TRANSIENT), case.digits["P"] == 0
-        if not (timed and past):
+        if case["digits"]["T"] not in (SHIFT, TRANSIENT) or case["digits"]["P"] != 0:
             sequences.append([case])
             continue
-        if not sequences or sequences[-1][-1].digits["T"] not in (SHIFT, TRANSIENT):
+        refuse = partial(case["group"].refuse, "P (PVTIME)", 0)
+        if not sequences or sequences[-1][-1]["digits"]["T"] not in (SHIFT, TRANSIENT):
             why = "continues a case before, which must be a shift or transient rolling (T = 1 or 2)"
-            case.group.refuse("P (PVTIME)", 0, f"{why}; begin with P = 2, or give its solution as Transient(start=)")
+            refuse(f"{why}; begin with P = 2, or give its solution as Transient(start=)")
         first = sequences[-1][0]
-        if (case.grid, case.bodies) != (first.grid, first.bodies):
-            case.group.refuse(
-                "P (PVTIME)", 0, "continues a case with other elements or material, which is not supported"
-            )
+        if (case["grid"], case["bodies"]) != (first["grid"], first["bodies"]):
+            refuse("continues a case with other elements or material, which is not supported")
         sequences[-1].append(case)
     return sequences
 
 
-def _scene(sequence: list[_Case]) -> Scene:
+def _scene(sequence: list[Case]) -> Scene:
     case = sequence[0]
-    T = case.digits["T"]
-    assert case.bodies is not None
-    assert case.surface is not None
-    assert case.friction is not None
-    parts: dict[str, Any] = {"bodies": case.bodies, "surface": case.surface, "grid": case.grid, "units": MM_N}
+    T, load = case["digits"]["T"], _load(case)
+    parts: dict[str, Any] = {name: case[name] for name in ("bodies", "surface", "grid")}
+    parts["units"] = MM_N
     if len(sequence) > 1 or T == TRANSIENT:
         return Scene(**parts, motion=_history(sequence))
     if T == NO_MOTION:
-        return Scene(**parts, **case.load)
-    friction = case.friction.at(case.rolling[2] if T == STEADY and case.rolling else 1.0)  # a shift lasts a second
+        return Scene(**parts, **load)
     if T == SHIFT:
-        return Scene(**parts, **case.load, friction=friction, motion=Shift(**_rigid(case)))
-    assert case.rolling is not None
-    direction, dq, _ = case.rolling
+        friction = case["friction"].at(1.0)  # a shift lasts a second
+        return Scene(**parts, **load, friction=friction, motion=Shift(**_rigid(case)))
+    direction, dq, velocity = case["rolling"]
     if direction == -1:
         why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"
-        case.group.refuse("CHI", "180d", why)
-    return Scene(**parts, **case.load, friction=friction, motion=Steady(dq=dq, **_rigid(case)))
+        case["group"].refuse("CHI", "180d", why)
+    return Scene(**parts, **load, friction=case["friction"].at(velocity), motion=Steady(dq=dq, **_rigid(case)))
 
 
-def _rigid(case: _Case) -> dict[str, Any]:
+def _rigid(case: Case) -> dict[str, Any]:
     """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of FSTAT FN."""
-    assert case.friction is not None
-    _, first, second, spin = case.kinematics
-    limit, count = case.friction.static * case.load.get("normal_force", 0.0), case.digits["F"]
-    along_x, along_y, about_z = ("vx", "vy", "spin") if case.digits["T"] >= TRANSIENT else ("ux", "uy", "rotation")
+    _, first, second, spin = case["kinematics"]
+    limit, count = case["friction"].static * _load(case).get("normal_force", 0.0), case["digits"]["F"]
+    rolls = case["digits"]["T"] >= TRANSIENT
+    along_x, along_y, about_z = ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
     given = {"Fx": limit * first} if count >= 1 else {along_x: first}
     given |= {"Fy": limit * second} if count == 2 else {along_y: second}
     return given | {about_z: spin}
 
 
-def _history(sequence: list[_Case]) -> Transient:
-    steps = [_rigid(case) for case in sequence]
-    rolling = [case.rolling if case.digits["T"] == TRANSIENT and case.rolling else (1, 0.0, 1.0) for case in sequence]
-    names = ("vx", "vy", "spin", "ux", "uy", "rotation")
-    rigid: dict[str, Any] = {name: [step.get(name, 0.0) for step in steps] for name in names}
-    surfaces = [case.surface for case in sequence if case.surface is not None]
+def _history(sequence: list[Case]) -> Transient:
+    steps = [_rigid(case) | _load(case) for case in sequence]
+    rolling = [case["rolling"] if case["digits"]["T"] == TRANSIENT else (1, 0.0, 1.0) for case in sequence]
+    rigid: dict[str, Any] = {
+        name: [step.get(name, 0.0) for step in steps] for name in ("vx", "vy", "spin", "ux", "uy", "rotation")
+    }
+    for name in ("Fx", "Fy", "normal_force", "approach"):
+        values = [step.get(name) for step in steps]
+        rigid[name] = None if set(values) == {None} else values
+    surfaces = [case["surface"] for case in sequence]
     return Transient(
         steps=len(sequence),
         dq=[dq for _, dq, _ in rolling],
         direction=[direction for direction, _, _ in rolling],
-        **rigid,
-        Fx=_some([step.get("Fx") for step in steps]),
-        Fy=_some([step.get("Fy") for step in steps]),
-        normal_force=_some([case.load.get("normal_force") for case in sequence]),
-        approach=_some([case.load.get("approach") for case in sequence]),
-        friction=[
-            case.friction.at(velocity)
-            for case, (_, _, velocity) in zip(sequence, rolling, strict=True)
-            if case.friction is not None
-        ],
+        friction=[case["friction"].at(velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)],
         surface=surfaces if any(each is not surfaces[0] for each in surfaces) else None,
+        **rigid,
     )
-
-
-def _some(values: list[float | None]) -> list[float | None] | None:
-    """The values, or None where there are none."""
-    return None if all(value is None for value in values) else values

@@ -68,8 +68,8 @@ class ContactResult:
     T: int
     direction: int
     dq: float
-    values: dict[str, float] = field(default_factory=dict, repr=False)
-    columns: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+    values: dict[str, float] = field(repr=False)
+    columns: dict[str, np.ndarray] = field(repr=False)
 
     @property
     def normal_force(self) -> float:
@@ -113,9 +113,9 @@ class ContactResult:
         h = self.columns["H"]
         approach = float((h + self.columns["UN"])[touching].mean())
         h = np.where(np.isnan(h), approach, h)
-        load: dict[str, Any] = (
-            {"normal_force": self.normal_force / self.values["DY"]} if self.grid.line else {"approach": approach}
-        )
+        load: dict[str, Any] = {"approach": approach}
+        if self.grid.line:
+            load = {"normal_force": self.normal_force / self.values["DY"]}
         x, y = (self.values.get(name, 0.0) for name in ("SPINXO", "SPINYO"))
         if isinstance(motion, Steady):
             motion = replace(motion, dq=self.dq, vx=motion.vx + motion.spin * y, vy=motion.vy - motion.spin * x)
@@ -133,12 +133,10 @@ class ContactResult:
         )
 
     def _check_elastic(self) -> None:
-        kind = OTHER_BODIES.get(int(self.values.get("M", 0)))
-        if kind is not None:
-            message = (
-                f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified; elastic half-spaces (M = 0) can"
-            )
-            raise SceneError("bodies", kind, message=message)
+        M = int(self.values["M"])
+        if M in OTHER_BODIES:
+            message = f"bodies: M = {M}, {OTHER_BODIES[M]}, cannot be certified; elastic half-spaces (M = 0) can"
+            raise SceneError("bodies", OTHER_BODIES[M], message=message)
 
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of a `scene`.
@@ -150,9 +148,8 @@ class ContactResult:
         grid, own = scene.grid, self.grid
         if not isinstance(grid, Grid) or not grid.explicit or (grid.shape, grid.line) != (own.shape, own.line):
             raise SceneError("scene.grid", grid, f"explicit, with the elements of the result: {own}")
-        away = max(float(np.abs(own.x - grid.x).max()) / grid.sides[0],
-                   0.0 if grid.line else float(np.abs(own.y - grid.y).max()) / grid.sides[1])  # fmt: skip
-        if away > ROUNDED:
+        along_x = np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0]
+        if not (along_x.all() and (grid.line or np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1]))):
             raise SceneError("scene.grid", grid, f"that of the result: {own}")
         motion = scene.motion
         fits = {0: motion == Shift(), 1: isinstance(motion, Shift), 3: isinstance(motion, Steady)}.get(self.T, False)

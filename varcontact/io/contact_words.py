@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
@@ -117,28 +118,22 @@ class Lines:
         self.name = str(path)
         text = text_of("path", path, MOST_BYTES, "an input file of CONTACT")
         lines = [list(takewhile(lambda word: word[0] not in "%!", WORD.findall(line))) for line in text.splitlines()]
-        self._lines = [(number, words) for number, words in enumerate(lines, 1) if words]
-        self._next = 0
-
-    def more(self) -> bool:
-        """Whether there is another line."""
-        return self._next < len(self._lines)
+        self.left = deque((number, words) for number, words in enumerate(lines, 1) if words)
 
     def group(self, *names: str) -> Group:
         """The next values, one for each name."""
-        line = self._lines[self._next][0] if self.more() else -1
+        line = self.left[0][0] if self.left else -1
         found: list[str] = []
         while len(found) < len(names):
-            if not self.more():
+            if not self.left:
                 wanted = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
                 raise SceneError("path", self.name, message=f"{self.name} ends where {wanted} should be given")
-            found += self._lines[self._next][1]
-            self._next += 1
+            found += self.left.popleft()[1]
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
     def many(self, name: str, count: int) -> Group:
         """The next values of an array, of which a damaged file may promise more than there are."""
-        if count > sum(len(words) for _, words in self._lines[self._next :]):
+        if count > sum(len(words) for _, words in self.left):
             raise SceneError("path", self.name, message=f"{self.name} ends before {count} values of {name}")
         return self.group(*[name] * count)
 
@@ -165,7 +160,7 @@ MOST_BYTES = 2**28
 
 def modules(lines: Lines, module: int, meaning: str, others: Mapping[int, str]) -> Iterator[Group]:
     """The MODULE line of each case, up to the stop; `others` has why other modules are refused."""
-    while lines.more():
+    while lines.left:
         group = lines.group("MODULE")
         (found,) = group.integers()
         if found == 0:
@@ -230,17 +225,14 @@ POTENTIAL = {
 
 def elements(potential: Given) -> tuple[Grid, Row | None]:
     """The elements of IPOTCN = 1 to 4, see `lattice`."""
-    group, ipotcn, (mx, my, x, y, right, top) = potential
+    group, ipotcn, (mx, my, x, y, dx, dy) = potential
     nx, ny = counts(group, mx, my)
-    if ipotcn == 2:
-        dx, dy = (right - x) / nx, (top - y) / ny
-    elif ipotcn == 4:
-        if nx == 1 or ny == 1:
+    if ipotcn in (2, 4):  # the other end is given, that of the elements or of their centres
+        along_x, along_y = (nx, ny) if ipotcn == 2 else (nx - 1, ny - 1)
+        if along_x == 0 or along_y == 0:
             group.refuse("IPOTCN", 4, "needs MX and MY of 2 at least")
-        dx, dy = (right - x) / (nx - 1), (top - y) / (ny - 1)
-    else:
-        dx, dy = right, top
-    if ipotcn in (3, 4):
+        dx, dy = (dx - x) / along_x, (dy - y) / along_y
+    if ipotcn in (3, 4):  # from centre to centre
         x, y = x - dx / 2, y - dy / 2
     return lattice(group, nx, ny, dx, dy, x, y)
 
