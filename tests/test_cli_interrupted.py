@@ -33,7 +33,6 @@ METHOD = "tang/marching"
 SOLVING = "varcontact/solvers/"
 PRESSED = """
 import os, re, signal, sys
-from rich.progress import Progress
 from rich.status import Status
 from varcontact.__main__ import main
 from varcontact.study import parallel
@@ -55,7 +54,7 @@ def called(frame, event, _):
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs begin deaf to it
 parallel.PRELOAD.insert(0, "pressing")
-Status.update, Progress.update = telling(Status.update), telling(Progress.update)
+Status.update = telling(Status.update)
 main()
 """
 """The command, to which Ctrl-C comes in a function `within` a file, once the terminal has been told `at`.

@@ -96,16 +96,9 @@ def posed(solution: Solution) -> Posed:
         raise SceneError("solution", solution, "a Solution")
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
-        message = "solution is a step of a history; give one of steady rolling, a shift or normal contact"
-        raise SceneError(
-            "solution", "a step of a history", "of steady rolling, a shift or normal contact", message=message
-        )
+        raise SceneError("solution", "a step of a history", "one of steady rolling, a shift or normal contact")
     if solution.refinement is not None:
-        message = (
-            "solution is corrected towards the continuum, and solves the elements' problem with a correction; "
-            "give one that is solved without refine"
-        )
-        raise SceneError("solution", "corrected towards the continuum", "solved without refine", message=message)
+        raise SceneError("solution", "corrected towards the continuum", "one that is solved without refine")
     disc = discretise(scene, solution.grid)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:

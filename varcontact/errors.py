@@ -27,7 +27,7 @@ class VarcontactError(Exception):
 
     def __reduce__(self) -> Any:
         """For `pickle`: an error of another process is the same here, with its message and attributes."""
-        return _again, (type(self), self.args, vars(self))
+        return type(self).__new__, (type(self),), {**vars(self), "args": self.args}
 
 
 class SceneError(VarcontactError):
@@ -202,13 +202,6 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, partial: Any, finished: str = "") -> None:
         self.partial = partial
         super().__init__(f"interrupted{finished}")
-
-
-def _again(kind: type[VarcontactError], args: tuple[Any, ...], attributes: dict[str, Any]) -> VarcontactError:
-    error = kind.__new__(kind)
-    error.args = args
-    error.__dict__.update(attributes)
-    return error
 
 
 def shortened(value: Any, longest: int = 80) -> str:

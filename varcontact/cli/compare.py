@@ -9,7 +9,7 @@ import typer
 
 import varcontact as vc
 from varcontact.cli import options as opt
-from varcontact.cli.options import names_of
+from varcontact.cli.options import counts_of, names_of
 from varcontact.cli.terminal import check_outputs, study
 from varcontact.errors import SceneError
 
@@ -77,8 +77,6 @@ def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
         raise SceneError("scenes", paths, "each file once")
     stems = [path.stem for path in files]
     names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
-    if len({*names, *taken}) < len(names) + len(taken):
-        names = [str(path.resolve()) for path in files]
     return dict(zip(names, files, strict=True))
 
 
@@ -96,10 +94,9 @@ def converge(
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     check_outputs(store, plot, [scene], force, name_of_out="--store")
     described, _ = vc.read_scene(scene)
-    grids: list[Any] = [int(n) if n.strip().isdecimal() and len(n) < 20 else n for n in cells.split(",")]
     options: dict[str, Any] = {"offsets": offsets, "tol": tol, "store": store}
     study(
-        lambda progress: vc.converge(described, grids, names_of(method), progress=progress, **options),
+        lambda progress: vc.converge(described, counts_of(cells), names_of(method), progress=progress, **options),
         vc.Convergence.to_json if as_json else vc.Convergence.report,
         store,
         "--store FILE.csv",
@@ -138,12 +135,8 @@ def tradeoff(
         checks.choice("class", kind, dict.fromkeys(each.kind for each in bank.values()))
         bank = {name: each for name, each in bank.items() if each.kind == kind}
     chosen = None if methods is None else names_of(methods)
-    try:
-        numbers = [int(n) for n in cells.split(",")]
-    except ValueError:
-        raise SceneError("cells", cells, "whole numbers separated by commas") from None
     study(
-        lambda progress: vc.tradeoff(bank, chosen, cells=numbers, store=out, progress=progress),
+        lambda progress: vc.tradeoff(bank, chosen, cells=counts_of(cells), store=out, progress=progress),
         vc.Tradeoff.to_json if as_json else vc.Tradeoff.report,
         out,
         "--out FILE.csv",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -57,6 +58,11 @@ def given(**options: Any) -> dict[str, Any]:
 def names_of(text: str) -> list[str]:
     """Names that are separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def counts_of(text: str) -> list[Any]:
+    """Whole numbers that are separated by commas; what is none is left for the check of its place."""
+    return [int(n) if re.fullmatch("[0-9]{1,19}", n) else n for n in names_of(text)]
 
 
 def values_of(option: str, text: str) -> np.ndarray | float:

@@ -12,7 +12,7 @@ import typer
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given, names_of, values_of
-from varcontact.cli.terminal import check_outputs, draw, show, with_progress
+from varcontact.cli.terminal import check_outputs, draw, progress_line, show
 from varcontact.errors import SceneError
 
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
@@ -68,15 +68,12 @@ def scan(
     else:
         triples = _table_of_triples(creepages)
     found: list[vc.Solution] = []
-
-    def work(progress: Any) -> None:
-        for solution in scanned(described, triples, **options):
-            found.append(solution)
-            if progress is not None:
-                progress(f"{len(found)} of {len(triples)} creepages")
-
     try:
-        with_progress(work)
+        with progress_line() as progress:
+            for solution in scanned(described, triples, **options):
+                found.append(solution)
+                if progress is not None:
+                    progress(f"{len(found)} of {len(triples)} creepages")
     finally:  # what was computed is not lost where one fails
         if found:
             _deliver(found, out, plot, as_json)
@@ -114,6 +111,7 @@ def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_j
 def _row(solution: vc.Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
 
+    certificate, estimate = solution.certificate, solution.error_estimate
     figures = {
         **dict(zip(creepage_names(solution), solution.creepage, strict=True)),
         "Fx": solution.force[0],
@@ -121,12 +119,11 @@ def _row(solution: vc.Solution) -> dict[str, Any]:
         "Mz": solution.moment,
         "normal_force": solution.normal_force,
         "approach": solution.approach,
-        "residual": solution.certificate.residual,
-        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), solution.certificate.force_bound, strict=True)),
+        "residual": certificate.residual,
+        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)),
     }
-    if solution.error_estimate is not None:
-        bars = solution.error_estimate.bars
-        figures |= {f"{name}_error": bars.get(name, math.nan) for name in ("Fx", "Fy", "Mz")}
+    if estimate is not None:
+        figures |= {f"{name}_error": estimate.bars.get(name, math.nan) for name in ("Fx", "Fy", "Mz")}
     return {**{name: float(value) for name, value in figures.items()}, **solution.elements}
 
 
@@ -170,7 +167,8 @@ def curve(
     check_outputs(out, plot, [scene], force, (".nc",))
     described, _ = vc.read_scene(scene)
     ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
-    found = with_progress(lambda progress: vc.creep_curve(described, names_of(methods), progress=progress, **ranges))
+    with progress_line() as progress:
+        found = vc.creep_curve(described, names_of(methods), progress=progress, **ranges)
     if out is not None:
         write_whole("--out", out, bytes(found.to_netcdf(engine="scipy")))
     draw(plot, vc.plot_curve, found, normalised=bool(found.limit > 0))

@@ -12,7 +12,7 @@ import typer
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
-from varcontact.cli.terminal import check_outputs, draw, show, stop, with_progress
+from varcontact.cli.terminal import check_outputs, draw, progress_line, show, stop
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 
 MOVING = (".gif", ".mp4")
@@ -79,7 +79,8 @@ def solve(
     elif out is not None:
         check_solution_file("--out", out, force)
     try:
-        solution = with_progress(lambda progress: vc.solve(described, **options, progress=progress))
+        with progress_line() as progress:
+            solution = vc.solve(described, **options, progress=progress)
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
             deliver(stopped.partial, out, plot, force, as_json)

@@ -11,7 +11,7 @@ import typer
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
-from varcontact.cli.terminal import NOT_SOLVED, check_outputs, cluster, fail, progress_bar, show, stop
+from varcontact.cli.terminal import check_outputs, cluster, progress_line, show, stop
 from varcontact.errors import Interrupted, SceneError, WorkersLost
 
 if TYPE_CHECKING:
@@ -60,16 +60,11 @@ def sweep(
     options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
     options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
     try:
-        with cluster(dask, workers) as executor, progress_bar() as progress:
+        with cluster(dask, workers) as executor, progress_line() as progress:
             options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
             swept = vc.sweep(described, over, **options)
-    except Interrupted as stopped:
+    except (Interrupted, WorkersLost) as stopped:
         stop(stopped, out, "--out FILE.nc", "scenes")
-    except WorkersLost as lost:
-        kept = "nothing is kept; with --out FILE.nc, finished scenes are kept"
-        if out is not None:
-            kept = f"finished scenes are kept in {out}, and the same command resumes from there"
-        fail(f"{lost}; {kept}", NOT_SOLVED)
     show(_written(swept, as_json))
 
 
@@ -110,7 +105,7 @@ def make_table(
     where: dict[str, Any] = {"workers": workers, "out": out, "overwrite": force}
     size: dict[str, Any] = {"least": least, "greatest": greatest, "ratios": ratios, "steps": steps, "degree": degree}
     try:
-        with cluster(dask, workers) as executor, progress_bar() as progress:
+        with cluster(dask, workers) as executor, progress_line() as progress:
             book = make_table_book(nu, **size, **where, executor=executor, progress=progress)
     except Interrupted as stopped:
         stop(stopped, stores(out)[0], "--out FILE.nc", "entries")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
-from varcontact.errors import Interrupted, OutputError, SceneError
+from varcontact.errors import Interrupted, OutputError, SceneError, WorkersLost
 
 BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
 
@@ -28,8 +28,9 @@ def show(text: str) -> None:
         raise OutputError("standard output", "", f"cannot be written ({error.strerror})") from None
 
 
-def with_progress(work: Callable[[Any], Any]) -> Any:
-    """Call `work` with a function that shows the stage on standard error, if that is a terminal, or None.
+@contextlib.contextmanager
+def progress_line() -> Iterator[Callable[[object], None] | None]:
+    """A function that shows the stage on standard error, if that is a terminal, or None.
 
     What solvers print goes to standard error, too.
     """
@@ -38,27 +39,10 @@ def with_progress(work: Callable[[Any], Any]) -> Any:
     console = Console(stderr=True)
     with contextlib.redirect_stdout(sys.stderr):
         if not console.is_terminal:
-            return work(None)
-        with console.status("reading") as status:
-            return work(status.update)
-
-
-@contextlib.contextmanager
-def progress_bar() -> Iterator[Any]:
-    """A function that shows a `Standing` as a bar on standard error, if that is a terminal, or None."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        if not console.is_terminal:
             yield None
             return
-        with Progress(BarColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:
-            task = bar.add_task("")
-            yield lambda standing: bar.update(
-                task, total=standing.of, completed=standing.done, description=str(standing)
-            )
+        with console.status("reading") as status:
+            yield lambda stage: status.update(str(stage))
 
 
 def study(
@@ -72,7 +56,8 @@ def study(
 ) -> Any:
     """Run a study with its progress, print its result and draw it; after Ctrl-C what is finished, and how to resume."""
     try:
-        result = with_progress(work)
+        with progress_line() as progress:
+            result = work(progress)
     except Interrupted as stopped:
         if len(getattr(stopped.partial, "runs", stopped.partial)):
             show(written(stopped.partial))
@@ -131,15 +116,15 @@ def check_outputs(
         check_picture(plot, inputs if out is None else [*inputs, out], force)
 
 
-def stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> NoReturn:
-    """After Ctrl-C: say what is kept, or which option keeps it, and leave."""
+def stop(stopped: Interrupted | WorkersLost, store: Path | None, option: str, what: str) -> NoReturn:
+    """After Ctrl-C, or without workers: say what is kept, or which option keeps it, and leave."""
     if store is None:
         kept = f"nothing is kept; with {option}, finished {what} are kept and the same command resumes from there"
     elif store.exists():
         kept = f"finished {what} are kept in {store}, and the same command resumes from there"
     else:
         kept = f"nothing is kept in {store} yet, and the same command starts again from the beginning"
-    fail(f"{stopped}; {kept}", INTERRUPTED)
+    fail(f"{stopped}; {kept}", NOT_SOLVED if isinstance(stopped, WorkersLost) else INTERRUPTED)
 
 
 def fail(error: object, status: int) -> NoReturn:

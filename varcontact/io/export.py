@@ -122,7 +122,8 @@ def _to_vti(sol: Solution) -> bytes:
     (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
     left, _, bottom, _ = sol.grid.box
     extent = f"0 {nx} 0 {ny} 0 0"
-    place = f'Origin="{left!r} {bottom!r} 0" Spacing="{dx!r} {dy!r} 1"'.replace("np.float64(", "").replace(")", "")
+    left, bottom, dx, dy = map(float, (left, bottom, dx, dy))
+    place = f'Origin="{left!r} {bottom!r} 0" Spacing="{dx!r} {dy!r} 1"'
     piece = f'<Piece Extent="{extent}">'
     body = [f'<ImageData WholeExtent="{extent}" {place}>', piece, *_cell_data(sol), "</Piece>", "</ImageData>"]
     return _vtk_file("ImageData", body)

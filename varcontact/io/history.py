@@ -22,7 +22,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, first_step, next_step
+from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, step_to_bytes
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, READ, assembled, solution_from_bytes
 from varcontact.results.history import History
@@ -123,11 +123,11 @@ class Stored(Sequence[Solution]):
             raise OutputError("store", self.path, reason)
         if k == 0:
             with replacing("store", self.path) as file:
-                file.write(first_step(self.scene, self.plan, self.settings, sol))
+                file.write(step_to_bytes(self.scene, self.plan, self.settings, sol, first=True))
             return
         with _file(self.path) as header:
             begin = int(header.first_step.decode())
-        step = next_step(self.scene, self.plan, self.settings, sol)
+        step = step_to_bytes(self.scene, self.plan, self.settings, sol, first=False)
         with writing("store", self.path), self.path.open("r+b") as file:
             file.seek(begin + k * len(step))
             file.write(step)
@@ -196,9 +196,8 @@ def _write(history: History, file: BinaryIO) -> None:
             shutil.copyfileobj(source, file)
         return
     plan = steps[0].plan
-    file.write(first_step(history.scene, plan, history.settings, steps[0]))
-    for k in range(1, len(steps)):
-        file.write(next_step(history.scene, plan, history.settings, steps[k]))
+    for k, step in enumerate(steps):
+        file.write(step_to_bytes(history.scene, plan, history.settings, step, first=k == 0))
     file.seek(COUNT_AT)
     file.write(len(steps).to_bytes(4, "big"))
 
@@ -208,22 +207,17 @@ def _file(path: Path) -> Iterator[Any]:
     """A file of ours, open; nothing of it is in memory but what is asked for."""
     from scipy.io import netcdf_file
 
-    file = None
-    while file is None:  # scipy maps it before it reads how many steps there are: another may be added in between
-        size = _size(path)
+    for left in reversed(range(10)):  # scipy maps it before it reads how many steps there are: one may come in between
         try:
             file = netcdf_file(path, "r", mmap=True)
+            break
         except Exception as error:  # whatever scipy makes of damaged bytes
-            if _size(path) in (size, 0):
+            if left == 0:
                 raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
     try:
         yield file
     finally:
         file.close()
-
-
-def _size(path: Path) -> int:
-    return path.stat().st_size if path.exists() else 0
 
 
 def _entry(file: Any, name: str) -> Any:

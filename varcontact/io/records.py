@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 MAGIC = b"CDF\x02"
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
+NOWHERE = "000000000000"
+"""In place of the position of the first record."""
 HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 1", "varcontact sweep 2"
 
 # Steps of a history
@@ -84,19 +86,8 @@ ERRORS = {f"{name}_error": (NUMBERS[name][0], f"error bar of {name}") for name i
 """Error bars, of sweeps to an accuracy or within a time."""
 
 
-def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """The file with the first step, and with the position of that."""
-    header, _ = _step(scene, plan, settings, sol, 0)
-    return b"".join(_step(scene, plan, settings, sol, len(header)))
-
-
-def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """The record of a further step."""
-    return _step(scene, plan, settings, sol, None)[1]
-
-
-def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, begin: int | None) -> list[bytes]:
-    """Header and record of a step; the header is of no use without the position where it ends."""
+def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool) -> bytes:
+    """The record of a step; of the first one the whole file, which says where that begins."""
     from scipy.io import netcdf_file
 
     start = cast(Transient, scene.motion).start
@@ -104,7 +95,7 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
     buffer = io.BytesIO()
     file = netcdf_file(buffer, "w", version=2)
     file.format = HISTORY_FORMAT
-    file.first_step = f"{begin or 0:012d}"
+    file.first_step = NOWHERE
     file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
     longer = plan.loops or scene.under_law or sol.error_estimate is not None
@@ -122,7 +113,7 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
     for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
         variable = file.createVariable(name, "c", (name, "letters"))
         variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
-    if start is not None and begin is not None:
+    if start is not None and first:
         content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
@@ -137,7 +128,9 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
     file.flush()
     written = buffer.getvalue()
     buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
-    return [written[: -file._recsize], written[-file._recsize :]]
+    header, record_bytes = written[: -file._recsize], written[-file._recsize :]
+    place = f"{len(header):012d}"
+    return header.replace(NOWHERE.encode(), place.encode(), 1) + record_bytes if first else record_bytes
 
 
 def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -> np.dtype:

@@ -11,6 +11,7 @@ a thread beside, for which the main thread waits: Ctrl-C ends the waiting at onc
 
 from __future__ import annotations
 
+import contextlib
 import contextvars
 import math
 import os
@@ -18,7 +19,6 @@ import signal
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, wait
-from contextlib import ContextDecorator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -53,7 +53,14 @@ def available() -> float:
     """
     import psutil
 
-    return max(0.0, min(float(psutil.virtual_memory().available), left_by_control_groups(), _left_by_ulimit()))
+    left = min(float(psutil.virtual_memory().available), left_by_control_groups())
+    with contextlib.suppress(ImportError):  # there is none on Windows
+        import resource
+
+        most, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if most != resource.RLIM_INFINITY:
+            left = min(left, float(most - psutil.Process().memory_info().vms))
+    return max(0.0, left)
 
 
 def left_by_control_groups(root: Path = Path("/")) -> float:
@@ -80,18 +87,6 @@ def _lines(path: Path) -> list[str]:
         return []
 
 
-def _left_by_ulimit() -> float:
-    """Bytes of address space that are left; infinite without a limit."""
-    import psutil
-
-    try:
-        import resource
-    except ImportError:  # there is none on Windows
-        return math.inf
-    most, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return math.inf if most == resource.RLIM_INFINITY else float(most - psutil.Process().memory_info().vms)
-
-
 def fits(size: float) -> bool:
     """Whether so many bytes are there."""
     return size < LITTLE or size <= available()
@@ -99,14 +94,11 @@ def fits(size: float) -> bool:
 
 def need(what: str, size: float, fits: str) -> None:
     """Raise `TooLarge` if `size` bytes are not there."""
-    if size < LITTLE:
-        return
-    there = available()
-    if size > there:
+    if size >= LITTLE and size > (there := available()):
         raise TooLarge(what, size, there, fits)
 
 
-class _Limit(ContextDecorator):
+class _Limit(contextlib.ContextDecorator):
     """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
 
     def __init__(self) -> None:
@@ -134,7 +126,7 @@ if hasattr(os, "register_at_fork"):  # a child forked while another thread holds
     )
 
 
-def one_blas_thread() -> ContextDecorator:
+def one_blas_thread() -> contextlib.ContextDecorator:
     """Limit BLAS to one thread within a block, or as a decorator within a function.
 
     Every public function holds it whose matrices or products grow with the elements of a contact or the points of a
