@@ -263,22 +263,21 @@ def solve_cases(
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile, described: dict[int, str]) -> str:
     """A few digits that identify one wheel with its settings; parts that wheels share are `described` once."""
+    in_json = partial(json.dumps, sort_keys=True, default=_plain)
     parts = {each.name: getattr(case, each.name) for each in dataclasses.fields(case)}
     for part in parts.values():
         if id(part) not in described:
-            described[id(part)] = _in_json(part)
+            described[id(part)] = in_json(part)
     entries = ", ".join(f'"{name}": {described[id(part)]}' for name, part in sorted(parts.items()))
-    settings = _in_json([type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast)
+    settings = in_json([type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast)
     return hashlib.sha256(f"[{{{entries}}}, {settings}]".encode()).hexdigest()[:12]
 
 
-def _in_json(part: Any) -> str:
-    def plain(value: Any) -> Any:
-        if isinstance(value, np.ndarray):
-            return value.tolist()
-        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
-
-    return json.dumps(part, sort_keys=True, default=plain)
+def _plain(value: Any) -> Any:
+    """Of what JSON does not know."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:

@@ -60,7 +60,7 @@ def curved_surface(
     # the wheel's part around the origin that grows along the plane: its contact locus, in track coordinates
     locus = overlaps[0].locus
     places = (locus.points + (overlaps[0].points[0] - locus.points[overlaps[0].run][0]))[:, 1:]
-    run = growing(places @ along, int(np.hypot(*(places - origin).T).argmin()))
+    run = growing(np.diff(places @ along) > 0, int(np.hypot(*(places - origin).T).argmin()))
     on_wheel = spline(places[run], np.zeros(0, dtype=int), 0.0)
     begins = [float(curve.at(np.array([along @ origin]), along)[0]) for curve in (on_rail, on_wheel)]
     surface = np.concatenate([each.surface for each in overlaps])

@@ -88,14 +88,10 @@ class Curve:
     def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
         """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
         at = self._breakpoints @ direction
-        middle = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
         # between breakpoints, too: no turning point inside
         grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ direction > 0)
-        stops = np.flatnonzero(~grows)
-        below, above = stops[stops < middle - 1], stops[stops >= middle]
-        first = int(below[-1]) + 1 if below.size else 0
-        last = int(above[0]) if above.size else self.s.size - 1
-        return Curve(self.s[first : last + 1], self.coefficients[:, first:last])
+        run = growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1)))
+        return Curve(self.s[run], self.coefficients[:, run.start : run.stop - 1])
 
     def at(self, value: np.ndarray, direction: np.ndarray = ACROSS) -> np.ndarray:
         """Parameters where ``direction . (y, z)``, which has to grow along the curve, has values; NaN beyond its ends.
@@ -119,11 +115,11 @@ class Curve:
         return s
 
 
-def growing(values: np.ndarray, near: int) -> slice:
-    """The run around the index `near` in which values grow."""
-    falls = np.flatnonzero(np.diff(values) <= 0)
+def growing(grows: np.ndarray, near: int) -> slice:
+    """The run around the point `near` in which every step, of which `grows` tells, grows."""
+    falls = np.flatnonzero(~grows)
     first = int(max(falls[falls < near] + 1, default=0))
-    return slice(first, int(min(falls[falls >= near], default=values.size - 1)) + 1)
+    return slice(first, int(min(falls[falls >= near], default=grows.size)) + 1)
 
 
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:

@@ -136,13 +136,9 @@ def worn_profile(
         depth = np.convolve(depth, np.full(count, 1 / count), mode="same")
     into = np.stack([-along[:, 1], along[:, 0]]) * (depth if kind == "rail" else -depth)
     s = curve.at(profile.y)
-    touched = np.isfinite(s)  # and not the back of a flange
-    touched[touched] = np.abs(curve.points(s[touched])[:, 1] - profile.z[touched]) < SAMPLE
-    y, z = (
-        np.array([*each]) + np.where(touched, np.interp(s, at, move), 0.0)
-        for each, move in zip((profile.y, profile.z), into, strict=True)
-    )
-    return replace(profile, y=y, z=z)
+    touched = np.abs(curve.points(s)[:, 1] - profile.z) < SAMPLE  # not beyond the curve, nor the back of a flange
+    y, z = (np.where(touched, np.interp(s, at, move), 0.0) for move in into)
+    return replace(profile, y=profile.y + y, z=profile.z + z)
 
 
 def wear_down(

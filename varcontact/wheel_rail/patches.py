@@ -193,7 +193,7 @@ def wheel_heights(
     """
     points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
     along, across, _ = ((points - frame.origin) @ frame.axes).T
-    run = growing(across, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
+    run = growing(np.diff(across) > 0, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
     grid_x, grid_y = lines
     shape = grid_y.size, grid_x.size
     by_row = locus.s, locus.theta, along, locus.radii

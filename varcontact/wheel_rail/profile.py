@@ -325,7 +325,7 @@ def flange(y: np.ndarray, z: np.ndarray) -> float:
 def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """The run of growing y around the highest point: y, depths below that point, and its index."""
     top = int(z.argmin())
-    run = growing(y, top)
+    run = growing(np.diff(y) > 0, top)
     return y[run], z[run] - z[top], top - run.start
 
 

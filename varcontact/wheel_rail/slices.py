@@ -264,7 +264,7 @@ class Surface:
         found = np.zeros(y.shape)
         for j in range(x.size):
             across, height = sections[:, j].T
-            run = growing(across, int(height.argmin()))
+            run = growing(np.diff(across) > 0, int(height.argmin()))
             found[:, j] = np.interp(y[:, j], across[run], self.s[run], left=np.nan, right=np.nan)
         return found
 
