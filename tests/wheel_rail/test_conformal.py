@@ -12,9 +12,8 @@ from tests.scenes import make_scene
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from varcontact.kinematics import RigidBody
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
-from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import spline
-from varcontact.wheel_rail.patches import contact_locus, tangent_of
+from varcontact.wheel_rail.patches import contact_locus, curved_surface, tangent_of
 
 CONTACT = json.loads((DATA / "conformal.json").read_text())
 NO_KINKS = np.zeros(0, dtype=int)

@@ -19,10 +19,9 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.process import one_blas_thread
-from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
-from varcontact.wheel_rail.patches import Seams, joined, seams_of, tangents_of, undeformed_distance
+from varcontact.wheel_rail.patches import Seams, curved_surface, joined, seams_of, tangents_of, undeformed_distance
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import RailSurface, Surface
