@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from varcontact import checks
-from varcontact.errors import Interrupted, SceneError, VarcontactError
+from varcontact.errors import SceneError, VarcontactError
 from varcontact.html import html_text
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -20,7 +20,6 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, of_another
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
-from varcontact.study.parallel import opened, results
 from varcontact.study.parameters import named_scenes
 
 COLUMNS = (
@@ -128,19 +127,14 @@ def compare(
         raise SceneError("methods", [], "at least one")
     named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
-        _check_same(
-            table, [method.name for method in chosen], {name: identity(each, tol) for name, each in named.items()}
-        )
-        finished = {row["scene"] for row in table.rows}
-        tasks = [(name, scene, chosen, tol) for name, scene in named.items() if name not in finished]
-        done = len(named) - len(tasks)
-        try:
-            with opened(executor, workers) as pool:
-                for _, rows in results(_rows, tasks, pool, progress=progress, names=[name for name, *_ in tasks]):
-                    table.add(*rows)
-                    done += 1
-        except KeyboardInterrupt:
-            raise Interrupted(_table(table, named), f" after {done} of {len(named)} scenes") from None
+        finished = {row["scene"]: row["identity"] for row in table.rows}
+        for name, key in finished.items():
+            if [row["method"] for row in table.rows if row["scene"] == name] != [method.name for method in chosen]:
+                raise of_another(table.path, "compares other methods, or the same in another order")
+            if name in named and identity(named[name], tol) != key:
+                raise of_another(table.path, f"holds another scene named {name!r}")
+        tasks = {name: (name, scene, chosen, tol) for name, scene in named.items() if name not in finished}
+        table.fill(_rows, tasks, executor, workers, progress, lambda: _table(table, named), len(named))
         return _table(table, named)
 
 
@@ -151,54 +145,44 @@ def _table(table: Table, names: Iterable[str]) -> Comparison:
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
     """A scene on its own grid, or on that of an accuracy or a time; by default 1 %."""
-    if isinstance(scene.grid, Grid) and accuracy is time_budget is None:
+    by_default = accuracy is time_budget is None
+    if isinstance(scene.grid, Grid) and by_default:
         return scene
     try:
         answer = solve(scene, certify=None, accuracy=accuracy, time_budget=time_budget)
     except VarcontactError:
-        if accuracy is time_budget is None:  # each method's row says why
+        if by_default:  # each method's row says why
             return scene
         raise
     assert isinstance(answer, Solution)
     return answer.scene
 
 
-def _check_same(table: Table, methods: list[str], identities: dict[str, str]) -> None:
-    """Refuse rows of other methods, or of other scenes of the same name."""
-    for scene in dict.fromkeys(row["scene"] for row in table.rows):
-        rows = [row for row in table.rows if row["scene"] == scene]
-        if [row["method"] for row in rows] != methods:
-            raise of_another(table.path, "compares other methods, or the same in another order")
-        if any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
-            raise of_another(table.path, f"holds another scene named {scene!r}")
-
-
 def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
     """The rows of a scene by all methods, with distances from the solved answer of the smallest residual."""
-    found = [_run(scene, method, tol) for method in methods]
-    solved = [sol for row, sol in found if sol is not None and row["outcome"] == "solved"]
-    best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
-    key = identity(scene, tol)
-    return [
-        {"scene": name, "method": method.name, **row, **_distances(sol, best), "identity": key}
-        for method, (row, sol) in zip(methods, found, strict=True)
-    ]
-
-
-def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     motion = scene.motion
     assert isinstance(motion, Steady | Shift | None)
     motions = [motion, neighbour(motion)] if motion is not None else [None]
-    outcome, reason, solutions = attempted(scene, method, tol, motions)
-    row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}
-    if not solutions:
-        return row, None
+    found = [attempted(scene, method, tol, motions) for method in methods]
+    solved = [solutions[0] for outcome, _, solutions in found if outcome == "solved"]
+    best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
+    rows = []
+    for method, (outcome, reason, solutions) in zip(methods, found, strict=True):
+        row = {"scene": name, "method": method.name, "outcome": outcome, "reason": reason, "calls": ""}
+        if solutions:
+            row |= _measured(solutions, best)
+        rows.append(row | {"identity": identity(scene, tol)})
+    return rows
+
+
+def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any]:
+    """What a method found, at what cost, and how far from the best answer on the same grid."""
     sol, certificate = solutions[0], solutions[0].certificate
     work, *again = (each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions)
     calls = {
         problem: " + ".join(f"{name} {n.count}" for name, n in each.items()) for problem, each in sol.calls.items()
     }
-    row |= {
+    row: dict[str, Any] = {
         **figures(sol),
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
@@ -208,26 +192,20 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solu
     }
     if again:
         row |= {"repeat_seconds": again[0], "setup_seconds": max(work - again[0], 0.0)}
-    return row, sol
-
-
-def _distances(sol: Solution | None, best: Solution | None) -> dict[str, Any]:
-    """From the best answer on the same grid: of the forces and the tractions; without friction or slip of pressures."""
-    if sol is None or best is None or vars(sol.grid) != vars(best.grid):
-        return {}
-    bound, misclassified = best.traction_bound, int(np.sum(sol.state != best.state))
+    if best is None or vars(sol.grid) != vars(best.grid):
+        return row
+    row["misclassified"] = int(np.sum(sol.state != best.state))
+    bound = best.traction_bound
     limit = float(bound.sum() * best.grid.area)
-    if not 0 < limit < np.inf:
-        apart = float(np.abs(sol.pressure - best.pressure).max() / best.pressure.max())
-        return {"traction_distance": apart, "misclassified": misclassified}
-    return {
-        "force_distance": float(np.hypot(*(sol.force - best.force)) / limit),
-        "traction_distance": float(np.hypot(*(sol.traction - best.traction)).max() / bound.max()),
-        "misclassified": misclassified,
-    }
+    if 0 < limit < np.inf:
+        row["force_distance"] = float(np.hypot(*(sol.force - best.force)) / limit)
+        row["traction_distance"] = float(np.hypot(*(sol.traction - best.traction)).max() / bound.max())
+    else:  # without friction or slip that of the pressures
+        row["traction_distance"] = float(np.abs(sol.pressure - best.pressure).max() / best.pressure.max())
+    return row
 
 
-class Comparison(pd.DataFrame):  # type: ignore[misc]
+class Comparison(pd.DataFrame):  # type: ignore[misc]  # pandas has no types, mypy's rule is for bases without
     """A data frame with one row per scene and method, see `varcontact.compare`.
 
     Examples

@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.contact_grid import Box, contact_box, within
-from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
+from varcontact.errors import SceneError, SolverUnavailable, TooLarge
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import Shift, Steady
@@ -25,7 +25,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import Method, attempted, figures
-from varcontact.study.parallel import alone, opened, results, traced
+from varcontact.study.parallel import alone, traced
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
@@ -124,30 +124,29 @@ def converge(
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
         for n in numbers:
             _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)
-        try:
-            box, tasks, words = contact_of(scene), [], []
-            for done, (n, each, i) in enumerate(wanted):
-                if (n, each.name, i) not in known:
-                    place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                    tasks.append((replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
-                    words.append(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
-            with opened(executor, workers) as pool:
-                for _, row in results(_row, tasks, pool, progress=progress, names=words):
-                    table.add(row | {"identity": key})
-        except KeyboardInterrupt:
-            finished = f" after {len(table.rows)} of {len(wanted)} solves"
-            raise Interrupted(Convergence.of(table.rows, numbers, names, offsets), finished) from None
-    return Convergence.of(table.rows, numbers, names, offsets)
+        tasks: dict[str, tuple[Any, ...]] = {}
+        box = contact_of(scene)
+        for done, (n, each, i) in enumerate(wanted, 1):
+            if (n, each.name, i) not in known:
+                place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+                word = f"{done} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
+                tasks[word] = replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i, key
+
+        def found() -> Convergence:
+            return Convergence.of(table.rows, numbers, names, offsets)
+
+        table.fill(_rows, tasks, executor, workers, progress, found, len(wanted), "solves")
+        return found()
 
 
-def _row(scene: Scene, method: Method, tol: float, cells: int, offset: int) -> dict[str, Any]:
-    """The row of a solve; the first of each grid is traced for its memory."""
+def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
+    """The one row of a solve; the first of each grid is traced for its memory."""
     if offset == 0 and alone():
         row, memory = traced(partial(_solved, scene, method, tol))
         row["memory"] = memory
     else:
         row = _solved(scene, method, tol)
-    return row | {"method": method.name, "cells": cells, "offset": offset, **_staircase(scene)}
+    return [row | {"method": method.name, "cells": cells, "offset": offset, "identity": key, **_staircase(scene)}]
 
 
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:

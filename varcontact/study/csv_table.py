@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from varcontact import checks
-from varcontact.errors import OutputError, SceneError
+from varcontact.errors import Interrupted, OutputError, SceneError
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.report import known
 from varcontact.scene.scene import Scene
+from varcontact.study.parallel import opened, results
 from varcontact.system.files import check_writable, only_writer, replacing
 from varcontact.system.process import imported
 
@@ -75,6 +77,28 @@ class Table:
     def add(self, *rows: dict[str, Any]) -> None:
         self.write([*self.rows, *rows])
 
+    def fill(
+        self,
+        work: Callable[..., list[dict[str, Any]]],
+        tasks: Mapping[str, tuple[Any, ...]],
+        executor: Executor | None,
+        workers: int,
+        progress: Callable[[str], None] | None,
+        so_far: Callable[[], Any],
+        total: int,
+        what: str = "scenes",
+    ) -> None:
+        """Add the rows of tasks, which are the rest of a `total`, by their names; after Ctrl-C the result `so_far`."""
+        done = total - len(tasks)
+        try:
+            with opened(executor, workers) as pool:
+                for _, rows in results(work, [*tasks.values()], pool, progress=progress, names=[*tasks]):
+                    if rows:
+                        self.add(*rows)
+                    done += 1
+        except KeyboardInterrupt:
+            raise Interrupted(so_far(), f" after {done} of {total} {what}") from None
+
 
 def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:
     """Rows of a file, which must have these columns; none if there is no file yet."""
@@ -94,10 +118,7 @@ def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: 
                 raise ValueError(f"column {name} has words where figures belong")
     except (ValueError, OSError) as error:
         raise of_another(store, f"is not {what} ({error})") from None
-    table = table[list(columns)]
-    table[list(words)] = table[list(words)].fillna("")
-    rows: list[dict[str, Any]] = table.to_dict("records")
-    return rows
+    return table[list(columns)].fillna(dict.fromkeys(words, "")).to_dict("records")
 
 
 def of_another(store: str | Path | None, what: str) -> SceneError:

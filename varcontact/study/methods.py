@@ -94,10 +94,9 @@ def attempted(
     try:
         plan = method.plan(scene)
         load_packages(plan.normal, plan.tangential)
-        for solution in solve_in_turn(scene, motions, plan, tol, method.polish):
-            solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
+        solutions.extend(solve_in_turn(scene, motions, plan, tol, method.polish))
     except VarcontactError as error:
-        if not solutions:
+        if not solutions:  # those before a later failure stay
             best = error.solution if isinstance(error, NotConverged) else None
             return failure(error), str(error), [] if best is None else [best]
     return outcome(plan), "", solutions

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
+from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.html import Reported
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
@@ -27,7 +27,7 @@ from varcontact.solving.selection import select
 from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
 from varcontact.study.methods import neighbour
-from varcontact.study.parallel import alone, opened, results, traced
+from varcontact.study.parallel import alone, traced
 from varcontact.study.references import ContinuumValues, continuum_values
 from varcontact.theories.on_grid import THEORIES
 
@@ -135,21 +135,15 @@ def tradeoff(
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
         known = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
         met: Counter[str] = Counter()
-        tasks = []
+        tasks: dict[str, tuple[Any, ...]] = {}
         for name, reference in bank.items():
             key = identity(reference.scene, TOLERANCE)
             met[reference.kind] += 1
             lacking = [way for way in ways if (name, str(way), key) not in known]
-            tasks.append((name, reference, lacking, met[reference.kind], key))
-        done, names = 0, list(bank)
-        try:
-            with opened(executor, workers) as pool:
-                for _, rows in results(_measured, tasks, pool, progress=progress, names=names):
-                    if rows:
-                        table.add(*rows)
-                    done += 1
-        except KeyboardInterrupt:
-            raise Interrupted(Tradeoff.of(table.rows, bank, ways), f" after {done} of {len(tasks)} scenes") from None
+            tasks[name] = name, reference, lacking, met[reference.kind], key
+        table.fill(
+            _measured, tasks, executor, workers, progress, lambda: Tradeoff.of(table.rows, bank, ways), len(bank)
+        )
         return Tradeoff.of(table.rows, bank, ways)
 
 
