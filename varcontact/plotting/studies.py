@@ -276,9 +276,7 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
 
 def plot_tradeoff(study: Tradeoff) -> Figure:
     """Errors of methods over processor seconds: the largest of each class of scenes, and the front; a panel a class."""
-    classes = study.classes
-    kinds = list(dict.fromkeys(classes["kind"] if len(classes) else []))
-    families = list(dict.fromkeys(classes["family"] if len(classes) else []))
+    kinds, families = (list(dict.fromkeys(study.classes[name])) for name in ("kind", "family"))
     with style.styled():
         figure, axes = style.new_panels(len(kinds), lambda rows, _: (style.PAGE, 1.2 + 2.3 * rows))
         for ax, kind in zip(axes, kinds, strict=True):

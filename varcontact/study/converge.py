@@ -25,7 +25,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
 from varcontact.study.methods import Method, attempted, figures
-from varcontact.study.parallel import alone, traced
+from varcontact.study.parallel import traced
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
@@ -141,12 +141,10 @@ def converge(
 
 def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
     """The one row of a solve; the first of each grid is traced for its memory."""
-    if offset == 0 and alone():
-        row, memory = traced(partial(_solved, scene, method, tol))
-        row["memory"] = memory
-    else:
-        row = _solved(scene, method, tol)
-    return [row | {"method": method.name, "cells": cells, "offset": offset, "identity": key, **_staircase(scene)}]
+    solving = partial(_solved, scene, method, tol)
+    row, memory = traced(solving) if offset == 0 else (solving(), np.nan)
+    row |= {"method": method.name, "cells": cells, "offset": offset, "identity": key, "memory": memory}
+    return [row | _staircase(scene)]
 
 
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:

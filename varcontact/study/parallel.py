@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import signal
@@ -92,7 +93,10 @@ def _lost_workers() -> Iterator[None]:
 
 @contextmanager
 def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
-    """The given executor, which stays open; or processes of our own; or None for one worker: this process."""
+    """The given executor, which stays open; or None for one worker: this process; or processes of our own.
+
+    Our own end at once when the block, or this process, ends early.
+    """
     workers = checks.whole("workers", workers, most=MOST_WORKERS)
     if executor is not None:
         if not isinstance(executor, Executor):
@@ -101,20 +105,12 @@ def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
         if workers != 1:
             raise SceneError("workers", workers, "left out: the executor has its own")
         yield executor
-    elif workers == 1:
+        return
+    if workers == 1:
         yield None
-    else:
-        with processes(workers) as pool:
-            yield pool
-
-
-@contextmanager
-def processes(workers: int) -> Iterator[Executor]:
-    """A pool of processes, which end at once when the block, or this process, ends early.
-
-    They are not forked from this process: a fork would copy locks that other threads hold. On Linux they are forked
-    from a process that only imports what they need; elsewhere each is started anew.
-    """
+        return
+    # Not forked from this process: a fork would copy locks that other threads hold. On Linux they are forked from a
+    # process that only imports what they need; elsewhere each is started anew.
     context = multiprocessing.get_context(START)
     if START == "forkserver":
         context.set_forkserver_preload(PRELOAD)
@@ -161,8 +157,13 @@ def _end_with(watched: Connection) -> None:
         os._exit(1)
 
 
-def traced(work: Callable[[], Result]) -> tuple[Result, int]:
-    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its own."""
+def traced(work: Callable[[], Result]) -> tuple[Result, float]:
+    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its own.
+
+    NaN but in the main thread: memory is traced for a whole process.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return work(), math.nan
     tracing = tracemalloc.is_tracing()
     if not tracing:
         tracemalloc.start()
@@ -174,8 +175,3 @@ def traced(work: Callable[[], Result]) -> tuple[Result, int]:
     finally:
         if not tracing:
             tracemalloc.stop()
-
-
-def alone() -> bool:
-    """Whether memory can be traced: that is done for a whole process, not for one thread."""
-    return threading.current_thread() is threading.main_thread()

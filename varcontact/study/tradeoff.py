@@ -7,15 +7,16 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import NotConverged, SceneError, VarcontactError
+from varcontact.errors import SceneError, VarcontactError
 from varcontact.html import Reported
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
@@ -24,10 +25,10 @@ from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import TOLERANCE, polished_by
 from varcontact.solving.selection import select
-from varcontact.solving.warm_start import Series
+from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, plain_rows
-from varcontact.study.methods import neighbour
-from varcontact.study.parallel import alone, traced
+from varcontact.study.methods import failure, neighbour
+from varcontact.study.parallel import traced
 from varcontact.study.references import ContinuumValues, continuum_values
 from varcontact.theories.on_grid import THEORIES
 
@@ -48,6 +49,8 @@ SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
 REPEATED = 3
 """Scenes of each class on which a repeat is measured."""
 CELLS = (8, 12, 16, 24, 32, 48)
+MEDIANS = ("error", "seconds", "processor_seconds", "repeat_seconds")
+ADVISED = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
 
 
 def default_ways() -> list[Way]:
@@ -165,11 +168,9 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
             found.append(each)
             continue
         name = checks.choice("methods", each, ("auto", "accuracy", *tangential_methods(), *THEORIES))
-        if name == "accuracy":
-            found += [Way(accuracy=target) for target in TARGETS]
-            continue
-        options: tuple[tuple[str, Any], ...] = () if name == "auto" else (("tangential", name),)
-        found += [Way(cells=n, options=options) for n in numbers]
+        options = () if name == "auto" else (("tangential", name),)
+        accuracies = [Way(accuracy=target) for target in TARGETS]
+        found += accuracies if name == "accuracy" else [Way(cells=n, options=options) for n in numbers]
     if not found:
         raise SceneError("methods", [], "at least one name")
     by_name: dict[str, Way] = {}
@@ -182,22 +183,15 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
 
 def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
     """The error and the costs of a way on a scene, which is that `number` of its class."""
-    scene, steps = reference.scene, reference.steps or None
-    reason = way.why_not(scene)
-    if reason:
-        return {"outcome": "refused", "reason": reason}
+    work = partial(answer, reference.scene, way, steps=reference.steps or None)
     try:
         wall, processor = time.perf_counter(), time.process_time()
-        found = answer(scene, way, steps=steps)
+        found = work()
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
-        repeat = _repeat_seconds(scene, way) if number <= REPEATED else np.nan
-        memory: float = np.nan
-        if number == 1 and alone():
-            _, memory = traced(partial(answer, scene, way, steps=steps))
-    except NotConverged as error:
-        return {"outcome": "not converged", "reason": str(error)}
+        repeat = _repeat_seconds(reference.scene, way) if number <= REPEATED else np.nan
+        memory = traced(work)[1] if number == 1 else np.nan
     except VarcontactError as error:
-        return {"outcome": "refused", "reason": str(error)}
+        return {"outcome": failure(error), "reason": str(error)}
     missing = [name for name in reference.units if np.isnan(found.values.get(name, np.nan))]
     if missing:
         return {"outcome": "refused", "reason": f"no {' or '.join(missing)}, which the error counts"}
@@ -228,12 +222,12 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
         on_grid = way.of(scene, n)
         assert isinstance(on_grid.motion, Steady | Shift)
         plan = select(on_grid, tangential=options.get("tangential", "auto"))
-        series = Series(TOLERANCE, polished_by(plan, None))
-        series.solve(on_grid, plan)
+        motions = [on_grid.motion, neighbour(on_grid.motion)]
+        turns = solve_in_turn(on_grid, motions, plan, TOLERANCE, polished_by(plan, None))
+        next(turns)
         started = time.process_time()
-        series.solve(replace(on_grid, motion=neighbour(on_grid.motion)), plan)
+        next(turns)
         seconds += time.process_time() - started
-        series.forget()
     return seconds
 
 
@@ -264,23 +258,25 @@ class Tradeoff(Reported):
 
         names, kept = set(scenes), {str(way): way for way in ways}
         chosen = [row for row in rows if row["scene"] in names and row["way"] in kept]
-        runs = pd.DataFrame(chosen, columns=list(COLUMNS))
-        classes = [
-            _class(str(kind), kept[str(way)], part)
-            for (kind, way), part in runs.groupby(["kind", "way"], sort=False)
-            if (part["outcome"] == "answered").any()
-        ]
-        table = pd.DataFrame(classes)
-        if len(table):
-            table["front"] = False
-            for _, part in table.groupby("kind", sort=False):
-                seconds, errors = part["processor_seconds"].to_numpy(), part["largest_error"].to_numpy()
-                serves = _serves(part).to_numpy()
-                faster, closer = seconds[None, :] < seconds[:, None], errors[None, :] < errors[:, None]
-                no_worse = (seconds[None, :] <= seconds[:, None]) & (errors[None, :] <= errors[:, None])
-                beaten = serves[None, :] & no_worse & (faster | closer)
-                table.loc[part.index, "front"] = serves & ~beaten.any(axis=1)
-        return cls(runs, table)
+        runs = pd.DataFrame(chosen, columns=list(COLUMNS)).astype(dict.fromkeys(MEDIANS, float))
+        by_way = runs.groupby(["kind", "way"], sort=False)
+        classes = by_way.agg(
+            family=("family", "first"),
+            cells=("cells", "first"),
+            scenes=("scene", "size"),
+            answers=("error", "count"),
+            median_error=("error", "median"),
+            usual_error=("error", partial(pd.Series.quantile, q=0.9)),
+            largest_error=("error", "max"),
+            **{name: (name, "median") for name in MEDIANS[1:]},
+            memory=("memory", "max"),
+        ).reset_index()
+        classes.insert(4, "accuracy", [kept[way].accuracy or np.nan for way in classes["way"]])
+        classes = classes[classes["answers"] > 0].reset_index(drop=True)
+        fast = _serving(classes).sort_values(["processor_seconds", "largest_error"])
+        best = fast.groupby("kind")["largest_error"].cummin().groupby(fast["kind"]).shift(fill_value=np.inf)
+        classes["front"] = classes.index.isin(fast.index[fast["largest_error"] < best])
+        return cls(runs, classes)
 
     def front(self, kind: str) -> pd.DataFrame:
         """The ways on the Pareto front of a class, from fast to accurate.
@@ -290,8 +286,6 @@ class Tradeoff(Reported):
         kind : str
             Class of scenes.
         """
-        if not len(self.classes):
-            return self.classes
         part = self.classes[(self.classes["kind"] == kind) & self.classes["front"]]
         return part.sort_values("processor_seconds")
 
@@ -304,15 +298,11 @@ class Tradeoff(Reported):
         import pandas as pd
 
         wanted = np.atleast_1d(checks.positives("targets", targets)).tolist()
-        rows = []
-        for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
-            ways = self.classes[self.classes["kind"] == kind]
-            ways = ways[_serves(ways)]
-            for target in wanted:
-                good = ways[(ways["largest_error"] <= target) & ~(ways["accuracy"] > target)]
-                best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
-                names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
-                rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in names}})
+        fast, rows = _serving(self.classes).sort_values("processor_seconds"), []
+        for kind, target in product(self.classes["kind"].unique(), wanted):
+            good = (fast["kind"] == kind) & (fast["largest_error"] <= target) & ~(fast["accuracy"] > target)
+            best = fast[good].iloc[0].to_dict() if good.any() else {}
+            rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in ADVISED}})
         return pd.DataFrame(rows)
 
     def plot(self) -> Figure:
@@ -329,9 +319,13 @@ class Tradeoff(Reported):
     def report(self) -> str:
         """Fronts and advice in words and figures, for people."""
         blocks = []
-        for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
+        for kind in self.classes["kind"].unique():
             lines = [["way", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
-            lines += [_cells(row) for row in self.front(kind).to_dict("records")]
+            for row in self.front(kind).to_dict("records"):
+                errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
+                costs = 1e3 * row["processor_seconds"], 1e3 * row["repeat_seconds"], row["memory"] / 2**20
+                answered = f"{row['answers']} of {row['scenes']}"
+                lines.append([row["way"], answered, *errors, *(cell(cost, ".3g") for cost in costs)])
             blocks.append("\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))]))
         return "\n\n".join(blocks)
 
@@ -339,30 +333,6 @@ class Tradeoff(Reported):
         return f"Tradeoff({self.runs['scene'].nunique()} scenes, {self.runs['way'].nunique()} ways)"
 
 
-def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
-    answers = part[part["outcome"] == "answered"]
-    errors = answers["error"].to_numpy(dtype=float)
-    return {
-        "kind": kind,
-        "way": str(way),
-        "family": way.family,
-        "cells": way.cells,
-        "accuracy": np.nan if way.accuracy is None else way.accuracy,
-        "scenes": len(part),
-        "answers": len(answers),
-        "median_error": float(np.median(errors)),
-        "usual_error": float(np.quantile(errors, 0.9)),
-        "largest_error": float(errors.max()),
-        **{name: answers[name].median() for name in ("seconds", "processor_seconds", "repeat_seconds")},
-        "memory": answers["memory"].max(),
-    }
-
-
-def _serves(part: pd.DataFrame) -> pd.Series:
-    return part["answers"] >= (1 - MOST_MISSED) * part["scenes"]
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
-    times = [cell(1e3 * row[name], ".3g") for name in ("processor_seconds", "repeat_seconds")]
-    return [row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, cell(row["memory"] / 2**20, ".3g")]
+def _serving(classes: pd.DataFrame) -> pd.DataFrame:
+    """The ways that answer most scenes of a class."""
+    return classes[classes["answers"] >= (1 - MOST_MISSED) * classes["scenes"]]
