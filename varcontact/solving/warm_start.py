@@ -30,14 +30,14 @@ class Series:
 
     Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
     pressure serves again, too (where tractions do not change it). Methods that can begin somewhere begin from the
-    tractions of the scene before. `operators` are influence numbers from elsewhere, then those of the last scene.
+    tractions of the scene before.
     """
 
     tol: float
     polish: bool
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
-    operators: Operators | None = None
+    _operators: Operators | None = None
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
 
     @one_blas_thread()
@@ -51,19 +51,19 @@ class Series:
         steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
         if moved is None:
             before = None if self._last is None else self._last[-1].traction
-            disc, state = solve_contact(scene, steps, self.operators, before)
+            disc, state = solve_contact(scene, steps, self._operators, before)
         else:
             disc, state = moved
             state = contact(disc, steps, state)
-        if self.operators is not disc.operators:
+        if self._operators is not disc.operators:
             self.forget()
-        self.operators, self._last = disc.operators, (scene, plan, disc, state)
+        self._operators, self._last = disc.operators, (scene, plan, disc, state)
         return finish(scene, disc, state, steps)
 
     def forget(self) -> None:
         """Let go of dense matrices and factors; influence numbers stay."""
-        if self.operators is not None:
-            self.operators.forget()
+        if self._operators is not None:
+            self._operators.forget()
 
     def _moved(self, scene: Scene, plan: Plan) -> tuple[Discretisation, ContactState] | None:
         """The contact of the scene before with another motion, where nothing else is different."""

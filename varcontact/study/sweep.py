@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -191,11 +190,10 @@ def sweep(
     checks.progress(progress)
     path = None if store is None else checks.file_name("store", store)
     with ExitStack() as held:
-        pool = held.enter_context(opened(executor, workers))  # first: processes take a while to start
+        pool = held.enter_context(opened(executor, workers))
         imported("xarray")  # now: after Ctrl-C it would be waited for
         coordinates, described = _described(varied, every, {**settings, "chunk": chunk})
-        kind = record_type(settings, coordinates)
-        records = blank(len(every), kind)
+        records = blank(len(every), record_type(settings, coordinates))
         file = None
         if path is not None:
             file = held.enter_context(SweepFile.opened(path, records, coordinates, described))
@@ -203,8 +201,8 @@ def sweep(
         done = finished(records)
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
-            records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
-        tasks = [(options, kind, every[first : first + chunk]) for first in firsts]
+            records[first : first + chunk] = blank(1, records.dtype)
+        tasks = [(options, records.dtype, every[first : first + chunk]) for first in firsts]
         started, before = time.monotonic(), int(np.sum(records["outcome"] != b""))
         try:
             if progress is not None:
@@ -216,11 +214,12 @@ def sweep(
                 records[first : first + len(solved)] = solved
                 if progress is not None:
                     progress(_standing(records, before, time.monotonic() - started))
-        except KeyboardInterrupt:
-            raise Interrupted(tabulated(records, coordinates, described), _so_far(records)) from None
-        except WorkersLost as lost:
-            lost.args = (f"{lost}{_so_far(records)}",)
-            lost.partial = tabulated(records, coordinates, described)
+        except (KeyboardInterrupt, WorkersLost) as stopped:
+            partial = tabulated(records, coordinates, described)
+            so_far = f" after {np.sum(records['outcome'] != b'')} of {len(records)} scenes"
+            if isinstance(stopped, KeyboardInterrupt):
+                raise Interrupted(partial, so_far) from None
+            stopped.args, stopped.partial = (f"{stopped}{so_far}",), partial
             raise
     return tabulated(records, coordinates, described)
 
@@ -266,27 +265,21 @@ def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
     return Standing(done, len(records), failed, left)
 
 
-def _so_far(records: np.ndarray) -> str:
-    return f" after {np.sum(records['outcome'] != b'')} of {len(records)} scenes"
-
-
 def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any]:
     """The settings of the sweep, if they suit one of the scenes at least; else the error of the first."""
-    first: VarcontactError | None = None
+    errors: list[VarcontactError] = []
     for scene in scenes:
         try:
             known = _checked(scene, options)
         except VarcontactError as error:
-            first = first or error
+            errors.append(error)
             continue
         settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
-        to_accuracy = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
-        if to_accuracy and options["accuracy"] is options["time_budget"] is None:
-            settings["accuracy"] = BY_DEFAULT
-        goals = ("accuracy", "time_budget")
-        return {name: value for name, value in settings.items() if value is not None or name not in goals}
-    assert first is not None
-    raise first
+        goals = {name: settings.pop(name) for name in ("accuracy", "time_budget")}
+        if known.plan.theory is None and any(scene.grid == "auto" for scene in scenes) and not any(goals.values()):
+            goals["accuracy"] = BY_DEFAULT
+        return settings | {name: value for name, value in goals.items() if value is not None}
+    raise errors[0]
 
 
 def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
@@ -296,49 +289,35 @@ def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
     return checked
 
 
-_KEPT = threading.local()
-"""The influence numbers of each worker's last chunk: the next is mostly on the same lattice."""
-
-
 def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
-    """The records of a chunk of scenes, with the errors of those that fail."""
-    records = blank(len(scenes), kind)
-    batched = _in_batches(given, records, scenes)
-    operators = getattr(_KEPT, "operators", None)
-    series = Series(given["tol"], given["polish"], given["certify"], operators=operators)
-    for record, scene, done in zip(records, scenes, batched.tolist(), strict=True):
-        if done:
-            continue
+    """The records of a chunk of scenes, with the errors of those that fail: in batches by default, else in turn."""
+    records, done, names = blank(len(scenes), kind), np.zeros(len(scenes), bool), set(kind.names or ())
+    methods = ("normal", "tangential", "coupling", "formulation", "method")
+    by_default = all(given[name] == "auto" for name in methods) and given["time_budget"] is None
+    if by_default and given["certify"] in ("gap", "none"):
+        found, done = solve_batches(scenes, given["tol"], given["accuracy"])
+        left_out = {"gap", "relative_gap"} if given["certify"] == "none" else set()
+        for name in names & found.keys() - left_out:
+            records[name][done] = found[name][done]
+        records["outcome"][done] = b"solved"
+    series = Series(given["tol"], given["polish"], given["certify"])
+    for k in np.flatnonzero(~done).tolist():
         try:
-            options = _checked(scene, given)
-            sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
+            options = _checked(scenes[k], given)
+            goal = options.target is not None
+            sol = adaptive.solve(scenes[k], options) if goal else series.solve(scenes[k], options.plan)
             assert isinstance(sol, Solution)
             for name, value in figures_of(sol).items():
-                if name in (kind.names or ()):
-                    record[name] = value
-            record["outcome"] = outcome(options.plan)
+                if name in names:
+                    records[name][k] = value
+            records["outcome"][k] = outcome(options.plan)
         except Exception as error:  # a sweep of days does not end with one scene
             name = failure(error) if isinstance(error, VarcontactError) else "failed"
             reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
             text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
-            record["outcome"], record["reason"] = name, text.encode()
+            records["outcome"][k], records["reason"][k] = name, text.encode()
     series.forget()
-    _KEPT.operators = series.operators
     return sealed(records)
-
-
-def _in_batches(given: dict[str, Any], records: np.ndarray, scenes: Sequence[Scene]) -> np.ndarray:
-    """Fill in the records of what batches solve, where no method, time or bound on forces is asked for."""
-    methods = ("normal", "tangential", "coupling", "formulation", "method")
-    by_choice = any(given[name] != "auto" for name in methods) or given["time_budget"] is not None
-    if by_choice or given["certify"] not in ("gap", "none"):
-        return np.zeros(len(scenes), bool)
-    found, solved = solve_batches(scenes, given["tol"], given["accuracy"])
-    left_out = ("gap", "relative_gap") if given["certify"] == "none" else ()
-    for name in found.keys() & set(records.dtype.names or ()) - set(left_out):
-        records[name][solved] = found[name][solved]
-    records["outcome"][solved] = b"solved"
-    return solved
 
 
 def _described(
