@@ -108,6 +108,7 @@ def test_files_give_it_back(kind, tmp_path):
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(new, name), getattr(old, name), err_msg=name)
         assert (new.scene.bodies, new.grid, new.motion) == (old.scene.bodies, old.grid, old.motion)
+        assert (new.plan, new.iterations, new.passes) == (old.plan, old.iterations, old.passes)
         np.testing.assert_array_equal(new.creepage, old.creepage)
     assert json.dumps(again.summary(), allow_nan=False) == json.dumps(answer.summary(), allow_nan=False)
     assert again.report() == answer.report()

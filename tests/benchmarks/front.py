@@ -70,20 +70,6 @@ def fixed(runs: pd.DataFrame, target: float) -> pd.Series:
     return chosen.set_index("scene")["processor_seconds"]
 
 
-def errors(quick: bool) -> Table:
-    """Errors of `accuracy=` on the reference scenes: the median and the largest of each class, in per cent."""
-    bank = vc.continuum_values()
-    if quick:
-        bank = {name: each for name, each in bank.items() if each.kind == "line contact"}
-    runs = vc.tradeoff(bank, [Way(accuracy=each) for each in TARGETS]).runs
-    runs = runs[runs["outcome"] == "answered"]
-    rows = []
-    for kind in dict.fromkeys(runs["kind"]):
-        found = [100 * runs[(runs["kind"] == kind) & (runs["way"] == f"accuracy {t:g}")]["error"] for t in TARGETS]
-        rows.append([kind, *([float(each.median()), float(each.max())] for each in found)])
-    return Table(["scenes", *PERCENT], ["", *(len(TARGETS) * ["{:.2g} ({:.2g})"])], rows)
-
-
 def theories(quick: bool) -> Table:
     """Errors of the theories by class: median, largest, and the scenes that a theory can treat."""
     classes = measured(quick).classes
@@ -121,4 +107,4 @@ def refine(quick: bool) -> Table:
     return Table(["", *kinds.values(), "ms"], ["", *(3 * [".2g"]), "{:.0f} to {:.0f}"], rows)
 
 
-TABLES = {"advice": advice, "accuracy": accuracy, "errors": errors, "theories": theories, "refine": refine}
+TABLES = {"advice": advice, "accuracy": accuracy, "theories": theories, "refine": refine}

@@ -80,22 +80,6 @@ def test_series_are_those_of_the_steps(history):
         history[5]
 
 
-def test_a_file_gives_the_history_back(history, tmp_path):
-    history.save(tmp_path / "history.nc")
-    again = vc.load(tmp_path / "history.nc")
-    assert isinstance(again, vc.History)
-    same(history, again)
-    for name in ("force", "normal_force", "moment", "creepage", "rolled", "dissipation"):
-        np.testing.assert_array_equal(getattr(history, name), getattr(again, name))
-    assert again[3].certificate.residual == history[3].certificate.residual
-    assert again[3].iterations == history[3].iterations
-    assert again[3].passes == history[3].passes
-    assert again[-1].plan == history[-1].plan
-    assert again.report().split("time")[0] == history.report().split("time")[0]
-    with pytest.raises(IndexError):
-        again[5]
-
-
 def test_a_dataset_stacks_the_steps(history, tmp_path):
     history.save(tmp_path / "history.nc")
     for data in (history.to_xarray(), vc.load(tmp_path / "history.nc").to_xarray()):

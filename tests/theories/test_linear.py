@@ -24,19 +24,6 @@ def test_the_papers_formulas():
     np.testing.assert_allclose(found.moment, [0, G * ab**1.5 * TABLE.C23, -G * ab**2 * TABLE.C33], rtol=1e-14)
 
 
-def test_signs_and_sizes_of_the_no_slip_solution(rolling):
-    """The package's own no-slip solution of all creepages at once, on a circle, to its grid's few percent."""
-    motion = vc.Steady(vx=1e-3, vy=-2e-3, spin=1.5e-3)
-    scene = rolling(
-        motion=motion, friction=np.inf, surface=vc.Ellipse(1.0, 1.0), bodies=vc.Bodies(G=1.0, nu=0.5),
-        grid=vc.Grid(nx=20, ny=20),
-    )  # fmt: skip
-    sol = vc.solve(scene)
-    theory = linear_forces(1.0, 1.0, 1.0, motion.rigid, creepage_coefficients(1.0, 1.0, 0.5))
-    np.testing.assert_allclose(sol.force, theory.force, rtol=0.03)
-    assert sol.moment == pytest.approx(float(theory.moment), rel=0.03)
-
-
 @given(small, small, small)
 def test_inverse(vx, vy, spin):
     """Every mixture of creepages and forces leads back to the same creepages."""
