@@ -8,14 +8,12 @@ from types import SimpleNamespace
 
 import hypothesis
 import matplotlib as mpl
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import varcontact as vc
 from tests.conditions import violations
 from varcontact.discrete import operators
-from varcontact.elasticity.operators import influence_operator
 from varcontact.solvers import interface
 from varcontact.solving import adaptive
 
@@ -122,29 +120,6 @@ def built(monkeypatch):
 
     monkeypatch.setattr(operators, "influence_operator", counted)
     return tables
-
-
-@pytest.fixture(scope="session")
-def touched_coefficients():
-    """A function: Kalker's creepage coefficients of a discrete ellipse, see `no_slip_on_touched`."""
-    return no_slip_on_touched
-
-
-def no_slip_on_touched(ratio: float, nu: float, cells: int, offset: float) -> np.ndarray:
-    """C11, C22, C23, C33 on all elements that the ellipse touches, with ab = 1 and G = 1."""
-    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
-    grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
-    dx, dy = grid.sides
-    near_x, near_y = np.maximum(np.abs(grid.x) - dx / 2, 0) / a, np.maximum(np.abs(grid.y) - dy / 2, 0) / b
-    touched = np.flatnonzero((near_x[None, :] ** 2 + near_y[:, None] ** 2 < 1 - 1e-12).ravel())
-    x, y = (c.ravel()[touched] for c in np.meshgrid(grid.x, grid.y))
-    matrix = influence_operator(grid, "xy", "xy", nu=nu, lag=dx).dense(touched)
-    one, zero = np.ones(x.size), np.zeros(x.size)
-    shifts = dx * np.array([[one, zero], [zero, one], [-y, x + offset * dx]]).reshape(3, -1)
-    tractions = -np.linalg.solve(matrix, shifts.T).T.reshape(3, 2, -1) * grid.area
-    forces = tractions.sum(axis=2)
-    moment = np.sum(x * tractions[2, 1] - y * tractions[2, 0])
-    return -np.array([forces[0, 0], forces[1, 1], forces[2, 1], moment])
 
 
 @pytest.fixture(scope="session")

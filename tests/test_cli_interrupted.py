@@ -128,21 +128,6 @@ def test_a_sweep_in_processes(folder, at):
     assert re.fullmatch(rf"interrupted after \d+ of 4000 scenes; {how}", said)
 
 
-def test_positions_of_a_wheel(folder):
-    case = """vertical_force = 80e3
-    dx = 0.2
-    dy = 0.2
-    track = { rail = "60e1" }
-    wheelset = { wheel = "s1002" }
-    position = { y = { from = 0.0, to = 4.0, count = 100 } }"""
-    (folder / "case.toml").write_text(case)
-    output, said = interrupted(folder, "wheelrail", "case.toml", "--out", "t.csv", at="1 of 100 wheels")
-    kept = len(pd.read_csv(folder / "t.csv"))
-    assert len(output.splitlines()) == 1 + kept
-    how = "finished wheels are kept in t.csv, and the same command resumes from there"
-    assert said == f"interrupted after {kept} of 100 wheels; {how}"
-
-
 def test_before_anything_is_finished(tmp_path, capsys):
     """A file that was asked for, and is not there yet."""
     with pytest.raises(SystemExit) as status:

@@ -37,24 +37,6 @@ def test_a_range_of_creepages_as_table_json_and_picture(folder):
     assert [row["Fx"] for row in json.loads(again.stdout)] == [float(row["Fx"]) for row in rows]
 
 
-def test_bounds_only_where_they_are_asked_for(folder):
-    """By the option or the scene's file, of which the option has the last word; the columns are the same."""
-    (folder / "full.toml").write_text(SCENE + '[solve]\ncertify = "full"\n')
-    options = ["--vx", "0.05,0.1", "--json"]
-    plain, full, by_file, less = (
-        json.loads(run("scan", *words, *options, folder=folder).stdout)
-        for words in (
-            ["scene.toml"],
-            ["scene.toml", "--certify", "full"],
-            ["full.toml"],
-            ["full.toml", "--certify", "none"],
-        )
-    )
-    assert all(row["Fx_bound"] is None for row in plain + less)
-    assert all(0 < row["Fx_bound"] < 1e-8 for row in full + by_file)
-    assert plain[0].keys() == full[0].keys()
-
-
 def test_rounding_is_shown_as_zero(folder):
     """Along x alone nothing acts across; the numbers in a file are as they are."""
     done = run("scan", "scene.toml", "--vx", "0.05,0.1", "--vy", "0", "--out", "c.csv", folder=folder)

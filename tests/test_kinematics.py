@@ -71,24 +71,6 @@ def test_creepages_are_the_difference_of_the_particles_displacements():
         assert together - x_slope == pytest.approx(found.speed, rel=1e-5)
 
 
-def test_a_rotation_of_everything_changes_nothing():
-    (first, second), frame = rolling_pair(np.random.default_rng(7))
-    turn, shift = kin.rotation(1.0, 2.0, 3.0), np.array([4.0, 5.0, 6.0])
-
-    def turned(body):
-        return kin.RigidBody(
-            position=turn @ body.position + shift,
-            rotation=turn @ body.rotation,
-            velocity=turn @ body.velocity,
-            angular_velocity=turn @ body.angular_velocity,
-        )
-
-    before = kin.creepages(first, second, frame)
-    after = kin.creepages(turned(first), turned(second), kin.Frame(turn @ frame.origin + shift, turn @ frame.axes))
-    for name in ("vx", "vy", "spin", "speed"):
-        assert getattr(after, name) == pytest.approx(getattr(before, name), rel=1e-12, abs=1e-14)
-
-
 def test_a_moving_observer_sees_the_same_creepages():
     (first, second), frame = rolling_pair(np.random.default_rng(3))
     drift = np.array([3.0, -2.0, 1.0])

@@ -100,46 +100,6 @@ def test_passes_form_no_matrix(built, monkeypatch, coupling):
     assert len(sol.passes) > 3 or coupling == "newton"
 
 
-def test_steps_of_a_history_share_kernels_and_begin_where_the_last_ended(built, monkeypatch):
-    kernels, make = [], kernel.Kernel
-    starts, solve = [], registry.TANGENTIAL["newton"]
-
-    def made(numbers):
-        kernels.append(numbers.shape)
-        return make(numbers)
-
-    def starting(problem, settings, start):
-        starts.append(start is not None)
-        return solve(problem, settings, start)
-
-    monkeypatch.setattr(kernel, "Kernel", made)
-    monkeypatch.setitem(registry.TANGENTIAL, "newton", starting)
-    motion = vc.Transient(steps=5, dq=0.01, vx=4e-3)
-    vc.solve(ball(bodies=vc.Bodies(G=1.0, nu=0.28), motion=motion), tangential="newton")
-    assert starts == [False, True, True, True, True]
-    assert len(kernels) == 1
-    assert sorted(name for name, _ in built) == ["A_tt", "A_zz", "C_tt"]
-
-
-def test_pressures_are_as_exact_as_tractions_need_them(monkeypatch):
-    """The less friction, the more wrong pressures do to the tractions: by K times pressures over tractions."""
-    asked = {}
-    for problem, solvers in (("normal", registry.NORMAL), ("tangential", registry.TANGENTIAL)):
-
-        def asking(posed, settings, start, problem=problem, solve=solvers["newton"]):
-            asked.setdefault(problem, []).append(settings.tol)
-            return solve(posed, settings, start)
-
-        monkeypatch.setitem(solvers, "newton", asking)
-    scene = ball(friction=1e-3)
-    sol = vc.solve(scene, **NEWTON, coupling="panagiotopoulos")
-    part = 1e-3 / scene.bodies.K
-    assert sol.certificate.residual <= 1e-8
-    assert len(sol.passes) > 2
-    for pressures, tractions in zip(asked["normal"][1:], asked["tangential"][1:], strict=True):
-        assert pressures == pytest.approx(part * tractions, rel=0.3)
-
-
 def test_changed_pressures_are_new_to_every_pass():
     """A pass under the pressures of the one before would end at Johnson's answer."""
     whole, johnson = (vc.solve(ball(), **NEWTON, coupling=coupling) for coupling in ("panagiotopoulos", "johnson"))
