@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from varcontact.io.toml_tables import check_keys, file_named, make, needed, numb
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.carried import Carried
-from varcontact.scene.friction_laws import LAWS, FrictionLaw
+from varcontact.scene.friction_laws import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
@@ -36,6 +36,20 @@ BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
 KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, LAWS, BODIES) for kind, cls in kinds.items()}
 """The kind of each class."""
+PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
+    "surface": SURFACES,
+    "motion": MOTIONS,
+    "friction": LAWS,
+    "factors": LAWS,
+    "bodies": BODIES,
+    "layers": Layer,
+    "carried": Carried,
+    "grid": Grid,
+    "thermal": Thermal,
+    "third_body": ThirdBody,
+    "units": Units,
+}
+"""What the tables of an entry are: of a class, or of one of several kinds."""
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
@@ -119,26 +133,86 @@ def solve_table(table: dict[str, Any]) -> dict[str, Any]:
 
 def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     """A scene from nested dictionaries as a TOML file gives them."""
-    entries = dict(table)
-    check_keys("", entries, [f.name for f in dataclasses.fields(Scene)])
+    check_keys("", table, [f.name for f in dataclasses.fields(Scene)])
     for name in ("bodies", "surface"):
-        if name not in entries:
+        if name not in table:
             raise SceneError(name, None, f"given: add a table [{name}]")
-    entries["bodies"] = _pair("bodies", table_of("bodies", entries["bodies"]), _body)
-    rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
-    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
-    if "motion" in entries:
-        entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
-    for name, made in (("grid", Grid), ("third_body", ThirdBody), ("units", Units)):
-        if entries.get(name, "auto") != "auto":
-            entries[name] = make(name, made, table_of(name, entries[name]))
-    if isinstance(entries.get("thermal"), Mapping):
-        entries["thermal"] = _pair("thermal", entries["thermal"], lambda name, each: make(name, Thermal, each))
-    if "friction" in entries:
-        entries["friction"] = _friction(
-            "friction", entries["friction"], folder, 1 if is_line(entries["surface"]) else 2
-        )
+    for name in ("bodies", "surface", "motion", "grid", "third_body", "units"):
+        if table.get(name, "auto") != "auto":
+            table_of(name, table[name])
+    rows = isinstance(table.get("grid"), Mapping) and "ny" in table["grid"]
+    dims = {"rigid_slip": 2, "factors": 2, "h": 2 if rows else 1}  # one row or column is line contact
+    entries = {name: _made(name, name, each, folder, dims) for name, each in table.items() if name != "friction"}
+    if "friction" in table:
+        dims["friction"] = 1 if is_line(entries["surface"]) else 2
+        entries["friction"] = _made("friction", "friction", table["friction"], folder, dims)
     return Scene(**entries)
+
+
+def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[str, int]) -> Any:
+    """What an entry called `key` stands for: the numbers of a file, what its table describes, or itself.
+
+    Files have as many dimensions as `dims` says, or one.
+    """
+    if key == "start":  # a solution, or the last step of a history
+        from varcontact.io.solution import read
+
+        loaded = read(file_named(name, value, folder))
+        return loaded if isinstance(loaded, Solution) else loaded[-1]
+    if isinstance(value, list) and any(isinstance(each, Mapping | str) for each in value):
+        given = [None if each == NO_NUMBER else each for each in value]
+        return [_made(f"{name}[{k}]", key, each, folder, dims) for k, each in enumerate(given)]
+    if not isinstance(value, Mapping):
+        return value
+    if "file" in value:
+        return _from_file(name, value, folder, dims.get(key, 1))
+    if key in ("bodies", "thermal") and ("upper" in value or "lower" in value):
+        check_keys(name, value, ("upper", "lower"))
+        sides = {f"{name}.{side}": needed(name, value, side) for side in ("upper", "lower")}
+        return tuple(_made(field, key, side, folder, dims) for field, side in sides.items())
+    if key not in PLACES:
+        return value
+    if "y" in value:
+        dims = {**dims, "h": 2, "height": 2}
+    entries = {inner: _made(f"{name}.{inner}", inner, each, folder, dims) for inner, each in value.items()}
+    if key == "bodies" and "kind" not in entries:
+        return _elastic(name, entries)
+    place = PLACES[key]
+    kind = place if isinstance(place, type) else _kind(name, entries, place)
+    if kind is SampledDistance and "smoothing" in entries:
+        wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
+        return make(name, kind, entries).smoothed(wavelength)
+    return make(name, kind, entries)
+
+
+def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) -> type[Any]:
+    """The class that a table names, whose kind is taken out of it."""
+    if "kind" not in entries:
+        known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
+        unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
+        allowed = f"one of {', '.join(kinds)}"
+        message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
+        raise SceneError(f"{name}.kind", None, allowed, message=message)
+    kind = entries.pop("kind")
+    if isinstance(kind, str):
+        kind = kind.lower().replace("_", "-")
+    return kinds[checks.choice(f"{name}.kind", kind, kinds)]
+
+
+def _elastic(name: str, table: Mapping[str, Any]) -> Bodies:
+    """Half-spaces from a table of G and nu, or of E and nu."""
+    modulus = "E" if "E" in table else "G"
+    check_keys(name, table, (modulus, "nu", "E"))
+    values = [needed(name, table, key) for key in (modulus, "nu")]
+    return Bodies.from_young(*values) if modulus == "E" else Bodies(*values)
+
+
+def bodies_from(table: Mapping[str, Any]) -> Bodies:
+    """Half-spaces from a table, as a scene has it."""
+    made = _made("bodies", "bodies", table, None, {})
+    if not isinstance(made, Bodies):
+        raise SceneError("bodies", table, "half-spaces, by G or E and nu")
+    return made
 
 
 def scene_to(scene: Scene) -> dict[str, Any]:
@@ -177,125 +251,14 @@ def _plain(value: Any) -> Any:
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
-def bodies_from(table: Mapping[str, Any]) -> Bodies:
-    """Half-spaces from a table of G and nu, or of E and nu."""
-    made = _body("bodies", table)
-    if not isinstance(made, Bodies):
-        raise SceneError("bodies", table, "half-spaces, by G or E and nu")
-    return made
-
-
-def _pair(name: str, table: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], Any]) -> Any:
-    """What is made of a table, or of two of them, ``[name.upper]`` and ``[name.lower]``, which may be words."""
-    if "upper" not in table and "lower" not in table:
-        return made(name, table)
-    check_keys(name, table, ("upper", "lower"))
-    sides = {f"{name}.{side}": needed(name, table, side) for side in ("upper", "lower")}
-    return tuple(side if isinstance(side, str) else made(field, table_of(field, side)) for field, side in sides.items())
-
-
-def _body(name: str, table: Mapping[str, Any]) -> Any:
-    if "kind" in table:
-        entries = dict(table)
-        kind = BODIES[checks.choice(f"{name}.kind", entries.pop("kind"), BODIES)]
-        if kind is Layered and isinstance(entries.get("layers"), list):
-            entries["layers"] = [
-                make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each))
-                for k, each in enumerate(entries["layers"])
-            ]
-        return make(name, kind, entries)
-    if "E" in table:
-        check_keys(name, table, ("E", "nu"))
-        return Bodies.from_young(*(needed(name, table, key) for key in ("E", "nu")))
-    check_keys(name, table, ("G", "nu", "E"))
-    return Bodies(*(needed(name, table, key) for key in ("G", "nu")))
-
-
-def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
-    entries = dict(table_of(name, table))
-    if "kind" not in entries:
-        known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
-        unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
-        allowed = f"one of {', '.join(kinds)}"
-        message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
-        raise SceneError(f"{name}.kind", None, allowed, message=message)
-    kind = entries.pop("kind")
-    if isinstance(kind, str):
-        kind = kind.lower().replace("_", "-")
-    made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
-    if made is Transient:
-        entries = _history(entries, folder)
-    elif made is Steady:
-        entries = _with_files(name, entries, folder, {"rigid_slip": 2})
-    elif made is FrictionLaw and isinstance(entries.get("factors"), list):
-        entries["factors"] = [_friction(f"{name}.factors", each, folder, 2) for each in entries["factors"]]
-    elif made is SampledDistance:
-        several = 2 if rows or "y" in entries else 1  # else one row or column is line contact
-        entries = _with_files(name, entries, folder, {"h": several, "x": 1, "y": 1, "inclination": 1})
-        if "smoothing" in entries:
-            wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
-            return make(name, made, entries).smoothed(wavelength)
-    return make(name, made, entries)
-
-
-def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
-    """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
-    from varcontact.io.solution import read
-
-    made = dict(entries)
-    for field, value in entries.items():
-        name = f"motion.{field}"
-        if field == "start":  # a solution, or the last step of a history
-            loaded = read(file_named(name, value, folder))
-            made[field] = loaded if isinstance(loaded, Solution) else loaded[-1]
-        elif field == "surface" and isinstance(value, list):
-            made[field] = [_kind(f"{name}[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
-        elif field == "carried":
-            several = value if isinstance(value, list) else [value]
-            made[field] = [_carried(f"{name}[{k}]", each, folder) for k, each in enumerate(several)]
-        elif isinstance(value, list):
-            given = [None if each == NO_NUMBER else each for each in value]
-            laws = field == "friction"
-            made[field] = [_friction(f"{name}[{k}]", x, folder, 1) for k, x in enumerate(given)] if laws else given
-        elif field == "friction":
-            made[field] = _friction(name, value, folder, 1)
-    return _with_files("motion", made, folder, dict.fromkeys(made, 1))
-
-
-def _carried(name: str, table: Any, folder: Path | None) -> Carried:
-    entries = table_of(name, table)
-    rows = 2 if "y" in entries else 1
-    return make(name, Carried, _with_files(name, entries, folder, {"height": rows, "x": 1, "y": 1}))
-
-
-def _friction(name: str, value: Any, folder: Path | None, dimensions: int) -> Any:
-    """Numbers as they are, those of a file, or a law."""
-    if not isinstance(value, Mapping):
-        return value
-    return _from_file(name, value, folder, dimensions) if "file" in value else _kind(name, value, LAWS, folder)
-
-
-def _with_files(
-    name: str, entries: Mapping[str, Any], folder: Path | None, dimensions: Mapping[str, int]
-) -> dict[str, Any]:
-    """Entries with the numbers of the files that some of them name, in so many dimensions."""
-    read = {
-        field: _from_file(f"{name}.{field}", entries[field], folder, number)
-        for field, number in dimensions.items()
-        if isinstance(entries.get(field), Mapping)
-    }
-    return {**entries, **read}
-
-
-def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: int) -> np.ndarray:
-    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
+def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin: Any) -> np.ndarray:
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `ndmin` dimensions."""
     check_keys(field, table, ("file",))
     path = file_named(f"{field}.file", needed(field, table, "file"), folder)
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
         lines = text_of(f"{field}.file", path).splitlines()
-        ndmin: Any = dimensions  # 1 or 2
         return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=ndmin)
     except SceneError:
         raise
