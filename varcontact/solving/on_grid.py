@@ -46,7 +46,7 @@ from varcontact.solving.contact_solver import ContactSolver, contact, with_norma
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.selection import MANY_PRESSURES, check_fits, elements_in_contact
+from varcontact.solving.selection import check_fits
 from varcontact.solving.surface_noise import noise_warning
 
 FOUND = 1e-4
@@ -175,73 +175,62 @@ def solve_contact(
     before: np.ndarray | None = None,
     near: Solution | Near | None = None,
 ) -> tuple[Discretisation, ContactState]:
-    """The contact on a grid that holds it.
-
-    In conformal contact pressures have several directions: their sum is sought with which they and the tractions bear
-    the normal force.
-    """
-    if not isinstance(scene.surface, SampledDistance) or not scene.conformal:
-        return _solve_contact(scene, solver, known, before, near)
-    disc, state = _solve_contact(scene, solver, known, before, near)
-    if scene.normal_force is not None:
-        disc, state = with_normal_force(disc, solver, state, solver.plan.coupling != "none")
-    angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
-    turn = float(np.ptp(angles)) if angles.size else 0.0
-    if turn > WIDEST:
-        allowed = (
-            f"at most {WIDEST:g} rad over the contact: no influence numbers hold for a smaller radius of curvature"
-        )
-        raise SceneError("surface.inclination", turn, allowed)
-    return disc, state
-
-
-def _solve_contact(
-    scene: Scene,
-    solver: ContactSolver,
-    known: Operators | None = None,
-    before: np.ndarray | None = None,
-    near: Solution | Near | None = None,
-) -> tuple[Discretisation, ContactState]:
     """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
     The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
     `known` serve again on the same lattice. Tractions of like bodies begin from those `before`, on as many elements. A
-    solution `near`, on another grid, gives the place of the contact, its pressure and its tractions.
+    solution `near`, on another grid, gives the place of the contact, its pressure and its tractions. In conformal
+    contact the force along the normal of the plane is prescribed: the sum of the pressures is sought with which they
+    and the tractions bear it.
     """
-    closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
+    coupled, conformal = solver.plan.coupling != "none", False
     with solver.stats.stage("grid"):
         grid, found = place(scene, solver, near)
     moved = 0
     for attempt in range(GRIDS):
         disc = discretise(scene, grid, known)
-        known = disc.operators
-        start = unloaded(grid) if found is None else found.on(disc)
-        disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)
-        if disc.conformal and scene.normal_force is not None:
+        known, conformal = disc.operators, disc.conformal
+        state = unloaded(grid) if found is None else _on(found, disc)
+        if solver.plan.cells(scene) == (1, 1):
+            state = solver.pressure(disc, state)
+        else:
+            disc, state = solver.pressure_on_subgrid(disc, state)
+        if conformal and scene.normal_force is not None:
             _, state = with_normal_force(disc, replace(solver, tol=max(solver.tol, FOUND)), state, coupled=False)
         with solver.stats.stage("grid"):
             settled = coupled and moved > 0
-            wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)
+            wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, solver.plan.closed_form)
         if wanted is None:
             if near is not None:
                 state = _with_tractions_of(near, disc, state)
             elif before is not None and solver.plan.has_friction and disc.K == 0:
                 state = replace(state, traction=before) if before.shape == state.traction.shape else state
             state = contact(disc, solver, state)
-            if not coupled:
-                return disc, state
             with solver.stats.stage("grid"):
-                wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True)
-            if wanted is None:
-                return disc, state
+                wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True) if coupled else None
             moved += 1
+        if wanted is None:
+            break
         known.forget()
         grid, found = wanted, Near.of(disc, state)
-    message = "grid: no potential contact was found that holds the contact; give an explicit grid"
-    raise SceneError("grid", scene.grid, "explicit", message=f"{message}{if_noise(scene, grid)}")
+    else:
+        message = "grid: no potential contact was found that holds the contact; give an explicit grid"
+        message += if_noise(scene, grid)
+        raise SceneError("grid", scene.grid, "explicit", message=message)
+    if conformal and scene.normal_force is not None:
+        disc, state = with_normal_force(disc, solver, state, coupled)
+    if conformal and isinstance(scene.surface, SampledDistance):
+        angles = scene.surface.inclination_at(disc.grid)[state.pressure.any(axis=1)]
+        turn = float(np.ptp(angles)) if angles.size else 0.0
+        if turn > WIDEST:
+            reason = "no influence numbers hold for a smaller radius of curvature"
+            raise SceneError("surface.inclination", turn, f"at most {WIDEST:g} rad over the contact: {reason}")
+    return disc, state
 
 
-def place(scene: Scene, solver: ContactSolver, near: Solution | Near | None = None) -> tuple[Grid, Near | None]:
+def place(
+    scene: Scene, solver: ContactSolver, near: Solution | Near | None = None
+) -> tuple[Grid, Solution | Near | None]:
     """The first grid: the scene's own, or one across the contact, and the contact, where one was looked for.
 
     A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For sampled distances
@@ -249,14 +238,9 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | Near | None = No
     """
     spec, surface = known_grid(scene), scene.surface
     if near is not None and not solver.plan.closed_form:
-        found = (
-            near
-            if isinstance(near, Near)
-            else Near(near.grid, near.pressure, near.approach, near.traction, near.creepage)
-        )
         if spec.explicit:
-            return spec, found
-        return within(spec.spread(contact_box(found.grid, found.pressure)), surface), found
+            return spec, near
+        return within(spec.spread(contact_box(near.grid, near.pressure)), surface), near
     if spec.explicit:
         return spec, None
     if not isinstance(surface, SampledDistance):
@@ -279,7 +263,7 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | Near | None = No
         grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
         lowest = _lowest_in_elements(surface, grid, depth)
         disc = discretise(replace(bare, surface=lowest, grid=grid), grid)
-        state = look.pressure(disc, unloaded(grid) if last is None else last.on(disc))
+        state = look.pressure(disc, unloaded(grid) if last is None else _on(last, disc))
         last, columns_and_rows = Near.of(disc, state), across(state.pressure)
         if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
             break
@@ -304,22 +288,6 @@ def adjust(
     return fitted(scene, disc.grid, state.pressure, any_surface=with_tractions) if closer else None
 
 
-def _without_tractions(
-    scene: Scene, disc: Discretisation, solver: ContactSolver, state: ContactState, closer: bool
-) -> tuple[Discretisation, ContactState]:
-    """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
-    if solver.plan.cells(scene) == (1, 1):
-        return disc, solver.pressure(disc, state)
-    if known_grid(scene).explicit:
-        return solver.pressure_on_subgrid(disc, state)
-    few = not solver.plan.convex and elements_in_contact(scene)[0] <= MANY_PRESSURES
-    plan = replace(solver.plan, normal="norm") if few else solver.plan
-    with solver.stats.stage("grid"):
-        state = replace(solver, plan=plan, tol=max(solver.tol, FOUND), refined=False).pressure(disc, state)
-        moves = outside(disc, state) is not None or (closer and fitted(scene, disc.grid, state.pressure) is not None)
-    return (disc, state) if moves else solver.pressure_on_subgrid(disc, state)
-
-
 @dataclass(frozen=True, eq=False)
 class Near:
     """A contact that was found on a grid, physical: where that on the next one is found from."""
@@ -338,10 +306,12 @@ class Near:
         fields = state.pressure * scales.pressure, approach, state.traction * scales.pressure
         return cls(disc.grid, *fields, tuple(creepage))
 
-    def on(self, disc: Discretisation) -> ContactState:
-        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
-        approach = (self.approach - disc.base) / disc.scales.displacement if np.isfinite(self.approach) else 0.0
-        return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
+
+def _on(near: Solution | Near, disc: Discretisation) -> ContactState:
+    """The pressure and the approach of a contact on another grid."""
+    pressure = interpolated(near.grid, near.pressure[None], disc.grid)[0] / disc.scales.pressure
+    approach = (near.approach - disc.base) / disc.scales.displacement if np.isfinite(near.approach) else 0.0
+    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
 def _with_tractions_of(near: Solution | Near, disc: Discretisation, state: ContactState) -> ContactState:
