@@ -91,11 +91,6 @@ class Certificate:
     level: str
     bounds: ForceBounds | Callable[[], ForceBounds] = field(repr=False)
 
-    @classmethod
-    def none(cls) -> Certificate:
-        """An empty certificate: all measures are NaN."""
-        return cls(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, "none", _no_bounds())
-
     @property
     def _known_bounds(self) -> ForceBounds:
         if not isinstance(self.bounds, ForceBounds):

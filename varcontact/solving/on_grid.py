@@ -28,12 +28,11 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
-from varcontact.discrete.state import ContactState, means, unloaded
+from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
-from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
@@ -162,8 +161,8 @@ def solve_on_grid(
     try:
         if final and options.refine:
             disc, state, refinement = defect_correction.run(scene, found.disc, found.state, found.solver)
-            return finish(scene, disc, state, found.solver, refinement)
-        return found.solution() if final else finish_coarse(scene, found.disc, found.state, found.solver)
+            return defect_correction.refined(finish(scene, disc, state, found.solver), refinement)
+        return found.solution() if final else finish(scene, found.disc, found.state, found.solver)
     finally:
         found.disc.operators.forget()
 
@@ -341,9 +340,7 @@ def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | Non
     return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
 
 
-def finish(
-    scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver, refinement: Refinement | None = None
-) -> Solution:
+def finish(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> Solution:
     """The solution, with its certificate; `NotConverged` if its residual misses the tolerance."""
     plan, tol = solver.plan, solver.tol
     approach = state.approach * disc.scales.displacement
@@ -365,31 +362,13 @@ def finish(
         plan = replace(plan, reasons=plan.reasons | found)
     stats = solver.stats
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
-    law = disc.loading.law
-    followed = law is not None and (
-        law.memory_distance > 0 or (law.local and isinstance(disc.loading.motion, TimeStep))
-    )
-    if law is not None and followed and plan.has_friction:
+    law, in_time = disc.loading.law, isinstance(disc.loading.motion, TimeStep)
+    if law is not None and plan.has_friction and (law.memory_distance > 0 or (law.local and in_time)):
         lost = (law.static - np.asarray(disc.loading.coefficient)) / max(law.static - law.kinetic, np.finfo(float).tiny)
         solution = replace(solution, weakening=np.clip(lost, 0.0, 1.0))
-    if refinement is not None:
-        density = means(refinement.power_density, refinement.cells)
-        solution = replace(solution, refinement=refinement, power_density=density)
-        solution = replace(solution, error_estimate=defect_correction.error_estimate(solution, refinement))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
-
-
-def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> Solution:
-    """The solution on a coarse grid, as its solvers tell it: without a certificate.
-
-    Where they are not done, and where no single solver can tell, it is judged as any other.
-    """
-    plan, stats = solver.plan, solver.stats
-    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
-        return finish(scene, disc, state, solver)
-    return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
 
 
 def _why(solution: Solution, state: ContactState) -> str:

@@ -15,7 +15,7 @@ from varcontact import checks
 from varcontact.discrete.contact_grid import across, known_grid, within
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
-from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.state import ContactState, means, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
@@ -187,8 +187,8 @@ def overlaps(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.where(shares > ROUNDING, shares, 0.0)
 
 
-def error_estimate(solution: Solution, found: Refinement) -> ErrorEstimate:
-    """What a refinement says of a solution's forces and creepages: values of its field, with their estimated errors."""
+def refined(solution: Solution, found: Refinement) -> Solution:
+    """The solution with its field on parts, whose forces and creepages are its values, with their estimated errors."""
     names, scales = ("Fx", "Fy", "Mz", *creepage_names(solution)[:2]), units(solution)
     scales = {name: unit for name, unit in scales.items() if unit > 0}  # without load there is none
     last, estimates = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
@@ -201,7 +201,9 @@ def error_estimate(solution: Solution, found: Refinement) -> ErrorEstimate:
     )
     nx, ny = across(solution.pressure)
     bars = {name: error * scales[name] for name, error in errors.items()}
-    return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),), bars=bars)
+    estimate = ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),), bars=bars)
+    density = means(found.power_density, found.cells)
+    return replace(solution, refinement=found, power_density=density, error_estimate=estimate)
 
 
 @dataclass(frozen=True, eq=False)
