@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -191,10 +190,10 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
             return n
     what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
     most = last
-    while most > 1 and not process.fits(2 * _bytes(scene, options, most)):
+    while most > 1 and not process.fits(2 * _size(scene, options, most)[1]):
         most /= 1.1
     fits = f"accuracy = {FLOOR * most**-ORDER:.2g} fits"
-    raise TooLarge(what, _bytes(scene, options, last), process.available() / 2, fits)
+    raise TooLarge(what, _size(scene, options, last)[1], process.available() / 2, fits)
 
 
 def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
@@ -216,11 +215,15 @@ def _level(
     if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
         deadline = math.inf  # these are solved in any case
     near, others = before if isinstance(before, Solution) else None, 1
+
+    def tell(stage: str) -> None:
+        if progress is not None:
+            progress(f"{n} elements across the contact: {stage}")
+
     while True:
-        stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
         on_grid = gridded(scene, options.plan.closed_form, n)
         try:
-            answer = _solved(on_grid, options, stages, final, near, deadline)
+            answer = _solved(on_grid, options, tell, final, near, deadline)
             break
         except NotConverged:  # where one lattice does not, another usually does
             if others == 0:
@@ -247,10 +250,6 @@ def _solved(
     return solve_on_grid(scene, options, progress, final, near, deadline)
 
 
-def _with_grid(progress: Progress, grid: str, stage: str) -> None:
-    progress(f"{grid}: {stage}")
-
-
 def _patches(sol: Solution) -> tuple[Patch, ...]:
     """The patches of a contact, four standard deviations of its elements wide; none where Hertz tells its shape."""
     if sol.scene.hertz is not None or not sol.pressure.any():
@@ -271,25 +270,19 @@ def _patches(sol: Solution) -> tuple[Patch, ...]:
 def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
     """Whether so many elements across the contact fit into half of the memory; by default they are not too many."""
     assert options.target is not None
-    if options.target.by_default and _elements(scene, options, n) > MOST_BY_DEFAULT:
-        return False
-    return process.fits(2 * _bytes(scene, options, n))
+    elements, size = _size(scene, options, n)
+    return not (options.target.by_default and elements > MOST_BY_DEFAULT) and process.fits(2 * size)
 
 
-def _elements(scene: Scene, options: SolveOptions, n: float) -> int:
-    grid = gridded(scene, options.plan.closed_form, math.ceil(n)).grid
-    assert isinstance(grid, Grid)
-    return grid.size
-
-
-def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
-    """Bytes of a solve with so many elements across the contact, and of the steps of two histories."""
-    elements = _elements(scene, options, n)
-    plan = options.plan_for(gridded(scene, options.plan.closed_form, math.ceil(n)))
+def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
+    """The elements with so many across the contact, and bytes of a solve on them and of the steps of two histories."""
+    on_grid = gridded(scene, options.plan.closed_form, math.ceil(n))
+    assert isinstance(on_grid.grid, Grid)
+    elements, plan = on_grid.grid.size, options.plan_for(on_grid)
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
-    return max(pressures, tractions) + 2 * kept
+    return elements, max(pressures, tractions) + 2 * kept
 
 
 def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None) -> Answer:
@@ -307,20 +300,15 @@ def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None)
     started = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
     answer = _solved(replace(scene, grid=grid), options, progress)
-    best = values(answer) | _peaks_by_hertz(answer)
+    steps = {f"[{k}]": sol for k, sol in enumerate(answer)} if isinstance(answer, History) else {"": answer}
+    hertz = {name: sol.scene.hertz for name, sol in steps.items() if sol.pressure.any()}
+    peaks = {f"peak_pressure{name}": each.peak_pressure for name, each in hertz.items() if each is not None}
+    best = values(answer) | peaks
     solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - started),)
     how, target = "Hertz's pressure and approach are exact in the continuum", options.target
     assert target is not None
     exact = dict.fromkeys(best, 0.0)
     return with_values(answer, ErrorEstimate(best, exact, how, solves, target.accuracy, target.time_budget, bars=exact))
-
-
-def _peaks_by_hertz(answer: Answer) -> dict[str, float]:
-    """Hertz's largest pressure of a solution, or of each step of a history in which the bodies touch."""
-    if isinstance(answer, History):
-        return {f"{name}[{k}]": peak for k, sol in enumerate(answer) for name, peak in _peaks_by_hertz(sol).items()}
-    hertz = answer.scene.hertz if answer.pressure.any() else None
-    return {} if hertz is None else {"peak_pressure": hertz.peak_pressure}
 
 
 def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
