@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import across, known_grid, within
+from varcontact.discrete.contact_grid import across, known_grid, sampled, within
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.state import ContactState, means, unloaded
@@ -33,7 +33,6 @@ from varcontact.solving.defect_correction.fine_grid import (
     PARTS,
     FineField,
     FineGrid,
-    continued,
     held_behind,
     resultants,
 )
@@ -49,8 +48,6 @@ FIELDS = 120
 INSTEAD = "give accuracy in place of refine and of a grid"
 LOOSE = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
-ROUNDING = 1e-12
-"""Shares of an element below this are due to rounding."""
 DAMPING = np.array([1.0, 1.0, 0.7, 0.7])
 """Part of its defect that each pass adds: later ones would move to and fro."""
 LATE = 2
@@ -162,9 +159,8 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
     coarser = Grid(nx=round(hertz.a / dx), ny=round(hertz.b / dy), margin=1)
     coarser = within(coarser.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), scene.surface)
     friction = scene.friction
-    if isinstance(friction, np.ndarray):  # the means by overlap
-        (x, y), (other_x, other_y) = grid.lines, coarser.lines
-        friction = overlaps(other_y, y) @ friction.reshape(grid.shape) @ overlaps(other_x, x).T
+    if isinstance(friction, np.ndarray):
+        friction = sampled(grid, friction.reshape(grid.shape), coarser)
     scene = replace(scene, grid=coarser, friction=friction)
     loose = replace(loosely(solver), stats=SolveStats())
     other = discretise(scene, coarser)
@@ -173,18 +169,6 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
         return _corrected(other, state, loose, replace(loose, tol=solver.tol))
     finally:
         other.operators.forget()
-
-
-def overlaps(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """Shares that the intervals between `lines` have of each interval between others; beyond, the nearest has.
-
-    Shares that are due to rounding are left out: friction that is none where an interval ends would be next to nothing.
-    """
-    reached = of.copy()
-    reached[[0, -1]] = min(of[0], lines[0]), max(of[-1], lines[-1])
-    upper, lower = np.minimum(lines[1:, None], reached[None, 1:]), np.maximum(lines[:-1, None], reached[None, :-1])
-    shares = (upper - lower) / np.diff(lines)[:, None]
-    return np.where(shares > ROUNDING, shares, 0.0)
 
 
 def refined(solution: Solution, found: Refinement) -> Solution:
@@ -265,7 +249,10 @@ def late_change(of_passes: np.ndarray) -> np.ndarray:
 def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Coefficients on the elements, (ny, nx); under a law those found, continued beyond the contact."""
     if disc.loading.law is not None:
-        return continued(coefficient(disc, state), state.pressure > 0)
+        from scipy.ndimage import distance_transform_edt
+
+        nearest = distance_transform_edt(state.pressure == 0, return_distances=False, return_indices=True)
+        return coefficient(disc, state)[tuple(nearest)]
     return np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape)
 
 

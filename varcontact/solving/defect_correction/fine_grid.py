@@ -14,7 +14,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
-from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 
 PARTS = 2
@@ -22,9 +22,6 @@ PARTS = 2
 CELLS = (PARTS, PARTS)
 SLIPS = 1 - 1e-6
 """Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""
-REVERSED, TURNED = 0.5, 0.9
-"""Size of the mean of two directions, a quarter and three quarters of them: opposite ones, and 60 degrees apart."""
-
 NODES = 32
 """Of Gauss's rule across an element; along it means are in closed form."""
 ROWS_AT_ONCE = 16
@@ -62,19 +59,32 @@ class FineGrid:
         self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
         times_root, over_root, self.weight = root_means(self.lattice, *self.axes)
         gradients = times_root_gradients(self.lattice, *self.axes, nu)
-        self.times_root = KnownTractions.on(times_root, gradients, side, self.derivative)
+        self.times_root = KnownTractions.on(times_root, gradients, self.lattice, self.derivative)
         gradients = rooted_gradients(*self.axes, nu=nu)[..., None, None]
-        self.over_root = KnownTractions.on(over_root, gradients, side, self.derivative)
+        self.over_root = KnownTractions.on(over_root, gradients, self.lattice, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
         step = replace(disc.loading.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.scales.length)
         self.rigid_shift = step.shift(x, y, disc.scales.length) / disc.scales.displacement
 
     def field(self, traction: np.ndarray, friction: np.ndarray) -> FineField:
-        """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx)."""
+        """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx).
+
+        Beside elements that stick, the ratio of traction to weight is interpolated between the centres of the elements
+        in contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges.
+        Between slipping ones the size is the bound.
+        """
         bound = friction.repeat(PARTS, axis=0).repeat(PARTS, axis=1) * self.pressure_on_parts
-        coarse, fine = Shape(friction * self.pressure, means(self.weight, CELLS)), Shape(bound, self.weight)
-        return FineField(friction, reconstructed(traction, coarse, fine, CELLS), bound)
+        contact = friction * self.pressure > 0
+        ratio, factor = (
+            np.where(contact, traction / np.where(contact, by, 1.0), 0.0)
+            for by in (friction * self.pressure, means(self.weight, CELLS))
+        )
+        sticks = contact & (np.hypot(*ratio) < SLIPS)
+        rolled = interpolated(factor, contact) * self.weight
+        within = _of_size(rolled, np.minimum(np.hypot(*rolled), bound))
+        slipping = _of_size(interpolated(ratio, contact), bound)
+        return FineField(friction, np.where(interpolated(1.0 * sticks, contact) > 0, within, slipping), bound)
 
     def shift(self, field: FineField, rigid: np.ndarray) -> np.ndarray:
         """The continuum's local shift under a field in a step of the coarse grid, means over the parts, (2, ...).
@@ -110,37 +120,6 @@ def resultants(traction: np.ndarray, grid: Grid) -> np.ndarray:
     return np.array([Fx, Fy, np.sum(x * traction[1] - y * traction[0])]) * grid.area
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """What tractions are interpolated by: on elements or on their parts."""
-
-    bound: np.ndarray  # (ny, nx) Traction bound, zero outside the contact
-    weight: np.ndarray
-
-
-def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells) -> np.ndarray:
-    """A traction on the parts of elements, (2, ny rows, nx columns), from that on the elements, (2, ny, nx).
-
-    Where elements stick, the ratio of traction to weight is interpolated between the centres of the elements in
-    contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where an
-    element around slips, size and direction are interpolated apart, and between slipping ones the size is the bound.
-    Between slip and stick that is for tractions that turn; where they reverse, vectors are interpolated again.
-    """
-    contact = coarse.bound > 0
-    ratio, factor = (
-        np.where(contact, traction / np.where(contact, by, 1.0), 0.0) for by in (coarse.bound, coarse.weight)
-    )
-    slips = contact & (np.hypot(*ratio) >= SLIPS)
-    near_slip, near_stick = (interpolated(each.astype(float), contact, cells) > 0 for each in (slips, contact & ~slips))
-    smooth = interpolated(factor, contact, cells)
-    within = _of_size(smooth, np.minimum(np.hypot(*smooth) * fine.weight, fine.bound))
-    size = np.minimum(interpolated(np.hypot(*factor), contact, cells) * fine.weight, fine.bound)
-    turned = _of_size(interpolated(ratio, contact, cells), np.where(near_stick, size, fine.bound))
-    length = np.hypot(*interpolated(_of_size(ratio, np.where(contact, 1.0, 0.0)), contact, cells))
-    turns = np.where(near_stick, np.clip((length - REVERSED) / (TURNED - REVERSED), 0.0, 1.0), 1.0)
-    return np.where(near_slip, turns * turned + (1 - turns) * within, within)
-
-
 def _of_size(vectors: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Vectors of the same direction and another size; zeros stay."""
     length = np.hypot(*vectors)
@@ -158,24 +137,11 @@ def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray)
     return np.where(rearmost, ahead, correction)
 
 
-def interpolated(values: np.ndarray, contact: np.ndarray, cells: Cells) -> np.ndarray:
+def interpolated(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Values on the parts, bilinear between the centres of the elements in contact; zero far from these."""
-    weight = on_parts(contact.astype(float), cells)
+    weight = on_parts(contact.astype(float), CELLS)
     known = weight > 1e-9
-    return np.where(known, on_parts(values * contact, cells) / np.where(known, weight, 1.0), 0.0)
-
-
-def continued(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Values in the contact, and around it the means of their neighbours in it; elsewhere as given."""
-    sums, counts = (_around(each) for each in (values * contact, contact.astype(float)))
-    return np.where(contact | (counts == 0), values, sums / np.where(counts > 0, counts, 1.0))
-
-
-def _around(values: np.ndarray) -> np.ndarray:
-    """Sums over each element and its eight neighbours."""
-    padded = np.pad(values, 1)
-    rows = padded[:-2] + padded[1:-1] + padded[2:]
-    return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
+    return np.where(known, on_parts(values * contact, CELLS) / np.where(known, weight, 1.0), 0.0)
 
 
 # ----------------------------------------------------------------------------- tractions with the roots of the edge
@@ -209,21 +175,23 @@ class KnownTractions:
 
     means: np.ndarray  # (3, ny, nx) Over each part; zero outside the ellipse
     missing: np.ndarray
+    sides: tuple[float, float]  # of a part
 
     @classmethod
-    def on(cls, means: np.ndarray, gradients: np.ndarray, side: float, derivative: GridOperator) -> KnownTractions:
-        """From the exact gradients (3, 2, 2, ...) and the derivative on the parts, of length `side`."""
+    def on(cls, means: np.ndarray, gradients: np.ndarray, grid: Grid, derivative: GridOperator) -> KnownTractions:
+        """From the exact gradients (3, 2, 2, ...) and the derivative on the parts."""
         nothing = np.zeros(means.shape[1:])
         found = [[derivative.apply(np.array(each)) for each in ((one, nothing), (nothing, one))] for one in means]
-        missing = -side * gradients - np.array(found).swapaxes(1, 2)
-        return cls(means * (means[0] > LEAST * means[0].max()), missing)
+        missing = -grid.sides[0] * gradients - np.array(found).swapaxes(1, 2)
+        return cls(means * (means[0] > LEAST * means[0].max()), missing, grid.sides)
 
     def missed(self, traction: np.ndarray) -> np.ndarray:
         """What parts miss of a traction (2, ny, nx): a factor of the first one, linear around each part."""
         root = self.means[0]
         within = np.where(root > 0, root, 1.0)
         factor, (x, y) = traction * (root > 0) / within, self.means[1:] / within  # where the first is centred
-        along, across = local_gradient(factor, x, y, root > 0)
+        (dx, dy), turned = self.sides, factor.swapaxes(1, 2)
+        along, across = slope(factor, root > 0) / dx, slope(turned, root.T > 0).swapaxes(1, 2) / dy
         terms = np.array([factor - along * x - across * y, along, across])
         return np.einsum("kij...,kj...->i...", self.missing, terms)
 
@@ -241,36 +209,9 @@ def times_root_gradients(grid: Grid, a: float, b: float, nu: float) -> np.ndarra
     return np.concatenate([linear, bent])
 
 
-def local_gradient(
-    values: np.ndarray, x: np.ndarray, y: np.ndarray, known: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives along x and y of values (n, ny, nx) in parts of elements, each known at its place (ny, nx).
-
-    Parts that the edge cuts have their centres beside the lines of the others: what values change along the one
-    direction counts in the differences along the other.
-    """
-    rows, columns = _rise_shares(x, known), _rise_shares(y.T, known.T)
-    by_columns = _along_rows(values.swapaxes(1, 2), columns).swapaxes(1, 2)
-    along = _along_rows(values, rows) - by_columns * _along_rows(y, rows)
-    return along, by_columns - along * _along_rows(x.T, columns).T
-
-
-def _rise_shares(places: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Shares of a derivative: of the parabola through both neighbours, or the line through the one that is known."""
-    lengths = np.where(known[:, 1:] & known[:, :-1], np.diff(places), 0.0)
-    behind, ahead = (np.pad(lengths, ((0, 0), side)) for side in ((1, 0), (0, 1)))
-    both, either = (behind > 0) & (ahead > 0), np.where(behind + ahead > 0, behind + ahead, 1.0)
-    return np.array(
-        [
-            np.where(one > 0, np.where(both, other / either, 1.0) / np.where(one > 0, one, 1.0), 0.0)
-            for one, other in ((behind, ahead), (ahead, behind))
-        ]
-    )
-
-
-def _along_rows(values: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Derivatives of values (..., rows, columns) along their rows."""
-    rises, found = np.diff(values), np.zeros(values.shape)
-    found[..., 1:] += rises * shares[0, :, 1:]
-    found[..., :-1] += rises * shares[1, :, :-1]
-    return found
+def slope(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Differences of values (n, rows, columns) along their rows, means of those to both neighbours that are known."""
+    both = known[:, 1:] & known[:, :-1]
+    rises = np.pad(np.diff(values) * both, ((0, 0), (0, 0), (1, 1)))
+    count = np.pad(both.astype(int), ((0, 0), (1, 1)))
+    return np.asarray((rises[..., 1:] + rises[..., :-1]) / np.maximum(count[:, 1:] + count[:, :-1], 1))
