@@ -21,7 +21,9 @@ PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 CELLS = (PARTS, PARTS)
 SLIPS = 1 - 1e-6
-"""Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""
+"""Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""REVERSED, TURNED = 0.5, 0.9
+"""Size of the mean of two directions, a quarter and three quarters of them: opposite ones, and 60 degrees apart."""
+
 NODES = 32
 """Of Gauss's rule across an element; along it means are in closed form."""
 ROWS_AT_ONCE = 16
@@ -70,9 +72,10 @@ class FineGrid:
     def field(self, traction: np.ndarray, friction: np.ndarray) -> FineField:
         """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx).
 
-        Beside elements that stick, the ratio of traction to weight is interpolated between the centres of the elements
-        in contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges.
-        Between slipping ones the size is the bound.
+        Where elements stick, the ratio of traction to weight is interpolated between the centres of the elements in
+        contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where
+        an element around slips, size and direction are interpolated apart; between slipping ones the size is the bound.
+        Between slip and stick that is for tractions that turn; where they reverse, vectors are interpolated again.
         """
         bound = friction.repeat(PARTS, axis=0).repeat(PARTS, axis=1) * self.pressure_on_parts
         contact = friction * self.pressure > 0
@@ -80,11 +83,16 @@ class FineGrid:
             np.where(contact, traction / np.where(contact, by, 1.0), 0.0)
             for by in (friction * self.pressure, means(self.weight, CELLS))
         )
-        sticks = contact & (np.hypot(*ratio) < SLIPS)
-        rolled = interpolated(factor, contact) * self.weight
-        within = _of_size(rolled, np.minimum(np.hypot(*rolled), bound))
-        slipping = _of_size(interpolated(ratio, contact), bound)
-        return FineField(friction, np.where(interpolated(1.0 * sticks, contact) > 0, within, slipping), bound)
+        slips = contact & (np.hypot(*ratio) >= SLIPS)
+        near_slip, near_stick = (interpolated(1.0 * each, contact) > 0 for each in (slips, contact & ~slips))
+        smooth = interpolated(factor, contact) * self.weight
+        within = _of_size(smooth, np.minimum(np.hypot(*smooth), bound))
+        size = np.minimum(interpolated(np.hypot(*factor), contact) * self.weight, bound)
+        turned = _of_size(interpolated(ratio, contact), np.where(near_stick, size, bound))
+        length = np.hypot(*interpolated(_of_size(ratio, 1.0 * contact), contact))
+        turns = np.where(near_stick, np.clip((length - REVERSED) / (TURNED - REVERSED), 0.0, 1.0), 1.0)
+        found = np.where(near_slip, turns * turned + (1 - turns) * within, within)
+        return FineField(friction, found, bound)
 
     def shift(self, field: FineField, rigid: np.ndarray) -> np.ndarray:
         """The continuum's local shift under a field in a step of the coarse grid, means over the parts, (2, ...).
