@@ -21,7 +21,8 @@ PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 CELLS = (PARTS, PARTS)
 SLIPS = 1 - 1e-6
-"""Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""REVERSED, TURNED = 0.5, 0.9
+"""Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""
+REVERSED, TURNED = 0.5, 0.9
 """Size of the mean of two directions, a quarter and three quarters of them: opposite ones, and 60 degrees apart."""
 
 NODES = 32
