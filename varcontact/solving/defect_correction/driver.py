@@ -116,7 +116,7 @@ def run(
 ) -> tuple[Discretisation, ContactState, Refinement]:
     """The corrected problem on the elements, its solution to the solver's tolerance, and the field on parts."""
     with solver.stats.stage("refinement"):
-        found = _corrected(disc, state, loosely(solver), solver)
+        found = defect_correct(disc, state, loosely(solver), solver)
     with solver.stats.stage("error estimate"):
         coarser = _on_half_as_many(scene, disc, solver)
     # the error: the difference from half as many elements, what late passes changed, or what the field misses of a
@@ -144,14 +144,6 @@ def run(
     return found.disc, found.state, refinement
 
 
-def _corrected(disc: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver) -> Corrected:
-    try:
-        return defect_correct(disc, state, loose, last)
-    except Saturated as beyond:
-        allowed = f"left out: so near to saturation the corrected problem cannot carry the tangential force ({beyond})"
-        raise SceneError("refine", CONTINUUM, allowed) from None
-
-
 def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) -> Corrected:
     """The same on about half as many elements across the contact each way."""
     grid, hertz, (dx, dy) = disc.grid, scene.hertz, disc.grid.sides
@@ -166,7 +158,7 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
     other = discretise(scene, coarser)
     try:
         state = contact(other, loose, loose.pressure(other, unloaded(coarser)))
-        return _corrected(other, state, loose, replace(loose, tol=solver.tol))
+        return defect_correct(other, state, loose, replace(loose, tol=solver.tol))
     finally:
         other.operators.forget()
 
@@ -232,7 +224,11 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
         Fx, Fy = (None if force is None else float(force + more) for force, more in given)
         previous = PreviousStep(0.0 - correction, np.zeros(2))
         disc = coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=previous)
-        state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
+        try:
+            state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
+        except Saturated as beyond:
+            allowed = f"left out: so near to saturation the corrected problem cannot carry the force ({beyond})"
+            raise SceneError("refine", CONTINUUM, allowed) from None
         field = fine.field(state.traction, _friction(disc, state))
         forces.append(fine.forces(field))
         creepages.append(_creepages(disc, state))

@@ -27,8 +27,6 @@ REVERSED, TURNED = 0.5, 0.9
 
 NODES = 32
 """Of Gauss's rule across an element; along it means are in closed form."""
-ROWS_AT_ONCE = 16
-"""Rows of elements whose integrals are computed in one go."""
 LEAST = 1e-7
 """Mean of a traction, by the largest, from which on an element counts as touched: less may be rounding."""
 
@@ -163,19 +161,15 @@ def root_means(grid: Grid, a: float, b: float) -> tuple[np.ndarray, np.ndarray, 
     at y; zero outside of it.
     """
     (lines, across), (place, share) = grid.lines, np.polynomial.legendre.leggauss(NODES)
-    nodes = across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2
-    found = []
-    for first in range(0, len(nodes), ROWS_AT_ONCE):  # in closed form along x, by nodes across
-        y = nodes[first : first + ROWS_AT_ONCE, None]
-        half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
-        x = np.clip(lines[:, None], -half, half)
-        angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
-        lens = (x * depth + half**2 * angle) / (2 * a)
-        times, over = (lens, -(depth**3) / (3 * a), lens * y), (a * angle, -a * depth, a * angle * y)
-        integrals = np.array([*times, *over, half * angle + depth])
-        found.append(np.diff(integrals, axis=2) @ (share / 2) / np.diff(lines))
-    means_of = np.concatenate(found, axis=1)
-    return means_of[:3], means_of[3:6], means_of[6]
+    y = (across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2)[:, None]
+    half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))  # in closed form along x, by nodes across
+    x = np.clip(lines[:, None], -half, half)
+    angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
+    lens = (x * depth + half**2 * angle) / (2 * a)
+    times, over = (lens, -(depth**3) / (3 * a), lens * y), (a * angle, -a * depth, a * angle * y)
+    integrals = np.array([*times, *over, half * angle + depth]) @ (share / 2)
+    found = np.diff(integrals) / np.diff(lines)
+    return found[:3], found[3:6], found[6]
 
 
 @dataclass(frozen=True, eq=False)
