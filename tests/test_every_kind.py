@@ -14,6 +14,7 @@ from tests.solving.test_layered_bodies import COAT, PAD, ROLLING, SPHERES
 from tests.solving.test_temperature import STEEL, rolling
 from tests.solving.test_third_body import ball
 from tests.solving.test_viscoelastic import SOLID, roller
+from varcontact.io.scene_toml import scene_from, scene_to
 
 BODIES, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 MIXED = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
@@ -113,5 +114,6 @@ def test_files_give_it_back(kind, tmp_path):
     assert json.dumps(again.summary(), allow_nan=False) == json.dumps(answer.summary(), allow_nan=False)
     assert again.report() == answer.report()
     scene.save(tmp_path / "scene.toml")
-    read, _ = vc.read_scene(tmp_path / "scene.toml")
-    assert repr(read) == repr(scene)
+    table = scene_to(scene)
+    for read in (vc.read_scene(tmp_path / "scene.toml")[0], scene_from(json.loads(json.dumps(table)))):
+        assert repr(read) == repr(scene) and scene_to(read) == table
