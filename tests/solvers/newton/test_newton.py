@@ -54,11 +54,11 @@ def problem(request, normal_problem, tangential_problem):
 
 @pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
 def test_equals_the_dense_answer(tangential_problem, seeds):
-    """On random problems, each batch with every shape; the 60th alone needs the dense fallback."""
+    """On random problems, each batch with every shape; the 34th and the 60th alone need the dense fallback."""
     for seed in seeds:
         problem = tangential_problem(seed)
         raw = newton(problem)
-        assert (raw.solver, raw.status) == ("tang-safeguarded" if seed == 60 else "", "Solved"), seed
+        assert (raw.solver, raw.status) == ("tang-safeguarded" if seed in (34, 60) else "", "Solved"), seed
         check_exact(problem, raw)
 
 

@@ -126,15 +126,6 @@ class CoupledConditions:
         pressure = self.normal.admissible(traction[:1], trial[:1])
         return np.concatenate([pressure, self.under(pressure[0]).projected(traction[1:])])
 
-    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """The work of the natural map after a change of the rigid shifts, with slope and curvature, by problem."""
-        split = len(self.normal.forces.components)
-        normal = self.normal.work(trial[:1], change[:split])
-        tangential = self.under(trial[0]).work(trial[1:], change[split:])
-        curvature = np.zeros((len(change), len(change)))
-        curvature[:split, :split], curvature[split:, split:] = normal[2], tangential[2]
-        return normal[0] + tangential[0], np.concatenate([normal[1], tangential[1]]), curvature
-
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> CoupledSystem:
         normal = self.normal.linearised(traction[:1], shift[:1], trial[:1], damping)
         under = self.under(trial[0])

@@ -15,15 +15,7 @@ import numpy as np
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.gcr import gcr, room_for
-from varcontact.solvers.newton.globalisation import (
-    Conditions,
-    Measure,
-    Point,
-    balanced,
-    line_search,
-    measured,
-    next_damping,
-)
+from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured, next_damping
 from varcontact.solvers.newton.hierarchy import Box
 
 MAX_STEPS, PATIENCE = 100, 40
@@ -165,8 +157,11 @@ def newton(
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
             at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
             now = measured(conditions, at)
-        if count == 0 or damping > 0:
-            at, now = _balanced(conditions, at, now, in_any_case=count == 0)
+        if forces.components and not conditions.linear and (count == 0 or damping > 0) and np.isfinite(now.merit):
+            there = balanced(conditions, at)
+            then = measured(conditions, there)
+            if count == 0 or then.merit < now.merit:
+                at, now = there, then
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count)
         ny, nx = at.traction.shape[1:]
@@ -196,15 +191,6 @@ def newton(
         damping = next_damping(damping, part, then.merit / now.merit)
         now = then
     return Result(_admissible(conditions, best, finest), "MaxIterations", most)
-
-
-def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool) -> tuple[Point, Measure]:
-    """With rigid shifts at which prescribed forces are there, where that brings it nearer."""
-    if conditions.linear or not conditions.forces.components or not np.isfinite(now.merit):
-        return at, now
-    there = balanced(conditions, at)
-    then = measured(conditions, there)
-    return (there, then) if in_any_case or then.merit < now.merit else (at, now)
 
 
 def _admissible(conditions: Conditions, at: Point, finest: Problem | None) -> Point:

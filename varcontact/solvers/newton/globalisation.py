@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -13,9 +13,6 @@ from varcontact.solvers.newton.gcr import Forces, Step, System
 PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Of a step, tried one after the other."""
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING = 0.02, 0.1, 3.0
-BALANCING, BALANCED, LONGEST, SHORTEST = 30, 1e-9, 2.0, 1e-12
-"""Steps to balance forces, at most; what they may lack of them; the longest step, by the trial tractions; the part to
-which it is shortened at most."""
 
 
 class Conditions(Protocol):
@@ -38,9 +35,6 @@ class Conditions(Protocol):
         """The tractions of the natural map, from the trial tractions ``p - E``."""
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray: ...
-
-    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """The work after a change of the rigid shifts (k,), with its slope (k,) and its curvature (k, k)."""
 
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> System:
         """Newton's equations, with a damping added to the diagonal of M."""
@@ -70,30 +64,17 @@ def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def balanced(conditions: Conditions, at: Point) -> Point:
-    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces.
+    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces."""
+    from scipy.optimize import root
 
-    Where the work has its minimum, found by Newton's method with steps shortened until it falls.
-    """
-    forces, trial = conditions.forces, at.traction - at.shift
-    change, identity = np.zeros(len(forces.components)), np.eye(len(forces.components))
-    work, lacking, stiffness = conditions.work(trial, change)
-    for _ in range(BALANCING):
-        if not np.abs(lacking).max(initial=0.0) > BALANCED * np.abs(forces.sums).max(initial=1.0):
-            break
-        direction = -np.linalg.solve(stiffness + 1e-12 * (1 + np.trace(stiffness)) * identity, lacking)
-        farthest = LONGEST * float(np.abs(trial).max() + np.abs(change).max())
-        length = min(1.0, farthest / float(np.abs(direction).max()))
-        while length > SHORTEST:
-            there = conditions.work(trial, change + length * direction)
-            if there[0] <= work + 1e-4 * length * float(lacking @ direction):
-                break
-            length *= 0.3
-        else:
-            break
-        change = change + length * direction
-        work, lacking, stiffness = there
-    rigid = forces.spread(change, len(at.traction))
-    return Point(at.traction, at.shift + forces.displacement(rigid), at.rigid + rigid, at.noise)
+    forces, trial, components = conditions.forces, at.traction - at.shift, len(at.traction)
+
+    def lacking(change: np.ndarray) -> np.ndarray:
+        moved = trial - forces.displacement(forces.spread(change, components))
+        return forces.lacking(conditions.projected(moved))
+
+    rigid = forces.spread(root(lacking, np.zeros(len(forces.components)), method="lm").x, components)
+    return replace(at, shift=at.shift + forces.displacement(rigid), rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,13 +50,6 @@ class NormalConditions:
         """Positive only where the natural map has contact."""
         return np.where(trial > 0, np.maximum(traction, 0.0), 0.0)
 
-    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """The work of the natural map's pressures after a change of the approach, with slope and curvature."""
-        pressure = self.projected(trial - self.forces.spread(change, 1))
-        work = 0.5 * float(np.sum(pressure**2)) + float(self.forces.sums @ change)
-        curvature = np.full((len(change), len(change)), float(np.count_nonzero(pressure)))
-        return work, self.forces.sums - self.forces.of(pressure), curvature
-
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> NormalSystem:
         contact = (trial[0] > 0) & self.within
         inside = contact.astype(np.float32)

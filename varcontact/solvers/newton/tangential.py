@@ -94,28 +94,6 @@ class TangentialConditions:
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return replace(self, yielding=None).projected(traction)
 
-    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
-        free, yielding = list(self.forces.components), self.under(trial).yielding
-        trial = trial - self.forces.displacement(self.forces.spread(change, len(trial)))
-        size = _lengths(trial)
-        sizes = size if yielding is None else yielding.sizes(size, 1.0)
-        beyond = sizes > self.bound
-        held = np.where(beyond, self.bound, sizes) * self.contact
-        part = np.where(size > held, held / np.where(size > held, size, 1.0), 1.0) * self.contact
-        across = np.array([-trial[1], trial[0]]) / np.where(size > 0, size, 1.0) if len(trial) == 2 else None
-        work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
-        if yielding is not None:
-            work -= float(np.sum(np.maximum(held - yielding.stress, 0.0) ** 2)) / (2 * yielding.hardening)
-        lacking = self.forces.sums - self.forces.of(part * trial)
-        stuck = np.where(beyond, 0.0, part)
-        square = 1.0 if self.forces.scale is None else self.forces.scale**2
-        curvature = np.eye(len(free)) * np.sum(stuck * square)
-        if across is not None:
-            slipping = (part - stuck) * square * across[free]
-            curvature += np.einsum("iyx,jyx->ij", slipping, across[free])
-        return work, lacking, curvature
-
     def linearised(
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
     ) -> TangentialSystem:
