@@ -18,9 +18,9 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.conformal import ConformalOperator, in_blocks
 from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import point, solve_from
-from varcontact.solvers.newton.gcr import Forces
-from varcontact.solvers.newton.globalisation import Point
+from varcontact.solvers.newton.driver import Problem, point, solve_from
+from varcontact.solvers.newton.gcr import Forces, System
+from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import fast_box, kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions, NormalSystem
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
@@ -104,16 +104,12 @@ def _row(symbols: np.ndarray, transform: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledConditions:
-    """Both problems on a grid, dimensionless: the tangential one with its bound left open, friction (ny, nx)."""
+class CoupledConditions(Conditions):
+    """Both problems on a grid: the tangential one with its bound left open, friction (ny, nx)."""
 
-    kernel: CoupledKernel | ConformalKernel
-    known: np.ndarray
     normal: NormalConditions
     tangential: TangentialConditions
     friction: np.ndarray
-    forces: Forces
-    linear = False
 
     def under(self, pressure: np.ndarray) -> TangentialConditions:
         return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
@@ -135,19 +131,17 @@ class CoupledConditions:
         right = np.where(under.contact, right, -traction[1:])
         apart = (~under.contact).astype(np.float32)
         tied = (self.friction * tangential.along).astype(np.float32)
-        return CoupledSystem(self, np.concatenate([normal.right, right]), normal, tangential, apart, tied)
+        return CoupledSystem(np.concatenate([normal.right, right]), normal, tangential, apart, tied)
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledSystem:
+class CoupledSystem(System):
     """Newton's equations of both problems; `right` (1 + c, ny, nx).
 
     `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties tractions to
     pressures, (c, ny, nx).
     """
 
-    conditions: CoupledConditions
-    right: np.ndarray
     normal: NormalSystem
     tangential: TangentialSystem
     apart: np.ndarray
@@ -174,13 +168,12 @@ class CoupledSystem:
 
 
 @dataclass(frozen=True, eq=False)
-class ScaledCoupled:
+class ScaledCoupled(Problem[CoupledConditions]):
     """A problem in its own units (1 + c, 1, 1): those of pressures and of tractions differ by friction."""
 
     problem: CoupledProblem
     load: np.ndarray
     displacement: np.ndarray
-    conditions: CoupledConditions
     residual: Callable[[RawSolution], float]
 
     @classmethod
@@ -211,12 +204,12 @@ class ScaledCoupled:
         conditions = CoupledConditions(
             kernels,
             known,
-            NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
-            TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
-            problem.friction / part,
             Forces(tuple(free), sums, weight, shares=shares),
+            NormalConditions(kernel(problem.normal, shape), known[:1], normal_forces, within),
+            TangentialConditions(kernel(problem.tangential, shape), known[1:], tangential_forces, within * 0.0),
+            problem.friction / part,
         )
-        return cls(problem, load, displacement, conditions, residual)
+        return cls(conditions, problem, load, displacement, residual)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         return self.problem.shift(traction * self.load) / self.displacement + rigid

@@ -6,9 +6,10 @@ Small problems that it leaves unsolved go to dense active sets.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -42,54 +43,57 @@ NOISE, EXACT = 3e-7, 1e-15
 C = TypeVar("C", bound=Conditions)
 
 
-class Problem(Protocol):
+@dataclass(frozen=True, eq=False)
+class Problem(ABC, Generic[C]):
     """A contact problem in its own units, judged in double precision."""
 
-    @property
-    def conditions(self) -> Conditions: ...
+    conditions: C
 
+    @abstractmethod
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """E on the box, from tractions (c, ny, nx) and rigid shifts (c, 1, 1)."""
 
+    @abstractmethod
     def error(self, at: Point) -> float:
         """The residual or the relative gap of an answer, as a certificate has it: the larger."""
 
+    @abstractmethod
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and rigid shifts as the solver's caller has them."""
 
 
-class GridProblem(Problem, Protocol[C]):
-    """One that coarser grids lead to, and that dense active sets solve, too."""
+@dataclass(frozen=True, eq=False)
+class GridProblem(Problem[C]):
+    """One that coarser grids lead to, and that dense active sets solve, too.
 
-    @property
-    def conditions(self) -> C: ...
+    `load` is the traction, `displacement` the distance or shift that counts as one.
+    """
 
-    @property
-    def box(self) -> Box: ...
+    box: Box
+    load: float
+    displacement: float
+    settings: Settings
 
+    @abstractmethod
     def initial_guess(self, start: RawSolution) -> Point:
         """Where a start leads."""
 
+    @abstractmethod
     def coarser(self, fine: C) -> C | None:
         """The problem with elements twice as large, if that is fine enough to help."""
 
+    @abstractmethod
     def first(self, coarsest: C) -> Point:
         """Where the coarsest grid begins."""
 
+    @abstractmethod
     def finer(self, at: Point, coarse: C, fine: C) -> Point: ...
 
+    @abstractmethod
     def residual(self, raw: RawSolution) -> float: ...
 
+    @abstractmethod
     def by_active_sets(self, near: RawSolution) -> RawSolution: ...
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """Where Newton's method ended on a grid: "Solved", "MaxIterations" or "NotANumber"."""
-
-    at: Point
-    status: str
-    steps: int
 
 
 def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings) -> RawSolution:
@@ -118,10 +122,9 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
     return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
 
 
-def solve_from(problem: Problem, at: Point, tol: float, settings: Settings, most: int) -> RawSolution:
-    result = newton(problem.conditions, at, tol, settings, problem, most)
-    traction, rigid = problem.physical(result.at.traction, result.at.rigid)
-    return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
+def solve_from(problem: Problem[C], at: Point, tol: float, settings: Settings, most: int) -> RawSolution:
+    at, status, steps = newton(problem.conditions, at, tol, settings, problem, most)
+    return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
 
 
 def _from_coarse_grids(problem: GridProblem[C], settings: Settings) -> tuple[Point, int]:
@@ -131,8 +134,8 @@ def _from_coarse_grids(problem: GridProblem[C], settings: Settings) -> tuple[Poi
         grids.append(coarser)
     at, steps = problem.first(grids[-1]), 0
     for coarse, fine in pairwise(reversed(grids)):
-        result = newton(coarse, at, COARSE_TOL, settings)
-        at, steps = problem.finer(result.at, coarse, fine), steps + result.steps
+        at, _, count = newton(coarse, at, COARSE_TOL, settings)
+        at, steps = problem.finer(at, coarse, fine), steps + count
     return at, steps
 
 
@@ -141,12 +144,13 @@ def newton(
     at: Point,
     tol: float,
     settings: Settings,
-    finest: Problem | None = None,
+    finest: Problem[C] | None = None,
     most: int = MAX_STEPS,
-) -> Result:
+) -> tuple[Point, str, int]:
     """Solve a contact problem on one grid, from a point, to a residual of the natural map by the largest traction.
 
-    With `finest` the answer is judged in double precision; else single precision is enough.
+    With `finest` the answer is judged in double precision; else single precision is enough. Also "Solved",
+    "MaxIterations" or "NotANumber", and the steps.
     """
     goal, damping = tol, 0.0
     best, least, before = at, np.inf, 0.0
@@ -163,7 +167,7 @@ def newton(
             if count == 0 or then.merit < now.merit:
                 at, now = there, then
         if not np.isfinite(now.merit):
-            return Result(best, "NotANumber", count)
+            return best, "NotANumber", count
         ny, nx = at.traction.shape[1:]
         settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
@@ -172,7 +176,7 @@ def newton(
             best = at = _admissible(conditions, at, finest)
             error = 0.0 if finest is None else finest.error(at)
             if error <= tol:
-                return Result(at, "Solved", count)
+                return at, "Solved", count
             goal *= min(0.3 * tol / error, 0.3)
             now = measured(conditions, at)
             if now.residual == 0:
@@ -190,10 +194,10 @@ def newton(
         at = replace(at, noise=noise)
         damping = next_damping(damping, part, then.merit / now.merit)
         now = then
-    return Result(_admissible(conditions, best, finest), "MaxIterations", most)
+    return _admissible(conditions, best, finest), "MaxIterations", most
 
 
-def _admissible(conditions: Conditions, at: Point, finest: Problem | None) -> Point:
+def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) -> Point:
     """Admissible tractions, on the finest grid with their shift in double precision."""
     traction = conditions.admissible(at.traction, at.traction - at.shift)
     if finest is None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -16,18 +16,21 @@ LEAST = 1e-7
 """Length of a new direction, relative to its image, below which it consists of rounding."""
 
 
-class System(Protocol):
+@dataclass(frozen=True, eq=False)
+class System(ABC):
     """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each element."""
 
-    @property
-    def right(self) -> np.ndarray: ...
+    right: np.ndarray
 
+    @abstractmethod
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Left-hand sides for a step and M times the step."""
 
+    @abstractmethod
     def border(self, component: int) -> np.ndarray:
         """Left-hand sides for a uniform shift along one component."""
 
+    @abstractmethod
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """Nearly the step that has these left-hand sides."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -15,27 +15,27 @@ PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING = 0.02, 0.1, 3.0
 
 
-class Conditions(Protocol):
-    """A contact problem on a box: what Newton's method has to know of it. Fields are (c, ny, nx)."""
+@dataclass(frozen=True, eq=False)
+class Conditions(ABC):
+    """A contact problem on a box, dimensionless: what Newton's method has to know of it. Fields are (c, ny, nx)."""
 
-    @property
-    def kernel(self) -> Callable[[np.ndarray], np.ndarray]: ...
-
-    @property
-    def known(self) -> np.ndarray: ...
-
-    @property
-    def forces(self) -> Forces: ...
+    kernel: Callable[[np.ndarray], np.ndarray]
+    known: np.ndarray
+    forces: Forces
 
     @property
     def linear(self) -> bool:
         """Whether nothing bounds the tractions: Newton's equations are then the problem's."""
+        return False
 
+    @abstractmethod
     def projected(self, trial: np.ndarray) -> np.ndarray:
         """The tractions of the natural map, from the trial tractions ``p - E``."""
 
+    @abstractmethod
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray: ...
 
+    @abstractmethod
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> System:
         """Newton's equations, with a damping added to the diagonal of M."""
 

@@ -14,9 +14,9 @@ from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, point, solve
-from varcontact.solvers.newton.gcr import Forces
-from varcontact.solvers.newton.globalisation import Point
+from varcontact.solvers.newton.driver import EXACT, GridProblem, point, solve
+from varcontact.solvers.newton.gcr import Forces, System
+from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
 from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, kernel_on, unit
 
@@ -34,14 +34,11 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
 
 
 @dataclass(frozen=True, eq=False)
-class NormalConditions:
-    """The normal problem on a box, dimensionless: `known` is h, less the approach where that is given (1, ny, nx)."""
+class NormalConditions(Conditions):
+    """The normal problem on a box: `known` is h, less the approach where that is given (1, ny, nx)."""
 
     kernel: Kernel | CurvedKernel
-    known: np.ndarray
     within: np.ndarray
-    forces: Forces
-    linear = False
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         return np.maximum(trial, 0.0) * self.within
@@ -53,15 +50,14 @@ class NormalConditions:
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> NormalSystem:
         contact = (trial[0] > 0) & self.within
         inside = contact.astype(np.float32)
-        return NormalSystem(self, np.where(contact, -shift, -traction), inside, 1 - inside, damping)
+        return NormalSystem(np.where(contact, -shift, -traction), self, inside, 1 - inside, damping)
 
 
 @dataclass(frozen=True, eq=False)
-class NormalSystem:
+class NormalSystem(System):
     """Newton's equations on a contact area: ones `inside` it (ny, nx), and ones `outside`."""
 
     conditions: NormalConditions
-    right: np.ndarray
     inside: np.ndarray
     outside: np.ndarray
     damping: float
@@ -82,15 +78,10 @@ class NormalSystem:
 
 
 @dataclass(frozen=True, eq=False)
-class ScaledNormal:
-    """A normal problem in its own units: `load` is the pressure, `displacement` the distance that counts as one."""
+class ScaledNormal(GridProblem[NormalConditions]):
+    """A normal problem in its own units."""
 
     problem: NormalProblem
-    box: Box
-    load: float
-    displacement: float
-    conditions: NormalConditions
-    settings: Settings
 
     @classmethod
     def of(cls, problem: NormalProblem, settings: Settings) -> ScaledNormal | None:
@@ -111,8 +102,8 @@ class ScaledNormal:
         within = box.field(np.ones(size, dtype=bool))
         sums = np.array([] if problem.force is None else [problem.force / (problem.area * load)])
         forces = Forces((0,) if sums.size else (), sums, 1 / np.sqrt(size))
-        conditions = NormalConditions(kernel_on(problem.operator, box.shape), known, within, forces)
-        return cls(problem, box, load, displacement, conditions, settings)
+        conditions = NormalConditions(kernel_on(problem.operator, box.shape), known, forces, within)
+        return cls(conditions, box, load, displacement, settings, problem)
 
     def coarser(self, fine: NormalConditions) -> NormalConditions | None:
         """With elements twice as large, in units of displacement that are so, too."""
@@ -121,7 +112,7 @@ class ScaledNormal:
         known, within = halved_mean(fine.known, fine.within) / 2, halved(fine.within.astype(float)) > 0
         sums = fine.forces.sums / parts(fine.within.shape)
         forces = Forces(fine.forces.components, sums, 1 / np.sqrt(np.count_nonzero(within)))
-        return NormalConditions(fine.kernel.halved, known, within, forces)
+        return NormalConditions(fine.kernel.halved, known, forces, within)
 
     def first(self, coarsest: NormalConditions) -> Point:
         """From the overlap, or from an even pressure that has the force."""

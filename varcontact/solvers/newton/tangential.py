@@ -17,9 +17,9 @@ from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, point, solve
-from varcontact.solvers.newton.gcr import Forces
-from varcontact.solvers.newton.globalisation import Point, dot
+from varcontact.solvers.newton.driver import EXACT, GridProblem, point, solve
+from varcontact.solvers.newton.gcr import Forces, System
+from varcontact.solvers.newton.globalisation import Conditions, Point, dot
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
 from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, SoftenedKernel, kernel, kernel_on, unit
 
@@ -48,13 +48,11 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 
 
 @dataclass(frozen=True, eq=False)
-class TangentialConditions:
-    """The tangential problem on a box, dimensionless: W (c, ny, nx), and the bound g (ny, nx), zero out of contact."""
+class TangentialConditions(Conditions):
+    """The tangential problem on a box: `known` is W (c, ny, nx), and the bound g (ny, nx), zero out of contact."""
 
     kernel: Kernel | CurvedKernel | SoftenedKernel
-    known: np.ndarray
     bound: np.ndarray
-    forces: Forces
     yielding: Yielding | None = None
 
     @cached_property
@@ -108,7 +106,7 @@ class TangentialConditions:
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
         if self.yielding is None or yielding is None:
-            return TangentialSystem(self, right, stick, along, across, held, damping)
+            return TangentialSystem(right, self, stick, along, across, held, damping)
         image = self.projected(trial)
         direction = trial / np.where(size > 0, size, 1.0)
         stiff, turning = (stick * each for each in yielding.tangent(image))
@@ -116,7 +114,7 @@ class TangentialConditions:
         single = [each.astype(np.float32) for each in (stiff, turning, direction, grows)]
         flows = Flows(self.yielding.columns, *single)
         flow = stick * yielding.flow(image) + flows(traction - image)
-        return TangentialSystem(self, right - flow, stick, along, across, held, damping, flows)
+        return TangentialSystem(right - flow, self, stick, along, across, held, damping, flows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +145,7 @@ def _if_larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class TangentialSystem:
+class TangentialSystem(System):
     """Newton's equations at given tractions.
 
     `along` and `across` are unit vectors (c, ny, nx) of the traction where it slips, else zero; `held` (ny, nx) is the
@@ -155,7 +153,6 @@ class TangentialSystem:
     """
 
     conditions: TangentialConditions
-    right: np.ndarray
     stick: np.ndarray
     along: np.ndarray
     across: np.ndarray
@@ -220,15 +217,10 @@ class TangentialSystem:
 
 
 @dataclass(frozen=True, eq=False)
-class ScaledTangential:
-    """A tangential problem in its own units: `load` is the traction, `displacement` the shift that counts as one."""
+class ScaledTangential(GridProblem[TangentialConditions]):
+    """A tangential problem in its own units."""
 
     problem: TangentialProblem
-    box: Box
-    load: float
-    displacement: float
-    conditions: TangentialConditions
-    settings: Settings
 
     @classmethod
     def of(cls, problem: TangentialProblem, settings: Settings) -> ScaledTangential | None:
@@ -256,7 +248,7 @@ class ScaledTangential:
             Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size)),
             yielding,
         )
-        return cls(problem, box, load, displacement, conditions, settings)
+        return cls(conditions, box, load, displacement, settings, problem)
 
     def coarser(self, fine: TangentialConditions) -> TangentialConditions | None:
         """With elements twice as large, in units of displacement that are so, too.
@@ -332,10 +324,10 @@ def _scaled(
 ) -> TangentialConditions:
     """Conditions whose tractions and displacements are scaled as softened elements count them."""
     if softening is None:
-        return TangentialConditions(of_box, known, bound, forces, yielding)
+        return TangentialConditions(of_box, known, forces, bound, yielding)
     softened = SoftenedKernel(of_box, softening.astype(np.float32))
     scale = softened.scale.astype(float)
-    return TangentialConditions(softened, known * scale, bound / scale, replace(forces, scale=scale))
+    return TangentialConditions(softened, known * scale, replace(forces, scale=scale), bound / scale)
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:
