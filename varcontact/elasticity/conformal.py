@@ -193,9 +193,6 @@ class ConformalOperator(GridOperator):
                     blocks[i, :, j] += wave(half_turns * angle / 2) * own
         return blocks.reshape(rows * elements.size, columns * loaded.size)
 
-    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(self._product(tractions))
-
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
 
@@ -267,11 +264,15 @@ class ConformalOperator(GridOperator):
         return symbols
 
 
-def in_blocks(blocks: list[list[GridOperator]]) -> ConformalOperator | None:
-    """Operators on one surface as a single one, by rows of blocks; None unless its curvature varies."""
+def in_blocks(blocks: list[list[GridOperator]]) -> GridOperator:
+    """Operators on one surface as a single one, by rows of blocks."""
     first, harmonics, transforms, row = blocks[0][0], Harmonics(), Transforms(), 0
+    table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
     if not isinstance(first, ConformalOperator):
-        return None
+        whole = GridOperator(first.shape, table)
+        symbols = [np.concatenate([block._symbol for block in line], axis=1) for line in blocks]
+        whole.__dict__["_symbol"] = np.concatenate(symbols)
+        return whole
     for line in blocks:
         column = 0
         for block in line:
@@ -281,10 +282,9 @@ def in_blocks(blocks: list[list[GridOperator]]) -> ConformalOperator | None:
                 transforms.setdefault(m, {}).update({(row + i, column + j): each for (i, j), each in own.items()})
             column += block.table.shape[1]
         row += line[0].table.shape[0]
-    table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
-    whole = ConformalOperator(first.shape, table, first.angles, harmonics)
-    whole.__dict__["_transforms"] = transforms
-    return whole
+    varying = ConformalOperator(first.shape, table, first.angles, harmonics)
+    varying.__dict__["_transforms"] = transforms
+    return varying
 
 
 def _mean(table: np.ndarray | None, other: np.ndarray | None, sign: float) -> np.ndarray | None:

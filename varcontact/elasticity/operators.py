@@ -150,10 +150,15 @@ class GridOperator:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
         return np.ascontiguousarray(self._product(tractions))
 
+    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
+        """Product with tractions, float32, by FFT."""
+        return np.ascontiguousarray(self._product(tractions))
+
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)
-        return fields_of(np.array([sum(map(np.multiply, row, spectrum)) for row in self._symbol]), box, self.shape)
+        symbol = self._single_symbol if tractions.dtype == np.float32 else self._symbol
+        return fields_of(np.array([sum(map(np.multiply, row, spectrum)) for row in symbol]), box, self.shape)
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
@@ -211,6 +216,10 @@ class GridOperator:
     def _symbol(self) -> np.ndarray:
         box = fft_box(*self.shape)
         return spectrum_of(wrapped(self.table, box), box)
+
+    @cached_property
+    def _single_symbol(self) -> np.ndarray:
+        return self._symbol.astype(np.complex64)
 
 
 @dataclass(frozen=True, eq=False)

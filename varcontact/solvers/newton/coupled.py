@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.conformal import ConformalOperator, in_blocks
-from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.conformal import in_blocks
+from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import Problem, point, solve_from
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Conditions, Point
-from varcontact.solvers.newton.kernel import fast_box, kernel, unit
+from varcontact.solvers.newton.kernel import kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions, NormalSystem
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
 
@@ -65,42 +65,6 @@ def newton_coupled(
     rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
     at = point(scaled.conditions, start.traction / scaled.load, rigid)
     return solve_from(scaled, at, settings.tol, settings, MOST_STEPS)
-
-
-@dataclass(frozen=True, eq=False)
-class CoupledKernel:
-    """The blocks of A as one: symbols (1 + c, 1 + c, ...), complex64, in the units of the blocks zz and tt.
-
-    `load` is the traction that counts as one, divided by the pressure that does.
-    """
-
-    shape: tuple[int, int]
-    symbols: np.ndarray
-    load: float
-
-    def __call__(self, traction: np.ndarray) -> np.ndarray:
-        """Displacements by tractions (1 + c, ny, nx), both float32."""
-        box = product_box(self.shape)
-        transform = spectrum_of(traction, box)
-        product = np.empty_like(transform)
-        product[0] = self.symbols[0, 0] * transform[0]
-        product[0] += np.float32(self.load) * _row(self.symbols[0, 1:], transform[1:])
-        for i in range(1, len(transform)):
-            product[i] = np.float32(1 / self.load) * (self.symbols[i, 0] * transform[0])
-            product[i] += _row(self.symbols[i, 1:], transform[1:])
-        return fields_of(product, box, self.shape)
-
-
-def product_box(shape: tuple[int, int]) -> tuple[int, int]:
-    """The box of transforms on which nothing comes round."""
-    return fast_box(2 * shape[0] - 1, 2 * shape[1] - 1)
-
-
-def _row(symbols: np.ndarray, transform: np.ndarray) -> np.ndarray:
-    total: np.ndarray = symbols[0] * transform[0]
-    for symbol, part in zip(symbols[1:], transform[1:], strict=True):
-        total += symbol * part
-    return total
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,19 +154,12 @@ class ScaledCoupled(Problem[CoupledConditions]):
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
-        operator = in_blocks(
-            [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
-        )
-        kernels: CoupledKernel | ConformalKernel
-        if operator is None:
-            kernels = CoupledKernel(shape, _symbols(problem), part)
-        else:
-            kernels = ConformalKernel(operator, units.astype(np.float32), part)
+        blocks = [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
         split = int(0 in free)
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
-            kernels,
+            CoupledKernel(in_blocks(blocks), units.astype(np.float32), part),
             known,
             Forces(tuple(free), sums, weight, shares=shares),
             NormalConditions(kernel(problem.normal, shape), known[:1], normal_forces, within),
@@ -222,10 +179,13 @@ class ScaledCoupled(Problem[CoupledConditions]):
 
 
 @dataclass(frozen=True, eq=False)
-class ConformalKernel:
-    """The blocks of A on a surface whose curvature varies, as one operator, in the units (1 + c, 1, 1) of its rows."""
+class CoupledKernel:
+    """The blocks of A as one operator, in the units (1 + c, 1, 1) of its rows.
 
-    operator: ConformalOperator
+    `load` is the traction that counts as one, divided by the pressure that does.
+    """
+
+    operator: GridOperator
     units: np.ndarray
     load: float
 
@@ -235,19 +195,3 @@ class ConformalKernel:
         scale[0] = 1.0
         product: np.ndarray = self.operator.apply_in_single_precision(traction * scale) / (self.units * scale)
         return product
-
-
-def _symbols(problem: CoupledProblem) -> np.ndarray:
-    """Transforms of all blocks in their units; remembered by the block that only unlike bodies have."""
-    blocks = problem.normal, problem.traction_to_distance, problem.tangential
-    keeper = problem.pressure_to_shift.__dict__
-    known, symbols = keeper.get("_symbols", ((), None))
-    if symbols is None or any(one is not other for one, other in zip(known, blocks, strict=True)):
-        top = np.concatenate([problem.normal.table, problem.traction_to_distance.table], axis=1)
-        below = np.concatenate([problem.pressure_to_shift.table, problem.tangential.table], axis=1)
-        table = np.concatenate([top / unit(problem.normal), below / unit(problem.tangential)]).astype(np.float32)
-        box = product_box(problem.distance.shape)
-        transforms = spectrum_of(wrapped(table.reshape(-1, *table.shape[2:]), box), box)
-        symbols = transforms.reshape(*table.shape[:2], *transforms.shape[1:])
-        keeper["_symbols"] = blocks, symbols
-    return np.asarray(symbols)
