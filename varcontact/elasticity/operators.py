@@ -151,7 +151,17 @@ class GridOperator:
         return np.ascontiguousarray(self._product(tractions))
 
     def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
-        """Product with tractions, float32, by FFT."""
+        """Product by FFT, in single precision.
+
+        Parameters
+        ----------
+        tractions : ndarray, shape (columns, ny, nx)
+            float32.
+
+        Returns
+        -------
+        ndarray, shape (rows, ny, nx)
+        """
         return np.ascontiguousarray(self._product(tractions))
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
