@@ -13,7 +13,7 @@ import operator
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -67,13 +67,32 @@ class Stored(Sequence[Solution]):
             if path.exists() and path.stat().st_size > 0:
                 if not begins_with(path, MAGIC):
                     raise OutputError("store", path, "exists already and holds no history")
-                other = _stored(path)
+                other = cls.read(path)
                 with _file(path) as file:
                     if len(other) and "power_density" not in file.variables:
                         raise OutputError("store", path, "was written by an earlier version, and can be read only")
                 if _identity(stored) != _identity(other):
                     raise OutputError("store", path, "holds the history of another scene, or by other methods")
             yield stored
+
+    @classmethod
+    def read(cls, path: Path) -> Stored:
+        """The steps in a file that is there."""
+        with _file(path) as file:
+            if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
+                raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
+            with reading(path):
+                scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
+                settings = _entry(file, "settings")
+                settings["tol"] = checks.positive("tol", settings["tol"])
+                settings["polish"] = checks.flag("polish", settings["polish"])
+                motion = scene.motion
+                if not isinstance(motion, Transient):
+                    raise ValueError("steps of another motion than a Transient")
+                if "start" in file.variables:
+                    start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
+                    scene = replace(scene, motion=replace(motion, start=start))
+        return cls(path, scene, plan, settings)
 
     @property
     def grid(self) -> Grid:
@@ -142,7 +161,8 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
     """Write a history to a file, whole or not at all."""
     path = checks.file_name("path", path)
     check_history_file("path", path, overwrite)
-    _check_any(history, "path", path)
+    if len(history) == 0:
+        raise OutputError("path", path, "no step of the history is finished")
     with only_writer("path", path, PATIENCE), replacing("path", path) as file:
         _write(history, file)
 
@@ -153,27 +173,19 @@ def check_history_file(field: str, path: Path, overwrite: bool) -> None:
 
 
 def _is_whole(path: Path) -> bool:
-    try:
-        return begins_with(path, MAGIC) and len(_stored(path)) > 0
-    except OutputError:
-        return False
-
-
-def load_history(path: Path) -> History:
-    """A history from its file, each step as it is stored."""
-    stored = _stored(path)
-    return History(stored.scene, stored.grid, stored, stored.settings)
+    with suppress(OutputError):
+        return begins_with(path, MAGIC) and len(Stored.read(path)) > 0
+    return False
 
 
 def dataset(history: History) -> xr.Dataset:
     """A `history` as an xarray dataset, see `History.to_xarray`."""
     import xarray as xr
 
-    _check_any(history, "history", "to_xarray")
-    source: Any
-    if isinstance(history.solutions, Stored):
-        source = history.solutions.path
-    else:
+    if len(history) == 0:
+        raise OutputError("history", "to_xarray", "no step of the history is finished")
+    source: Any = getattr(history.solutions, "path", None)  # of which only what is asked for is read
+    if source is None:
         source = io.BytesIO()
         _write(history, source)
         source.seek(0)
@@ -181,11 +193,6 @@ def dataset(history: History) -> xr.Dataset:
     words = {name: data[name].astype(str).values for name in ("component", "rigid")}
     steps = {"step": np.arange(len(history)), "rolled": ("step", history.rolled)}
     return data.drop_vars("start", errors="ignore").assign_coords(words | steps)
-
-
-def _check_any(history: History, field: str, value: object) -> None:
-    if len(history) == 0:
-        raise OutputError(field, value, "no step of the history is finished")
 
 
 def _write(history: History, file: BinaryIO) -> None:
@@ -222,24 +229,6 @@ def _file(path: Path) -> Iterator[Any]:
 
 def _entry(file: Any, name: str) -> Any:
     return json.loads(bytes(getattr(file, name)).decode())
-
-
-def _stored(path: Path) -> Stored:
-    with _file(path) as file:
-        if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
-            raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
-        with reading(path):
-            scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
-            settings = _entry(file, "settings")
-            settings["tol"] = checks.positive("tol", settings["tol"])
-            settings["polish"] = checks.flag("polish", settings["polish"])
-            motion = scene.motion
-            if not isinstance(motion, Transient):
-                raise ValueError("steps of another motion than a Transient")
-            if "start" in file.variables:
-                start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
-                scene = replace(scene, motion=replace(motion, start=start))
-    return Stored(path, scene, plan, settings)
 
 
 def _identity(stored: Stored) -> tuple[str, bytes]:

@@ -193,7 +193,7 @@ def is_solution(path: Path) -> bool:
 
 def read(path: str | Path) -> Solution | History:
     """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
-    from varcontact.io.history import load_history
+    from varcontact.io.history import Stored
     from varcontact.io.records import MAGIC
 
     path = checks.file_name("path", path)
@@ -202,7 +202,8 @@ def read(path: str | Path) -> Solution | History:
             raise OutputError("path", path, "is not a regular file")
         content = None if begins_with(path, MAGIC) else path.read_bytes()
     if content is None:
-        return load_history(path)
+        stored = Stored.read(path)
+        return History(stored.scene, stored.grid, stored, stored.settings)
     return replace(solution_from_bytes(path, content), note=AS_STORED)
 
 
