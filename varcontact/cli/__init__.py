@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from typing import Annotated, Any
 
 import typer
@@ -102,4 +104,6 @@ def _options(
 
 def main() -> None:
     """Entry point."""
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal may not have the letters of a unit
+        sys.stdout.reconfigure(errors="backslashreplace")
     app()

@@ -15,13 +15,9 @@ BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
 
 
 def show(text: str) -> None:
-    """Print on standard output, in any encoding; a closed pipe is no error."""
+    """Print on standard output; a closed pipe is no error."""
     try:
-        try:
-            print(text, flush=True)
-        except UnicodeEncodeError:  # a terminal that does not have the letters of a unit
-            encoding = sys.stdout.encoding
-            print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
+        print(text, flush=True)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:

@@ -152,22 +152,15 @@ def blank(scenes: int, record: np.dtype) -> np.ndarray:
     return records
 
 
-def sealed(records: np.ndarray) -> np.ndarray:
-    """Records with their checksums."""
-    records = records.copy()
-    records["check"] = [_checksum(record) for record in records]
-    return records
+def checksums(records: np.ndarray) -> np.ndarray:
+    """Of each record, but for the checksum at its end."""
+    size = records.dtype["check"].itemsize
+    return np.array([zlib.crc32(record.tobytes()[:-size]) for record in records], records.dtype["check"])
 
 
 def finished(records: np.ndarray) -> np.ndarray:
     """Which records are of scenes that are solved, or have failed, and are whole."""
-    there = np.isin(records["outcome"], np.array(OUTCOMES, "S"))
-    there[there] = [record["check"] == _checksum(record) for record in records[there]]
-    return there
-
-
-def _checksum(record: np.void) -> int:
-    return zlib.crc32(record.tobytes()[: -record.dtype["check"].itemsize])
+    return np.isin(records["outcome"], np.array(OUTCOMES, "S")) & (records["check"] == checksums(records))
 
 
 def tabulated(

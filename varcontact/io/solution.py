@@ -39,41 +39,31 @@ if TYPE_CHECKING:
 FORMAT = "varcontact solution 1"
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
+ELEMENTS, PARTS = ("y", "x"), ("y_parts", "x_parts")
 FIELDS = {
-    "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
-    "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
-    "slip": (("component", "y", "x"), "slip", "relative slip of body 1 over body 2"),
-    "power_density": (("y", "x"), "power density", "work lost by friction by area, by distance rolled"),
-    "distance": (("y", "x"), "length", "deformed distance"),
-    "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
-    "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
+    "pressure": (ELEMENTS, "pressure", "normal traction, compression positive"),
+    "traction": (("component", *ELEMENTS), "pressure", "tangential traction on body 1"),
+    "slip": (("component", *ELEMENTS), "slip", "relative slip of body 1 over body 2"),
+    "power_density": (ELEMENTS, "power density", "work lost by friction by area, by distance rolled"),
+    "distance": (ELEMENTS, "length", "deformed distance"),
+    "state": (ELEMENTS, "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
+    "traction_bound": (ELEMENTS, "pressure", "friction coefficient times pressure"),
     "normal_force": ((), "force", "total compressive force"),
     "force": (("component",), "force", "total tangential force on body 1"),
     "moment": ((), "moment", "twisting moment on body 1 about the origin"),
     "approach": ((), "length", "approach of the bodies"),
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
-AT_TIMES = {
-    "weakening": (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip"),
-    "memory": (
-        ("relaxation", "axis", "y_around", "x_around"),
-        "pressure",
-        "tractions that viscoelastic bodies remember",
-    ),
-    "plastic": (("flow", "y", "x"), "1", "third body: plastic displacement [length], yield stress [pressure]"),
-    "traction_on_parts": (
-        ("component", "y_parts", "x_parts"),
-        "pressure",
-        "tangential traction on body 1, on parts of elements",
-    ),
-    "slip_on_parts": (
-        ("component", "y_parts", "x_parts"),
-        "slip",
-        "relative slip of the continuum, means over parts of elements",
-    ),
-    "slip_correction": (("component", "y", "x"), "slip", "added to the rigid slip of the elements"),
-    "bound_share": (("y", "x"), "1", "what the traction bound of the elements was multiplied by"),
-    "pressure_on_parts": (("y_parts", "x_parts"), "pressure", "normal traction, on parts of elements"),
+AROUND = ("relaxation", "axis", "y_around", "x_around")
+OPTIONAL = {
+    "weakening": (ELEMENTS, "1", "part of static - kinetic friction that particles have lost by slip"),
+    "memory": (AROUND, "pressure", "tractions that viscoelastic bodies remember"),
+    "plastic": (("flow", *ELEMENTS), "1", "third body: plastic displacement [length], yield stress [pressure]"),
+    "traction_on_parts": (("component", *PARTS), "pressure", "tangential traction on body 1, on parts of elements"),
+    "slip_on_parts": (("component", *PARTS), "slip", "relative slip of the continuum, means over parts of elements"),
+    "slip_correction": (("component", *ELEMENTS), "slip", "added to the rigid slip of the elements"),
+    "bound_share": (ELEMENTS, "1", "what the traction bound of the elements was multiplied by"),
+    "pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements"),
 }
 """Fields that some have: of histories under laws, of viscoelastic bodies, of a third body that yields; refinements."""
 REFINED = {
@@ -86,14 +76,11 @@ REFINED = {
 SERIES = {"forces": (-1, 3), "creepages": (-1, 2), "estimate": (3,), "creepage_estimate": (2,)}
 """Entries of the record of a refinement, by name the shape."""
 
-OWN = (
-    "pressure", "traction", "slip", "power_density", "distance", "state", "weakening", "memory", "plastic",
-    "pressure_on_parts"
-)  # fmt: skip
-"""Fields that are entries of a solution; files of earlier versions have no power density."""
+DERIVED = ("traction_bound", "normal_force", "force", "moment")
+"""Fields that are not read: they follow from the others."""
+READ = [name for name in {**FIELDS, **OPTIONAL} if name not in DERIVED]
 AS_IT_IS = ("converged", "iterations", "status", "timing")
 """Entries of the record that are those of a solution."""
-READ = (*OWN, *REFINED, "approach", "creepage")
 SIZES = {"component": 2, "rigid": 3, "axis": 3, "flow": 3}
 MAY_BE_UNKNOWN = ("power_density", "approach", "creepage")
 ROUNDED = 1e-9
@@ -127,7 +114,7 @@ def variables_of(
     """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
     units, line = sol.scene.units or IN_WORDS, sol.scene.line
     variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in {**fields, **AT_TIMES}.items():
+    for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
         values = getattr(sol.refinement, REFINED[name], None) if name in REFINED else getattr(sol, name)
         if values is not None:
             said = {"units": units.of(quantity, line, shift), "long_name": words}
@@ -242,17 +229,15 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
     check_fields(found, grid)
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
-    vx, vy, spin = (float(value) for value in found["creepage"])
-    fields = {name: found[name] for name in OWN if name in found}
-    fields.setdefault("power_density", np.full(grid.shape, np.nan))
+    fields = {name: values for name, values in found.items() if name not in REFINED}
+    fields |= {"approach": float(found["approach"]), "creepage": tuple(map(float, found["creepage"]))}
+    fields.setdefault("power_density", np.full(grid.shape, np.nan))  # files of earlier versions have none
     estimate, refined = record.get("error_estimate"), record.get("refinement")
     sol = Solution(
         scene=scene,
         grid=grid,
         plan=plan,
         **fields,
-        approach=float(found["approach"]),
-        creepage=(vx, vy, spin),
         certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
         **{name: record[name] for name in AS_IT_IS},
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
@@ -282,7 +267,7 @@ def _refinement(found: Mapping[str, Any], record: dict[str, Any]) -> Refinement:
 
 def check_fields(found: Mapping[str, np.ndarray], grid: Grid) -> None:
     """Refuse fields that are not of numbers on the grid, or on parts of its elements; `load` certifies the values."""
-    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | AT_TIMES
+    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | OPTIONAL
     for name, values in found.items():
         of_dims = zip(known[name][0], values.shape, strict=True)
         shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)  # of parts as the first field has it

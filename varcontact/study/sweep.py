@@ -20,10 +20,10 @@ from varcontact.io.records import (
     LONGEST_REASON,
     SweepFile,
     blank,
+    checksums,
     finished,
     read_sweep_file,
     record_type,
-    sealed,
     tabulated,
 )
 from varcontact.io.scene_toml import scene_to
@@ -317,7 +317,8 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
             text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
             records["outcome"][k], records["reason"][k] = name, text.encode()
     series.forget()
-    return sealed(records)
+    records["check"] = checksums(records)
+    return records
 
 
 def _described(
