@@ -31,13 +31,17 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     """
     surface, grid = scene.surface, scene.grid
     assert isinstance(surface, SampledDistance)
-    assert isinstance(grid, Grid)
+    if not isinstance(grid, Grid):
+        x, y = surface.coordinates
+        dx, dy = x[1] - x[0], y[1] - y[0]
+        grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
     assert scene.approach is not None
     places, weights = np.array(seams).T
     count = weights.size + 1
     missing = np.array([[1 - np.prod(weights[min(i, j) : max(i, j)]) for j in range(count)] for i in range(count)])
     part = np.searchsorted(places, grid.y)
-    disc = discretise(replace(scene, motion=None, friction=None), grid)
+    on_grid = replace(scene, motion=None, friction=None, grid=grid, surface=replace(surface, x=None, y=None))
+    disc = discretise(on_grid, grid)
     problem = disc.normal_problem()
     assert problem.approach is not None
     taken, raw = np.zeros(grid.shape), None

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,12 +13,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, SceneError, VarcontactError
+from varcontact.kinematics import Frame
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, SampledDistance
+from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.on_grid import ContactOnGrid, Near
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
 from varcontact.solving.selection import MANY_PRESSURES
@@ -50,7 +51,6 @@ MOVED = 0.02
 KEPT = 20.0
 """Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a twentieth of it."""
 
-
 Solved = tuple[float, int, tuple[PatchSolution, ...], list[Operators]]
 """Height of the axle, number of heights tried, the patches, and the operators on their grids."""
 Kind = TypeVar("Kind")
@@ -58,22 +58,32 @@ Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
 """What gives contacts with their pressures, and is given them, some with tractions, until it has its result."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Where the search for a height begins: at that of a solution, so much deeper, with its operators if known."""
+
+    solution: WheelRailSolution
+    deeper: float = 0.0
+    operators: Sequence[Operators] = ()
+
+
 def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
-    steps = _wheel(case, tol, certify, methods)
-    try:
-        waiting = next(steps)
-        while True:
-            waiting = steps.send(waiting)
-    except StopIteration as end:
-        found: WheelRailSolution
-        found, used = end.value
-    for each in used:
-        each.forget()
-    warn(found, stacklevel=5)
-    return found
+    answers = list[WheelRailSolution]()
+
+    def alone() -> Steps[None]:
+        solution, operators = yield from _wheel(case, tol, methods | {"certify": certify})
+        answers.append(solution)
+        _forget(operators)
+
+    steps = alone()
+    waiting = _advanced(steps, [])
+    while waiting is not None:
+        waiting = _advanced(steps, waiting)
+    warn(answers[0], stacklevel=5)
+    return answers[0]
 
 
 def solve_wheels_on_rails(
@@ -85,23 +95,21 @@ def solve_wheels_on_rails(
     and as much deeper as that was than the one before it.
     """
     found: dict[int, WheelRailSolution | VarcontactError] = {}
+    methods["certify"] = certify
 
     def part(numbers: list[int]) -> Steps[None]:
-        last: WheelRailSolution | None = None
-        depth = deeper = 0.0
-        known: list[Operators] = []
+        start, depth = None, 0.0
         for k in numbers:
-            given = {"start": last, **methods}
             try:
-                last, known = yield from _wheel(cases[k], tol, certify, given, deeper, known)
-                found[k] = last
+                last, operators = yield from _wheel(cases[k], tol, methods, start)
                 before, depth = depth, last.z - last.case.touching
-                deeper = depth - before if abs(depth - before) < LEAP * depth else 0.0
+                leaps = abs(depth - before) >= LEAP * depth
+                start = _Start(last, 0.0 if leaps else depth - before, operators)
+                found[k] = last
             except VarcontactError as error:
                 found[k] = error
             yield []
-        for each in known:
-            each.forget()
+        _forget(start.operators if start else ())
 
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
     parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
@@ -127,69 +135,57 @@ def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactO
     return None
 
 
+def _forget(used: Iterable[Operators]) -> None:
+    for each in used:
+        each.forget()
+
+
 def _wheel(
-    case: WheelOnRail,
-    tol: float,
-    certify: CertifyName | None,
-    methods: dict[str, Any],
-    deeper: float = 0.0,
-    known: Sequence[Operators] = (),
+    case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None
 ) -> Steps[tuple[WheelRailSolution, list[Operators]]]:
-    tol = checks.positive("tol", tol)
-    if methods.get("store") is not None:
-        raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
-    if methods.get("refine") is not None:
-        reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead"
-        raise SceneError("refine", methods["refine"], message=reason)
-    target = _target(case, methods)
-    if case.conformal is True and methods.get("tangential") in THEORIES:
+    tol, theory = checks.positive("tol", tol), methods.get("tangential") in THEORIES
+    target = _target(case, methods, theory)
+    methods = {name: value for name, value in methods.items() if name not in TARGETS}
+    if isinstance(methods.get("start"), WheelRailSolution):
+        start = _Start(methods.pop("start"))
+    # by default grids are chosen where no argument determines them, and the answer of a grid has an error
+    exact = not theory and methods.get("formulation") != "marching" and case.conformal is not True
+    has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
+    free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
+    by_default = exact and has_friction and free and not target
+
+    def solved(case: WheelOnRail, target: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
+        if target:
+            return _to_accuracy(case, tol, methods, target)
+        return _on_elements(case, tol, methods, start)
+
+    try:
+        found = yield from solved(case, {"accuracy": BY_DEFAULT} if by_default else target, start)
+    except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
+        if not by_default or (isinstance(error, SceneError) and str(error) != VARIES):
+            raise
+        found = yield from solved(case, {})
+    if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[2]):
+        curved = replace(case, conformal=True)
+        with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
+            found = yield from solved(curved, target)
+            case = curved
+    z, rounds, patches, operators = found
+    return WheelRailSolution(case, z, patches, rounds), operators
+
+
+def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[str, Any]:
+    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
+    reasons = {
+        "store": "store must be left out: it is for histories of steps",
+        "refine": "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead",
+    }
+    for name, reason in reasons.items():
+        if methods.get(name) is not None:
+            raise SceneError(name, methods[name], message=reason)
+    if case.conformal is True and theory:
         reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
         raise SceneError("tangential", methods["tangential"], message=reason)
-    methods = {name: value for name, value in methods.items() if name not in TARGETS}
-    near = methods.pop("start") if isinstance(methods.get("start"), WheelRailSolution) else None
-    # by default grids are chosen where no argument determines them, and the answer of a grid has an error
-    exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
-    has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
-    given = (case.dx, case.dy, methods.get("start"))
-    by_default = exact and has_friction and all(each is None for each in given) and case.conformal is not True
-    if target:
-        found = yield from _to_accuracy(case, tol, certify, methods, target)
-    elif by_default:
-        try:
-            found = yield from _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
-        except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
-            if isinstance(error, SceneError) and str(error) != VARIES:
-                raise
-            found = yield from _on_elements(case, tol, certify, methods, near, deeper, known)
-    else:
-        found = yield from _on_elements(case, tol, certify, methods, near, deeper, known)
-    chosen = case.conformal == "auto" and methods.get("tangential") not in THEORIES
-    if chosen and any(too_wide(case, each) for each in found[2]):
-        case, found = yield from _curved(case, found, tol, certify, methods, target)
-    z, rounds, patches, used = found
-    return WheelRailSolution(case, z, patches, rounds), used
-
-
-def _curved(
-    case: WheelOnRail,
-    planar: Solved,
-    tol: float,
-    certify: CertifyName | None,
-    methods: dict[str, Any],
-    target: dict[str, Any],
-) -> Steps[tuple[WheelOnRail, Solved]]:
-    """The case on curved reference surfaces, or, where there are none, as it was on planes."""
-    curved = replace(case, conformal=True)
-    try:
-        if target:
-            return curved, (yield from _to_accuracy(curved, tol, certify, methods, target))
-        return curved, (yield from _on_elements(curved, tol, certify, methods))
-    except (NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
-        return case, planar
-
-
-def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
-    """The accuracy or time budget that grids are chosen for, if one is given."""
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
         checks.positive(name, value)
@@ -199,73 +195,66 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
             if getattr(case, side) is not None:
                 reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
                 raise SceneError(side, getattr(case, side), message=reason)
-        if methods.get("tangential") in THEORIES:
+        if theory:
             reason = f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
             raise SceneError("tangential", methods["tangential"], message=reason)
     return target
 
 
-def _on_elements(
-    case: WheelOnRail,
-    tol: float,
-    certify: CertifyName | None,
-    methods: dict[str, Any],
-    near: WheelRailSolution | None = None,
-    deeper: float = 0.0,
-    known: Sequence[Operators] = (),
-) -> Steps[Solved]:
-    """On elements of dx and dy; each height begins with what was found at the one before, or at a position `near`.
-
-    The first one is as deep as that position, or so much `deeper`; operators that are `known` serve again.
-    """
+def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
+    """On elements of dx and dy; each height begins with what was found at the one before, or at the start."""
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
-    if near is not None:
-        before, touched = [each.solution for each in near.patches], [each.patch for each in near.patches]
+    known: Sequence[Operators] = ()
+    if start is not None:
+        last, known = start.solution, start.operators
+        before, frames = [each.solution for each in last.patches], [each.frame for each in last.patches]
         both = (
-            _vertical(touched, [each.force for each in near.patches], all_of_it)
+            _vertical(frames, [each.force for each in last.patches], all_of_it)
             for all_of_it in (False, case.with_friction)
         )
-        search.begin(near.z - near.case.touching + deeper, *both)
+        search.begin(last.z - last.case.touching + start.deeper, *both)
+    placed, there = math.inf, tuple[ContactPatch, ...]()
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
-    placed, there = math.inf, tuple[ContactPatch, ...]()
     for z in search:
         if abs(z - placed) > KEPT * tol * (z - case.touching) or case.conformal is True:
-            placed, there = z, case.patches(z)
+            placed, there = z, _patches(case, z)
         patches = there if z == placed else tuple(_deeper(patch, z - placed) for patch in there)
-        scenes = [_scene(patch) for patch in patches]
+        scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
         if case.z is None:
-            bare = [_frictionless(scene) for scene in scenes]
-            frictionless = _contacts(
-                bare, None, _for_pressure(methods), [each.near for each in frictionless] or before, known
-            )
+            bare = [replace(scene, motion=None, friction=None) for scene in scenes]
+            near = [each.near for each in frictionless] or before
+            frictionless = _contacts(bare, _for_pressure(methods), near, known)
             known = [each.disc.operators for each in frictionless]
             slope = math.nan
             if search.rounds == 1:
-                slope = sum(
-                    _stiffness(each) * np.cos(patch.angle) ** 2
-                    for patch, each in zip(patches, frictionless, strict=True)
-                )
-            if not search.normal_forces_bear(_vertical(patches, [each.force for each in frictionless], False), slope):
+                slope = sum(map(_stiffness, frictionless, frames))
+            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False), slope):
                 continue
         if by_theory:
-            solutions = [_by_theory(scene, certify, methods) for scene in scenes]
+            solutions = [_by_theory(scene, methods) for scene in scenes]
             forces = [np.array([*each.force, each.normal_force]) for each in solutions]
         else:
-            beside = [each.near for each in found] or before or [each.near for each in frictionless]
-            loaded = _loaded(scenes, certify, methods, beside, frictionless)
+            near = [each.near for each in found] or before or [each.near for each in frictionless]
+            loaded = _loaded(scenes, methods, near, frictionless)
             if loaded:
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
             else:
-                found = _contacts(scenes, certify, methods, beside, known)
+                found = _contacts(scenes, methods, near, known)
             forces = [each.force for each in found]
-        search.borne(_vertical(patches, forces, case.with_friction))
+        search.borne(_vertical(frames, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
-    used = [each.disc.operators for each in found]
-    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions)), used
+    operators = [each.disc.operators for each in found]
+    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions)), operators
+
+
+def _patches(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
+    """The patches at a height, where those in parts have what each feels of the others."""
+    patches = case.patches(z, with_grid=with_grid)
+    return tuple(replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each for each in patches)
 
 
 def _deeper(patch: ContactPatch, down: float) -> ContactPatch:
@@ -276,7 +265,6 @@ def _deeper(patch: ContactPatch, down: float) -> ContactPatch:
 
 def _contacts(
     scenes: list[Scene],
-    certify: CertifyName | None,
     methods: dict[str, Any],
     near: Sequence[Solution | Near],
     known: Sequence[Operators],
@@ -284,20 +272,16 @@ def _contacts(
     """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
     found, progress = [], methods.get("progress")
     for k, scene in enumerate(scenes):
-        options = _options(scene, certify, methods)
         start = near[k] if len(near) == len(scenes) else None
         own = known[k] if len(known) == len(scenes) else None
-        found.append(ContactOnGrid.of(scene, options, progress, near=start, known=own))
+        found.append(ContactOnGrid.of(scene, _options(scene, methods), progress, near=start, known=own))
     kept = [each.disc.operators for each in found]
-    for operators in known:
-        if operators not in kept:
-            operators.forget()
+    _forget(each for each in known if each not in kept)
     return found
 
 
 def _loaded(
     scenes: list[Scene],
-    certify: CertifyName | None,
     methods: dict[str, Any],
     near: Sequence[Solution | Near],
     frictionless: list[ContactOnGrid],
@@ -306,66 +290,60 @@ def _loaded(
     found, progress = [], methods.get("progress")
     for k, each in enumerate(frictionless):
         start = near[k] if len(near) == len(scenes) else None
-        found.append(each.loaded(scenes[k], _options(scenes[k], certify, methods), progress, start))
+        found.append(each.loaded(scenes[k], _options(scenes[k], methods), progress, start))
     return [each for each in found if each is not None] if all(found) else []
 
 
-def _options(scene: Scene, certify: CertifyName | None, methods: dict[str, Any]) -> SolveOptions:
-    return SolveOptions.checked(
-        scene, certify=certify, **{name: value for name, value in methods.items() if name != "progress"}
-    )
+def _options(scene: Scene, methods: dict[str, Any]) -> SolveOptions:
+    return SolveOptions.checked(scene, **{name: value for name, value in methods.items() if name != "progress"})
 
 
-def _stiffness(frictionless: ContactOnGrid) -> float:
-    """Of a contact without tractions, along its normal [N/mm]; NaN where its matrix is none of a few elements."""
+def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
+    """Of a contact without tractions, of the vertical part [N/mm]; NaN where its matrix is none of a few elements."""
     from scipy.linalg import cho_solve
 
     disc, elements = frictionless.disc, np.flatnonzero(frictionless.state.pressure)
     if elements.size > MANY_PRESSURES or disc.conformal or not disc.normal_problem().symmetric:
         return math.nan
     added = cho_solve(disc.operators.normal.on(elements).cholesky, np.ones(elements.size)).sum()
-    return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement)
+    return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement * frame.axes[2, 2] ** 2)
 
 
-def _to_accuracy(
-    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any], target: dict[str, Any]
-) -> Steps[Solved]:
+def _to_accuracy(case: WheelOnRail, tol: float, methods: dict[str, Any], target: dict[str, Any]) -> Steps[Solved]:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
-    if case.z is None:
+    near = case.z
+    if near is None:
         rough = replace(case, dx=START[0], dy=START[1])
-        near, *_ = yield from _on_elements(rough, max(tol, START_TOL), None, methods)
-    else:
-        near = case.z
+        near, *_ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None})
     if "accuracy" in target:
         accuracy = target["accuracy"] / 2
     else:  # the one that the time for each patch and height gives
-        scenes = _sampled_scenes(case, near)
-        methods = methods | {"time_budget": target["time_budget"] / (TRIED * len(scenes))}
-        accuracy = max(_estimate(solve(scene, certify=None, **methods)).largest for _, scene in scenes)
-    methods = methods | {"accuracy": accuracy, "time_budget": None}
+        patches = _patches(case, near, with_grid=False)
+        share = {"certify": None, "time_budget": target["time_budget"] / (TRIED * len(patches))}
+        accuracy = max(_estimate(solve(patch.scene, **(methods | share))).largest for patch in patches)
     while True:
-        z, rounds, found = _near(case, near, tol, certify, methods)
+        z, rounds, found = _near(case, near, tol, methods | {"accuracy": accuracy})
         if abs(z - near) <= MOVED * min(each.patch.approach for each in found):
             return z, rounds, found, []
         near = z
 
 
 def _near(
-    case: WheelOnRail, near: float, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]
 ) -> tuple[float, int, tuple[PatchSolution, ...]]:
     """To an accuracy, with the distances and frames of a height."""
-    patches = [replace(patch, scene=scene) for patch, scene in _sampled_scenes(case, near)]
+    patches = _patches(case, near, with_grid=False)
     forces, force_errors = [], []  # at the approach of each patch
-    for scene in (patch.scene for patch in patches):
-        if scene.coupled:  # tractions change the pressure
-            frictionless = solve(scene, certify=None, **methods)
+    for patch in patches:
+        if patch.scene.coupled:  # tractions change the pressure
+            frictionless = solve(patch.scene, **(methods | {"certify": None}))
             force_errors.append(_estimate(frictionless).largest)
         else:
-            frictionless = _solve_pressure(scene, methods)
+            frictionless = _solve_pressure(patch.scene, methods)
             force_errors.append(_estimate(frictionless).errors["normal_force"])
         forces.append(frictionless.normal_force)
 
@@ -376,13 +354,11 @@ def _near(
         if case.z is None and not search.normal_forces_bear(float(np.cos([each.angle for each in patches]) @ loads)):
             continue
         scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
-        found = [
-            (patch, solve(scene, certify=certify, **methods)) for patch, scene in zip(patches, scenes, strict=True)
-        ]
-        known = _load_error(case, found)
-        errors = [error if known is None else known for error in force_errors]
-        solved = tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
-        search.borne(_vertical(patches, [each.force for each in solved], case.with_friction))
+        solutions = [solve(scene, **methods) for scene in scenes]
+        known = _load_error(case, patches[0], solutions[0]) if case.z is None and len(patches) == 1 else None
+        errors = force_errors if known is None else [known]
+        solved = tuple(map(PatchSolution, patches, solutions, errors))
+        search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
     return search.z, search.rounds, solved
 
 
@@ -391,10 +367,10 @@ def _estimate(solution: Solution) -> ErrorEstimate:
     return solution.error_estimate
 
 
-def _load_error(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -> float | None:
+def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float | None:
     """Relative error of the normal force of a single patch, which the load and the tangential force determine."""
-    (patch, solution), estimate = found[0], found[0][1].error_estimate
-    if case.z is not None or len(found) > 1 or estimate is None:
+    estimate = solution.error_estimate
+    if estimate is None:
         return None
     if not case.with_friction or "Fy" not in estimate.errors:
         return 0.0
@@ -403,63 +379,33 @@ def _load_error(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -
     return float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))
 
 
-def _sampled_scenes(case: WheelOnRail, z: float) -> list[tuple[ContactPatch, Scene]]:
-    """The patches, and their scenes without a grid; of those in parts with what each feels of the others."""
-    found = []
-    for patch in case.patches(z, with_grid=False):
-        scene = patch.scene
-        if patch.seams:
-            assert isinstance(scene.surface, SampledDistance)
-            x, y = scene.surface.coordinates
-            dx, dy = x[1] - x[0], y[1] - y[0]
-            grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
-            surface = replace(scene.surface, x=None, y=None)
-            weak = weakened(replace(scene, surface=surface, grid=grid), patch.seams).surface
-            assert isinstance(weak, SampledDistance)
-            scene = replace(scene, surface=replace(scene.surface, h=weak.h))
-        found.append((patch, scene))
-    return found
-
-
-def _vertical(patches: Sequence[ContactPatch], forces: Sequence[np.ndarray], with_friction: bool) -> float:
+def _vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
     """The vertical force on the rail; without friction that of the normal forces."""
-    if with_friction:
-        return float(sum((patch.frame.axes @ force)[2] for patch, force in zip(patches, forces, strict=True)))
-    return float(sum(force[2] * np.cos(patch.angle) for patch, force in zip(patches, forces, strict=True)))
-
-
-def _frictionless(scene: Scene) -> Scene:
-    return replace(scene, motion=None, friction=None)
+    counts = np.array([with_friction, with_friction, True])
+    return float(sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True)))
 
 
 def _for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
     """What concerns the normal problem alone."""
-    return {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
+    names = ("normal", "method", "accuracy")
+    return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 
 
 def _solve_pressure(scene: Scene, methods: dict[str, Any]) -> Solution:
-    return solve(_frictionless(scene), certify=None, **_for_pressure(methods))
+    return solve(replace(scene, motion=None, friction=None), **_for_pressure(methods))
 
 
-def _scene(patch: ContactPatch) -> Scene:
-    return weakened(patch.scene, patch.seams) if patch.seams else patch.scene
-
-
-def _by_theory(scene: Scene, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
+def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
     """A patch by a theory, on an ellipse with its normal force."""
     normal = _solve_pressure(scene, methods)
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
-    a, b = (
-        float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12)))
-        for along, at, side in (
-            (weights.sum(axis=0), grid.x, grid.sides[0]),
-            (weights.sum(axis=1), grid.y, grid.sides[1]),
-        )
-    )
-    ellipse = Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE)
+    sides = []
+    for axis, at, side in ((0, grid.x, grid.sides[0]), (1, grid.y, grid.sides[1])):
+        along = weights.sum(axis=axis)
+        sides.append(float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12))))
     f: Any = scene.friction
     f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f  # a theory has one: the mean by the pressure
-    hertz: dict[str, Any] = {"surface": Ellipse(a, b), "approach": None, "normal_force": normal.normal_force}
-    scene = replace(scene, **hertz, friction=f, grid=ellipse)
-    return solve(scene, certify=certify, **{name: value for name, value in methods.items() if name != "normal"})
+    hertz: dict[str, Any] = {"surface": Ellipse(*sides), "approach": None, "normal_force": normal.normal_force}
+    scene = replace(scene, **hertz, friction=f, grid=Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE))
+    return solve(scene, **{name: value for name, value in methods.items() if name != "normal"})
