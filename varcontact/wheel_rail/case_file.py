@@ -28,13 +28,13 @@ from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.result import PatchWear, WheelRailSolution, wear
+from varcontact.wheel_rail.result import PatchWear, WheelForces, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
@@ -234,9 +234,7 @@ def solve_cases(
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
         shown = solved if pool is None else None
-        work = partial(
-            _rows, options=file.options, archard=file.archard, fast=file.fast, alone=total == 1, solved=shown
-        )
+        work = partial(_rows, file=dataclasses.replace(file, cases=()), alone=total == 1, solved=shown)
         on_grids = all(isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases)
         together = on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE
         which = [f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}" for case in file.cases]
@@ -295,14 +293,12 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
 
 def _rows(
     case: WheelOnRail | WheelSetOnTrack,
-    options: dict[str, Any],
-    archard: Archard | ArchardMap | None,
-    fast: bool,
+    file: CaseFile,
     alone: bool,
     solved: Callable[[Any], None] | None,
     known: WheelRailSolution | VarcontactError | None = None,
 ) -> list[dict[str, Any]]:
-    """The rows of a case, `known` or not, which raises its error if it is alone."""
+    """The rows of a case of a `file`, `known` or not, which raises its error if it is alone."""
     at = case.position
     row: dict[str, Any] = {"side": getattr(case, "side", "both"), "y": at.y, "roll": at.roll, "yaw": at.yaw}
     try:
@@ -312,7 +308,7 @@ def _rows(
             if isinstance(known, VarcontactError):
                 raise known
             if known is None:
-                found = case.estimate(**options) if fast else case.solve(**options)
+                found = case.estimate(**file.options) if file.fast else case.solve(**file.options)
             else:
                 warn(known, stacklevel=1)
     except VarcontactError as error:
@@ -335,9 +331,9 @@ def _rows(
             row |= {"Y_over_Q": found.y_over_q(wheel.case.side), "nadal": found.nadal(wheel.case.side)}
         if isinstance(wheel, WheelRailSolution):
             texts += [text for each in wheel.patches for text in each.solution.warnings]
-            figures = [_figures(each) for each in wear(wheel, archard).patches]
+            figures = [_figures(each.solved.patch, each) for each in wear(wheel, file.archard).patches]
         else:
-            figures = [_fast_figures(wheel.case, wheel.z, each) for each in wheel.patches]
+            figures = [_fast_figures(wheel, each) for each in wheel.patches]
         for k, each in enumerate(figures, 1):
             rows.append({**row, "patch": k, **dict(zip(FIGURES, map(float, each), strict=False))})
     return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]
@@ -347,28 +343,22 @@ FIGURES = (*COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")], "T
 """The columns from the location to the errors."""
 
 
-def _figures(worn: PatchWear) -> tuple[Any, ...]:
-    solved, patch, law = worn.solved, worn.solved.patch, worn.archard is not None
-    rolled = patch.creepage
-    return (
-        *(*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius),
-        *(rolled.vx, rolled.vy, rolled.spin),
-        *(solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track),
-        *(solved.peak_pressure, worn.area, worn.t_gamma, worn.power),
-        *((worn.depth.max(), worn.volume) if law else (np.nan, np.nan)),
-        *(*solved.error, worn.t_gamma_error),
-    )
+def _figures(patch: ContactPatch, worn: PatchWear) -> Iterator[Any]:
+    solved, rolled = worn.solved, patch.creepage
+    yield from (*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius)
+    yield from (rolled.vx, rolled.vy, rolled.spin)
+    yield from (solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track)
+    yield from (solved.peak_pressure, worn.area, worn.t_gamma, worn.power)
+    yield from (np.nan, np.nan) if worn.archard is None else (worn.depth.max(), worn.volume)
+    yield from (*solved.error, worn.t_gamma_error)
 
 
-def _fast_figures(case: WheelOnRail, z: float, patch: FastPatch) -> tuple[Any, ...]:
+def _fast_figures(wheel: WheelForces, patch: FastPatch) -> Iterator[Any]:
     """Of a patch by the fast way, which has no errors."""
-    rolled, force, ellipse = patch.creepage, patch.force, patch.ellipse
-    on_rail = case.track.on_rail(patch.frame.origin[1:], case.side)[0]
-    on_wheel, outwards = case.on_wheel(patch.frame.origin, case.body(z))
+    rolled, force, ellipse, origin = patch.creepage, patch.force, patch.ellipse, patch.frame.origin
+    on_wheel, outwards = wheel.case.on_wheel(origin, wheel.case.body(wheel.z))
     t_gamma = 0.0 - float(force[:2] @ [rolled.vx, rolled.vy]) - patch.moment * rolled.spin
-    return (
-        *(*patch.frame.origin, patch.angle, on_rail, on_wheel, case.wheelset.radius + outwards),
-        *(rolled.vx, rolled.vy, rolled.spin),
-        *(force[2], *force[:2], patch.moment, *patch.force_on_track),
-        *(ellipse.peak_pressure, np.pi * ellipse.a * ellipse.b, t_gamma, t_gamma * rolled.speed / 1e3),
-    )
+    yield from (*origin, patch.angle, wheel.case.track.on_rail(origin[1:], wheel.case.side)[0])
+    yield from (on_wheel, wheel.case.wheelset.radius + outwards, rolled.vx, rolled.vy, rolled.spin)
+    yield from (force[2], *force[:2], patch.moment, *patch.force_on_track)
+    yield from (ellipse.peak_pressure, np.pi * ellipse.a * ellipse.b, t_gamma, t_gamma * rolled.speed / 1e3)

@@ -116,6 +116,8 @@ def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
     wheel = case.locus.points[:, 1:] + [0.0, solution.z]
     ax.plot(*wheel.T, color=colour(0), label="wheel")
     largest = max(float(each.force[2]) for each in solution.patches)
+    red = colour(3)
+    arrow = {"arrowstyle": "-|>", "color": red}
     for number, each in enumerate(solution.patches, 1):
         frame = each.frame
         if isinstance(each, PatchSolution):
@@ -125,13 +127,11 @@ def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
             ends = each.ellipse.b * np.array([-1.0, 1.0])
         line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
         label = "contact patch" if number == 1 else None
-        ax.plot(*line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label=label)
+        ax.plot(*line.T, color=red, linewidth=4, solid_capstyle="butt", label=label)
         foot, outwards = frame.origin[1:], -frame.normal[1:]
         length = NORMAL * float(each.force[2]) / largest
-        arrow = {"arrowstyle": "-|>", "color": colour(3)}
-        start, label_at = foot + length * outwards, foot + (length + 1.5) * outwards
-        ax.annotate("", xy=tuple(foot), xytext=tuple(start), arrowprops=arrow)
-        ax.annotate(str(number), tuple(label_at), color=colour(3), ha="center", va="center")
+        start = foot + length * outwards
+        ax.annotate(str(number), tuple(foot), tuple(start), color=red, ha="center", va="center", arrowprops=arrow)
     low, high = rail[:, 0].min(), rail[:, 0].max()
     ax.set(
         xlim=(low - 5, high + 5),
