@@ -80,13 +80,13 @@ class Curve:
         """Parameters from end to end, about a step [mm] apart."""
         return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
 
-    def about_top(self, step: float) -> Curve:
-        """The single-valued part about the highest point, that of the least z among samples a `step` apart."""
-        s = self.sampled(step)
-        return self.single_valued(float(s[int(self.points(s)[:, 1].argmin())]))
+    def single_valued(self, near: float | None = None, direction: np.ndarray = ACROSS) -> Curve:
+        """The part around the parameter `near`, or the highest point, along which ``direction . (y, z)`` keeps growing.
 
-    def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
-        """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
+        The highest point has the least z.
+        """
+        if near is None:
+            near = float(self.s[self._breakpoints[:, 1].argmin()])
         at = self._breakpoints @ direction
         # between breakpoints, too: no turning point inside
         grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ direction > 0)

@@ -137,7 +137,7 @@ class GeometryTable:
             counts, weights = counts[nearest:], np.eye(4)[nearest]
         z, load, *_ = known = weights @ self._nodes[four].reshape(4, -1)
         found = known[2:].reshape(SLOTS, COLUMNS)[: counts[0]]
-        borne = float(_borne(found))
+        borne = float(found[:, 6] @ np.cos(found[:, 3]))
         if borne > 0:
             found[:, 4:] *= (load / borne) ** GROWTH
         return float(z), found * MIRRORED if side == "left" else found
@@ -145,8 +145,9 @@ class GeometryTable:
     @cached_property
     def _nodes(self) -> np.ndarray:
         """Height, what the normal forces bear, and the patches, in one row for each node."""
+        borne = (self.patches[..., 6] * np.cos(self.patches[..., 3])).sum(axis=-1)
         rows = self.patches.reshape(*self.z.shape, -1)
-        return np.concatenate([self.z[..., None], _borne(self.patches)[..., None], rows], axis=-1)
+        return np.concatenate([self.z[..., None], borne[..., None], rows], axis=-1)
 
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
@@ -282,11 +283,6 @@ def _nodes(field: str, value: Any) -> np.ndarray:
     if nodes.size < 2 or (np.diff(nodes) <= 0).any() or not np.allclose(nodes, -nodes[::-1], atol=1e-12):
         raise SceneError(field, value, "two nodes or more, ascending, and symmetric about 0")
     return nodes
-
-
-def _borne(patches: np.ndarray) -> np.ndarray:
-    """The vertical part of the normal forces of patches, shape (..., n, 8)."""
-    return np.asarray((patches[..., 6] * np.cos(patches[..., 3])).sum(axis=-1))
 
 
 def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int, float]:

@@ -223,9 +223,7 @@ class Profile:
     def running(self) -> Curve:
         """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
         tread = np.abs(self.y).argmin() if self.kind == "wheel" else self.z.argmin()
-        at = self.curve.sampled(0.5)
-        away = self.curve.points(at) - [self.y[tread], self.z[tread]]
-        return self.curve.single_valued(float(at[np.hypot(*away.T).argmin()]))
+        return self.curve.single_valued(float(self.curve.s[tread]))
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
         """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""

@@ -301,7 +301,7 @@ class RailSurface:
     def sections(self, x: float) -> list[Curve]:
         """Of all rails, (y, z)."""
         there = (self.ends[:, 0] <= x) & (x <= self.ends[:, 1])
-        return [self.parts[i].section(x).about_top(TABLE) for i in np.flatnonzero(there)]
+        return [self.parts[i].section(x).single_valued() for i in np.flatnonzero(there)]
 
     def section(self, x: float, y: float) -> Curve:
         """Of the highest rail at a place."""

@@ -201,7 +201,7 @@ class Track:
 
     @cached_property
     def _placed(self) -> dict[Side, Curve]:
-        return {side: self._in_track(self.profile, side).about_top(FINE) for side in SIGN}
+        return {side: self._in_track(self.profile, side).single_valued() for side in SIGN}
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
         matrix, shift = self._motion(side)
