@@ -225,18 +225,16 @@ def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre
     nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL  # of a flat, the middle
     off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
     rows, k = np.arange(v.size), np.where(nearest, off, np.inf).argmin(axis=1)
-    inside = np.clip(k, 1, planes.size - 2)
+    inside, beside = np.clip(k, 1, planes.size - 2), np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
     left, middle_gap, right = (gaps[rows, inside + i] for i in (-1, 0, 1))
     even = np.isclose(planes[inside + 1] - planes[inside - 1], 2 * PLANE) & (k == inside)
-    even &= np.isfinite(left) & np.isfinite(right)
     with np.errstate(invalid="ignore", divide="ignore"):
         bend = (left - 2 * middle_gap + right) / PLANE**2
         shift = (left - right) / (2 * PLANE * bend)
-    even &= np.abs(shift) < PLANE
-    bend, shift = np.where(even, bend, 0.0), np.where(even, shift, 0.0)
-    gap = gaps[rows, k] - bend * shift**2 / 2
-    beside = np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
-    with np.errstate(invalid="ignore", divide="ignore"):  # radii of circles through the points beside, for fast ways
+        even &= np.abs(shift) < PLANE  # nor NaN, beside the rail
+        bend, shift = np.where(even, bend, 0.0), np.where(even, shift, 0.0)
+        gap = gaps[rows, k] - bend * shift**2 / 2
+        # radii of circles through the points beside, for fast ways
         rises = np.maximum(gaps[rows, beside] - gap, SMALL)
         radii = 1 / np.mean(2 * rises / (planes[beside] - planes[k]) ** 2, axis=0)
     radii = np.where(np.isfinite(radii), np.clip(radii, 1.0, 10 * radius), radius)
