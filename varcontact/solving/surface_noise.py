@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,16 +26,8 @@ ABOVE = 4.0
 """Distances are looked at up to so many times those within the contact: cliffs beside it are not smoothed."""
 
 
-@dataclass(frozen=True)
-class Look:
-    """The largest pressure [force/area], and the pieces of the contact, connected by sides or corners of elements."""
-
-    peak: float
-    patches: int
-
-    def apart(self, other: Look) -> float:
-        """Relative difference of the peak from that of the `other`, infinite where there are other patches."""
-        return abs(self.peak / other.peak - 1) if self.patches == other.patches else math.inf
+Look = tuple[float, int]
+"""The largest pressure [force/area], and the pieces of the contact, connected by sides or corners of elements."""
 
 
 def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> str:
@@ -47,59 +39,54 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
     or the number of patches does. The wavelength that helps is the least, doubled from four elements on, with which
     the largest pressure changes by less than a tenth and the patches do not, if it is doubled.
     """
-    element = max(disc.grid.sides[:1] if disc.grid.line else disc.grid.sides)
-    shortest = SHORTEST * element
     if not state.pressure.any():
         return ""
+    shortest = SHORTEST * max(disc.grid.sides[:1] if disc.grid.line else disc.grid.sides)
     waves = (disc.distance - _without(disc, state, shortest))[state.pressure > 0]
     amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
     pressure = math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * shortest)
     if pressure < SUSPECT * float(state.pressure.max()):
         return ""
+    left, right, bottom, top = disc.grid.box
+    longest = max(right - left, 0.0 if disc.grid.line else top - bottom)
     try:
-        found = _look(disc, state)
-        if disc.K != 0 or disc.subgrid is not None:
-            found = _look(disc, solver.pressure(disc, unloaded(disc.grid)))
-        without = before = _smoothed_look(disc, state, solver, shortest)
-        if found.apart(without) < RULES:
+        found, without = (_look(disc, state, solver, length) for length in (0.0, shortest))
+        if _apart(found, without) < RULES:
             return ""
-        left, right, bottom, top = disc.grid.box
-        longest = max(right - left, 0.0 if disc.grid.line else top - bottom)
-        helps, wavelength = 0.0, 2 * shortest
+        helps, wavelength, before = 0.0, 2 * shortest, without
         while helps == 0 and wavelength <= longest:
-            after = _smoothed_look(disc, state, solver, wavelength)
-            helps = wavelength / 2 if before.apart(after) < SETTLED else 0.0
+            after = _look(disc, state, solver, wavelength)
+            helps = wavelength / 2 if _apart(before, after) < SETTLED else 0.0
             before, wavelength = after, 2 * wavelength
     except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
     length, per_area = "", ""
     if scene.units is not None:
         length, per_area = (f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure"))
-    by_centres = " at the elements' centres" if scene.edge != "centres" else ""
-    patches = ""
-    if without.patches != found.patches:
-        patches = f", in {without.patches} patch{'es' * (without.patches > 1)} in place of {found.patches}"
+    (most, pieces), (smooth, patches) = found, without
     text = (
-        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{length}, four "
-        f"elements, the largest{by_centres} is {without.peak:.3g} in place of {found.peak:.3g}"
-        f"{per_area}{patches}; "
+        f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{length}, four elements, "
+        f"the largest is {smooth:.3g} in place of {most:.3g}{per_area}"
     )
+    if patches != pieces:
+        text += f", in {patches} patch{'es' * (patches > 1)} in place of {pieces}"
     if helps == 0:
-        return text + "no smoothing settles it: measure the surface again, or take the answer for this grid alone"
-    return text + f"{how_to_smooth(f'{helps:.3g}')}, from which on it has settled"
+        return f"{text}; no smoothing settles it: measure the surface again, or take the answer for this grid alone"
+    return f"{text}; {how_to_smooth(f'{helps:.3g}')}, from which on it has settled"
 
 
-def _look(disc: Discretisation, state: ContactState) -> Look:
+def _look(disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float) -> Look:
+    """The pressure without tractions on the surface without shorter waves."""
     from scipy.ndimage import label
 
-    patches = label(state.pressure > 0, structure=np.ones((3, 3)))[1]
-    return Look(float(state.pressure.max()) * disc.scales.pressure, int(patches))
+    smooth = replace(disc, distance=_without(disc, state, wavelength)) if wavelength > 0 else disc
+    pressure = solver.pressure(smooth, unloaded(disc.grid)).pressure
+    return float(pressure.max()) * disc.scales.pressure, int(label(pressure > 0, structure=np.ones((3, 3)))[1])
 
 
-def _smoothed_look(disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float) -> Look:
-    """The pressure without tractions on the surface without shorter waves."""
-    smooth = replace(disc, distance=_without(disc, state, wavelength))
-    return _look(smooth, solver.pressure(smooth, unloaded(disc.grid)))
+def _apart(one: Look, other: Look) -> float:
+    """Relative difference of the largest pressures, infinite where there are other patches."""
+    return abs(one[0] / other[0] - 1) if one[1] == other[1] else math.inf
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
