@@ -29,7 +29,9 @@ import numpy as np
 import varcontact as vc
 from tests import random_scenes
 from tests.fuzz import scenes as fuzz_scenes
+from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
+from varcontact.theories.on_grid import THEORIES
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Record = dict[str, Any]
@@ -90,14 +92,14 @@ def variants() -> Cases:
     for kind, (first, second) in some.items():
         scene, other = on_coarse_grid(first, 12), on_coarse_grid(second, 10)
         for name, choices in {
-            "normal": options.NormalName,
-            "tangential": options.TangentialName,
-            "coupling": options.CouplingName,
-            "formulation": options.FormulationName,
-            "method": options.MethodName,
-            "certify": options.CertifyName,
+            "normal": ("auto", *normal_methods()),
+            "tangential": ("auto", *tangential_methods(), *THEORIES),
+            "coupling": typing.get_args(options.CouplingName),
+            "formulation": typing.get_args(options.FormulationName),
+            "method": typing.get_args(options.MethodName),
+            "certify": typing.get_args(options.CertifyName),
         }.items():
-            for choice in typing.get_args(choices):
+            for choice in choices:
                 more = {name: choice}
                 yield f"{kind} {more}", lambda scene=scene, more=more: vc.solve(scene, **more)
         for more in (

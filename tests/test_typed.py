@@ -8,10 +8,8 @@ import pytest
 import varcontact as vc
 from tests import typed
 from tests.scenes import make_scene
-from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
-from varcontact.theories.on_grid import THEORIES
 
 
 def test_results_are_of_the_types_that_are_promised():
@@ -22,8 +20,6 @@ def test_results_are_of_the_types_that_are_promised():
 @pytest.mark.parametrize(
     ("kind", "names"),
     [
-        (options.NormalName, normal_methods()),
-        (options.TangentialName, [*tangential_methods(), *THEORIES]),
         (options.CouplingName, COUPLING_METHODS),
         (options.FormulationName, FORMULATIONS),
         (options.MethodName, [name for name in PRESETS if name != "auto"]),

@@ -267,8 +267,8 @@ def test_marching_where_the_gap_is_not_convex(rolling, check_kkt):
         ({"tangential": "osqp"}, "second-order cones"),
         ({"tangential": "cvxpy:OSQP"}, "second-order cones"),
         ({"tangential": "norm"}, "normal problems"),
-        ({"normal": "tang"}, "method of the normal problem"),
-        ({"normal": "fastsim"}, "method of the normal problem"),
+        ({"normal": "tang"}, "must be one of auto, hertz, norm"),
+        ({"normal": "fastsim"}, "must be one of auto, hertz, norm"),
     ],
 )
 def test_a_method_of_the_other_problem_is_refused_with_the_reason(rolling, arguments, reason):

@@ -22,7 +22,6 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.selection import check_fits
 from varcontact.solving.time_step import largest_contacts, marching_on, transient
 from varcontact.solving.verify import with_verified_steps
 from varcontact.system.process import need
@@ -44,8 +43,6 @@ def solve_transient(
     are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
     """
     plan, (certify, tol), polish = options.plan_for(scene), options.exactness(final), options.polish
-    if final:
-        check_fits(scene, plan)
     chosen = options.target is not None
     if not isinstance(transient(scene).start, Solution | None):
         raise SceneError("motion.start", transient(scene).start, "a Solution")

@@ -33,19 +33,6 @@ LOOSE = 1e-4
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
 
-NormalName = Literal[
-    "auto", "hertz", "norm", "norm-single", "newton", "clarabel", "osqp", "scs", "qpsolvers:clarabel",
-    "qpsolvers:osqp", "qpsolvers:scs", "qpsolvers:piqp", "qpsolvers:proxqp", "qpsolvers:daqp",
-    "qpsolvers:quadprog", "qpsolvers:highs", "cvxpy:CLARABEL", "cvxpy:OSQP", "cvxpy:SCS", "cvxpy:PIQP",
-    "cvxpy:PROXQP", "cvxpy:DAQP", "cvxpy:HIGHS"
-]  # fmt: skip
-"""Methods of the normal problem."""
-TangentialName = Literal[
-    "auto", "tang", "tang-exact", "tang-safeguarded", "newton", "clarabel", "scs", "cvxpy:CLARABEL",
-    "cvxpy:SCS", "fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic", "linear",
-    "vermeulen-johnson", "fastrip", "strip", "polach", "table"
-]  # fmt: skip
-"""Methods of the tangential problem, and theories."""
 CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
 """Loops around both problems."""
 FormulationName = Literal["auto", "complementary", "potential", "gap", "marching"]

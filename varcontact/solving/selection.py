@@ -150,8 +150,6 @@ def select(
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
     """Refuse names of solvers that there are not, that are not installed, or that are for the other problem."""
     if normal != "auto":
-        if normal in [*tangential_methods(), *THEORIES] and normal not in normal_methods():
-            raise SceneError("normal", normal, 'a method of the normal problem, as "norm" or "clarabel"')
         available("normal", normal, ("auto", *normal_methods()))
     if tangential != "auto":
         methods = tangential_methods()

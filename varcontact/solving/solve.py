@@ -27,7 +27,7 @@ from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
+from varcontact.solving.options import TOLERANCE, CouplingName, Options, SolveOptions
 from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
 
@@ -38,8 +38,8 @@ MOST_BY_PRESSURE = 1e50
 @overload
 def solve(
     scene: Scene[Transient],
-    normal: NormalName | str = "auto",
-    tangential: TangentialName | str = "auto",
+    normal: str = "auto",
+    tangential: str = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> History: ...
@@ -48,8 +48,8 @@ def solve(
 @overload
 def solve(
     scene: Scene[Steady] | Scene[Shift] | Scene[None],
-    normal: NormalName | str = "auto",
-    tangential: TangentialName | str = "auto",
+    normal: str = "auto",
+    tangential: str = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> Solution: ...
@@ -58,21 +58,11 @@ def solve(
 @overload
 def solve(
     scene: Scene[Harmonic],
-    normal: NormalName | str = "auto",
-    tangential: TangentialName | str = "auto",
+    normal: str = "auto",
+    tangential: str = "auto",
     coupling: CouplingName = "auto",
     **options: Unpack[Options],
 ) -> HarmonicSolution: ...
-
-
-@overload
-def solve(
-    scene: Scene,
-    normal: NormalName | str = "auto",
-    tangential: TangentialName | str = "auto",
-    coupling: CouplingName = "auto",
-    **options: Unpack[Options],
-) -> Solution | History | HarmonicSolution: ...
 
 
 @one_blas_thread()

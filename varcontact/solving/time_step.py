@@ -20,7 +20,7 @@ from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
-from varcontact.discrete.stick_slip import arriving
+from varcontact.discrete.stick_slip import arriving, unit_slip
 from varcontact.discrete.temperature import Heat, temperature_rise
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
@@ -279,11 +279,9 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
     motion, was, scales = disc.loading.motion, before.scene.motion, disc.scales
     rigid, traction = np.zeros(2), before.traction / scales.pressure
     assert motion is not None
-    if motion.rolls and isinstance(was, TimeStep) and was.rolls:
-        assert disc.step is not None
-        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * scales.length / scales.displacement
-        prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
-        rigid = np.where(prescribed, creepage, 0.0)
+    if motion.rolls and getattr(was, "rolls", 0):
+        prescribed = [motion.Fx is not None, motion.Fy is not None]
+        rigid = np.where(prescribed, np.nan_to_num(before.creepage[:2]) * unit_slip(disc), 0.0)
     approach = (before.approach - disc.base) / scales.displacement if np.isfinite(before.approach) else 0.0
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)

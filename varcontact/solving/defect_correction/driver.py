@@ -80,25 +80,14 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
 
 def _why_not(scene: Scene, plan: Plan) -> str:
     """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
-    if scene.third_body is not None:
-        return "it corrects contacts without a third body"
-    if scene.motion is None:
-        return "it is for tractions, and without a motion there are none"
-    if scene.frictionless:
-        return "without friction there is nothing to correct"
-    if not isinstance(scene.motion, Steady):
-        return f"it is for steady rolling; {INSTEAD}"
-    if scene.line:
-        return f"in line contact an accuracy takes less time: {INSTEAD}"
+    if scene.motion is None or scene.frictionless:
+        return "without a motion or without friction there are no tractions to correct"
+    if not (plan.closed_form and isinstance(scene.motion, Steady)) or scene.line or scene.third_body is not None:
+        where = "like bodies without a third one, under Hertz's pressure in closed form, not in line contact"
+        return f"it is for steady rolling of {where}; {INSTEAD}"
     if scene.no_slip:
-        return (
-            "with infinite friction forces under Hertz's pressure are known in closed form "
-            "(varcontact.reference.no_slip_ellipse)"
-        )
-    if scene.coupled:
-        return f"it is for quasi-identical bodies, and here {scene.difference}; {INSTEAD}"
-    if not plan.closed_form:
-        return f"it is for Hertz's pressure in closed form, and here the pressure is solved for; {INSTEAD}"
+        known = "forces under Hertz's pressure are known in closed form (varcontact.reference.no_slip_ellipse)"
+        return f"with infinite friction {known}"
     if plan.theory is not None:
         return f"it corrects exact methods, not the theory {plan.tangential!r}"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
