@@ -139,7 +139,20 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
         with _located(elastic):
             case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
     if new["grid"]:
-        case["grid"] = _grid(lines)
+        elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
+        if elements.number(2) != 1:
+            why = "is not supported: the step of rolling here is an element; supported: 1"
+            elements.refuse("DQREL", elements.number(2), why)
+        if elements.angle(3) < math.pi / 2 - 1e-6:
+            why = "is not supported: patches here are separated by distance; supported: 90d"
+            elements.refuse("A_SEP", elements.values[3], why)
+        more = [value for value in map(number_of, elements.rest[:2]) if value is not None]
+        if len(more) == 2:
+            elements.refuse("GAP_MISS", more[1], "is not supported; leave it out")
+        places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
+        case["grid"] = {name: elements.number(k) for name, k in places.items()}
+        if more:
+            case["grid"]["turn"] = more[0]
     _read_track(lines, case, Z, folder)
     _read_wheelset(lines, case, E, problem["N"], folder)
     skip_stresses(lines, problem["S"])
@@ -147,22 +160,6 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
         why = "is another than the case before has, whose wheel set is kept: use E >= 1"
         group.refuse("N (NORM)", problem["N"], why)
     return last["R"] == 1
-
-
-def _grid(lines: Lines) -> dict[str, float]:
-    """Elements and distances of patches, as `WheelOnRail` takes them."""
-    group = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
-    if group.number(2) != 1:
-        why = "is not supported: the step of rolling here is an element; supported: 1"
-        group.refuse("DQREL", group.number(2), why)
-    if group.angle(3) < math.pi / 2 - 1e-6:
-        why = "is not supported: patches here are separated by distance; supported: 90d"
-        group.refuse("A_SEP", group.values[3], why)
-    more = [value for value in map(number_of, group.rest[:2]) if value is not None]
-    if len(more) == 2:
-        group.refuse("GAP_MISS", more[1], "is not supported; leave it out")
-    places = {"dx": 0, "dy": 1, "separate": 4, "join": 5}
-    return {name: group.number(k) for name, k in places.items()} | dict(zip(("turn",), more, strict=False))
 
 
 def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
