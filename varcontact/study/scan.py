@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -99,12 +100,12 @@ def scan(
             return list(solutions)
         triples = checks.numbers("creepages", creepages)
         tasks = [(scene, triples[k : k + CHUNK], options) for k in range(0, len(triples), CHUNK)]
-        solved: list[list[Solution]] = [[] for _ in tasks]
+        solved: dict[int, list[Solution]] = {}
         for number, part in results(_solved, tasks, pool):
             solved[number] = part
             if progress is not None:
-                progress(f"{sum(map(len, solved))} of {len(triples)} creepages")
-    return [solution for part in solved for solution in part]
+                progress(f"{sum(map(len, solved.values()))} of {len(triples)} creepages")
+    return [solution for number in sorted(solved) for solution in solved[number]]
 
 
 def _solved(scene: Scene, creepages: np.ndarray, options: dict[str, Any]) -> list[Solution]:
@@ -115,14 +116,14 @@ def scanned(
     scene: Scene, creepages: np.ndarray, progress: Callable[[str], None] | None = None, **options: Any
 ) -> Iterator[Solution]:
     """The solutions of a `scan`, with its options, one after the other. Arguments are checked before the first."""
-    scenes = [replace(scene, motion=each) for each in _motions(scene, creepages)]
+    motions = _motions(scene, creepages)
+    scenes = [replace(scene, motion=each) for each in motions]
     checked = SolveOptions.checked(scenes[0], **{"certify": "gap", **options})
     for each in scenes[1:]:  # what does not apply to one of them is refused
         checked.plan_for(each)
     progress = checks.progress(progress)
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked, progress)) for each in scenes)
-    motions = [cast(Steady | Shift, each.motion) for each in scenes]
     return solve_in_turn(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
 
 
@@ -202,30 +203,34 @@ def creep_curve(
         raise SceneError("methods", methods, "at least one name, none of them twice")
     triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
-    of_theories = methods if isinstance(methods, Mapping) else {name: {} for name in names}
-    for name, given in of_theories.items():
+    known = methods if isinstance(methods, Mapping) else {}
+    ways: dict[Any, Callable[[], np.ndarray]] = {}
+    for name in names:  # refused before anything is solved
+        given = known.get(name, {})
         if not isinstance(given, Mapping):
             raise SceneError(f"methods[{name!r}]", given, 'a dict of options, as {"k_A": 0.3}')
-    options = {name: _scan_options(scene, name) for name in names}  # refused before anything is solved
-    for name, given in of_theories.items():
-        if given and options[name] is not None:
+        options = _scan_options(scene, name)
+        if options is None:
+            ways[name] = partial(_by_formula, scene, name, triples, given)
+        elif given:
             raise SceneError("methods", name, f"without options: only theories by formula have them, not {name} here")
+        else:
+            ways[name] = partial(_forces, scene, triples, options)
     found = []
-    for name, each in options.items():
+    for name, way in ways.items():
         if report is not None:
             report(f"{name}: {len(triples)} points")
-        if each is None:
-            found.append(_by_formula(scene, name, triples, dict(of_theories[name])))
-        else:
-            found.append(_forces(scene, triples, each))
+        found.append(way())
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
     units = scene.units
     unit = {} if units is None else {name: units.of(name) for name in ("force", "moment", "spin")}
     over = ("theory", "point")
     fields = {"Fx": (Fx, "force"), "Fy": (Fy, "force"), "Mz": (Mz, "moment")}
     data = {name: (over, values, {"units": unit[of]} if unit else {}) for name, (values, of) in fields.items()}
-    points = {name: ("point", triples[:, i], {"units": unit["spin"] if name == "spin" else "1"} if unit else {})
-              for i, name in enumerate(ROLLING)}  # fmt: skip
+    points = {
+        name: ("point", values, {"units": unit["spin"] if name == "spin" else "1"} if unit else {})
+        for name, values in zip(ROLLING, triples.T, strict=True)
+    }
     force, limit = scene.hertz.force if scene.hertz is not None else scene.normal_force, np.nan
     if force is not None and isinstance(scene.friction, float) and np.isfinite(scene.friction):
         limit = scene.friction * force
@@ -265,9 +270,8 @@ def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     """The options of a scan by a method; None for a theory that is evaluated for all creepages at once."""
     single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
     layer = scene.third_body
-    bare = scene
-    if layer is not None and not layer.yields and name.startswith("fastsim"):
-        bare = replace(scene, third_body=None)
+    in_formula = layer is not None and not layer.yields and name.startswith("fastsim")
+    bare = replace(scene, third_body=None) if in_formula else scene
     if name in VECTORISED and (single or name == "linear") and why_not(name, bare) == "":
         return None
     method = Method.named(name)
@@ -280,13 +284,12 @@ def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     }
 
 
-def _by_formula(scene: Scene, name: Any, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
-    hertz = scene.hertz
-    if scene.third_body is not None:
-        options = {"layer": scene.third_body.compliance, **options}
+def _by_formula(scene: Scene, name: Any, triples: np.ndarray, options: Mapping[str, Any]) -> np.ndarray:
+    hertz, layer = scene.hertz, scene.third_body
     assert hertz is not None
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
-    contact: dict[str, Any] = {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
+    contact: dict[str, Any] = {} if layer is None else {"layer": layer.compliance}
+    contact |= {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
     contact |= zip(ROLLING, triples.T, strict=True)
-    found = creep_forces(name, friction=friction, **contact, **options)
+    found = creep_forces(name, friction=friction, **contact | dict(options))
     return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)
