@@ -10,12 +10,12 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.references import main, make, series_of, solves
-from varcontact.data.benchmark_scenes import FRICTION
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
 from varcontact.study.references import read
 
 BANK = vc.continuum_values()
+FRICTION = 0.3
 
 
 def cattaneo_without_poisson(name, part):
