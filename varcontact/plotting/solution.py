@@ -35,11 +35,11 @@ def plot(
         row_of(sol, y)
         if "section" not in names:
             raise SceneError("y", y, 'left out, or with the panel "section"')
-    with style.styled():
-        if ax is not None:
-            style.figure_size(figsize, (1.0, 1.0))
+    if ax is not None:
+        with style.panel(ax, figsize, (1.0, 1.0)):
             _draw(ax, sol, names[0], y)
-            return style.figure_of(ax)
+        return style.figure_of(ax)
+    with style.styled():
         if line:  # below each other over the same abscissa
             size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))
             figure, axes = style.new_figure(len(names), 1, size, sharex=True)
@@ -64,7 +64,6 @@ def plot(
 
 
 def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
-    style.check_axes(ax)
     if what is None:
         if sol.scene.motion is None:
             names = ["pressure"] if sol.scene.line else ["pressure", "section"]

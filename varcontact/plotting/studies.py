@@ -92,7 +92,6 @@ def plot_curve(
     'longitudinal creepage [$10^{-3}$]'
     """
     normalised, total = checks.flag("normalised", normalised), checks.flag("total", total)
-    style.check_axes(ax)
     read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
     curves, x_label, force, limit = read(solutions, against, normalised)
     largest = np.nanmax([np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0)

@@ -117,16 +117,11 @@ def figure_size(value: Any, default: tuple[float, float]) -> tuple[float, float]
     return float(sizes[0]), float(sizes[1])
 
 
-def check_axes(ax: Any) -> None:
-    """Refuse what nothing can be drawn in."""
-    if ax is not None and not isinstance(ax, Axes):
-        raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
-
-
 @contextmanager
 def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterator[Axes]:
     """The axes that are given, or those of a new figure, and the style for what is drawn within."""
-    check_axes(ax)
+    if not isinstance(ax, Axes | None):
+        raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
     size = figure_size(figsize, default)
     with styled():
         yield new_figure(1, 1, size)[1][0] if ax is None else ax

@@ -55,48 +55,36 @@ def measure(quantity: str, units: Units | None, values: Any, line: bool = False)
     """How values in the units of a scene are shown: the largest has the prefix that fits.
 
     `quantity` is "length", "force", "pressure", "moment", "spin", "line force" (force by length) or "1"; in a `line`
-    contact forces and moments are per unit length.
+    contact forces and moments are per unit length. Without prefixes very large and very small numbers are shown by a
+    power of a thousand, which stands with the unit.
     """
-    if units is None or quantity not in _POWERS:
-        return _by_thousands("", values)
-    force, length = _POWERS[quantity]
-    if line and quantity in ("force", "moment"):
-        length -= 1
-    if units.length not in _METRES or units.force not in _NEWTONS:
-        return _by_thousands(units.of(quantity, line).replace("$", r"\$"), values)  # a dollar, and no formula
-    base = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
-    symbol = _SYMBOLS.get((force, length))
-    if symbol is None:  # spin
-        return _by_thousands("1/m", base * np.asarray(values), base)
-    largest = base * _largest(values)
-    fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
-        prefix
-        for prefix, size in _PREFIXES.items()
-        if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1) and not (symbol == "m" and size > 1)
-    ]
-    prefix = "" if largest == 0 else [*fitting, "n"][0]
-    return Measure(_rounded(base / _PREFIXES[prefix]), prefix + symbol)
+    sizes = np.abs(np.asarray(values, dtype=float))
+    largest = float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
+    factor, unit, powers = 1.0, "", (0, 0)
+    if units is not None and quantity in _POWERS:
+        force, length = _POWERS[quantity]
+        if line and quantity in ("force", "moment"):
+            length -= 1
+        unit = units.of(quantity, line).replace("$", r"\$")  # a dollar, and no formula
+        if units.length in _METRES and units.force in _NEWTONS:
+            factor = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
+            unit, powers = "1/m", (force, length)
+    largest *= factor
+    symbol = _SYMBOLS.get(powers)
+    if symbol is not None:
+        fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
+            prefix
+            for prefix, size in _PREFIXES.items()
+            if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1) and not (symbol == "m" and size > 1)
+        ]
+        prefix = "" if largest == 0 else [*fitting, "n"][0]
+        factor, unit = factor / _PREFIXES[prefix], prefix + symbol
+    elif largest > 0 and not 0.1 <= largest < 1e4:
+        power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
+        factor, unit = factor / 10.0**power, f"$10^{{{power}}}$ {unit}".rstrip()
+    return Measure(float(f"{factor:.12g}"), unit)  # a power of ten without rounding errors
 
 
 def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
     """How a quantity of a scene is shown, see `measure`."""
     return measure(quantity, scene.units, values, scene.line)
-
-
-def _by_thousands(unit: str, values: Any, factor: float = 1.0) -> Measure:
-    """Without prefixes: very large and very small numbers by a power of a thousand, which stands with the unit."""
-    largest = _largest(values)
-    if largest == 0 or 0.1 <= largest < 1e4:
-        return Measure(factor, unit)
-    power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
-    return Measure(_rounded(factor / 10.0**power), f"$10^{{{power}}}$ {unit}".rstrip())
-
-
-def _largest(values: Any) -> float:
-    sizes = np.abs(np.asarray(values, dtype=float))
-    return float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
-
-
-def _rounded(factor: float) -> float:
-    """A power of ten without rounding errors."""
-    return float(f"{factor:.12g}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -134,13 +135,13 @@ def compare(
             if name in named and identity(named[name], tol) != key:
                 raise of_another(table.path, f"holds another scene named {name!r}")
         tasks = {name: (name, scene, chosen, tol) for name, scene in named.items() if name not in finished}
-        table.fill(_rows, tasks, executor, workers, progress, lambda: _table(table, named), len(named))
-        return _table(table, named)
+        made = partial(_table, names=list(named))
+        return table.fill(_rows, tasks, executor, workers, progress, made, len(named))
 
 
-def _table(table: Table, names: Iterable[str]) -> Comparison:
+def _table(rows: list[dict[str, Any]], names: list[str]) -> Comparison:
     """The rows of some scenes, in their order."""
-    return Comparison([row for name in names for row in table.rows if row["scene"] == name], columns=list(COLUMNS))
+    return Comparison([row for name in names for row in rows if row["scene"] == name], columns=list(COLUMNS))
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ from varcontact.study.methods import Method, attempted, figures
 from varcontact.study.parallel import traced
 
 DEFAULT_METHOD = "tang-safeguarded"
-TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
-
+TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin", "traction_norm", "stick_area", "slip_area", *BOUNDS)
+"""What there is of scenes with a motion alone."""
 MOST_OFFSETS = 1000
 """Offsets of one grid: their mean has no noise left that matters."""
 
@@ -114,29 +114,33 @@ def converge(
         raise SceneError("method", method, "at least one name")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
-    _check_free_of_one_grid(scene)
+    if not isinstance(scene.motion, Steady | Shift | None):
+        raise SceneError("motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem")
+    if checks.is_array(scene.friction):
+        raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
+    if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
+        raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
-    wanted = [(n, each, i) for n in numbers for each in methods for i in range(offsets)]
-    names = [each.name for each in methods]
+    total = len(numbers) * len(methods) * offsets
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
         if any(row["identity"] != key for row in table.rows):
             raise of_another(store, "holds a study of another scene or tol")
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
-        for n in numbers:
-            _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)
+        wanted = [
+            (f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}", n, each, i)
+            for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1)
+            if (n, each.name, i) not in known
+        ]
+        for _, n, each, i in wanted:
+            if i == 0:
+                _check_fits(scene, n, each, offsets)
         tasks: dict[str, tuple[Any, ...]] = {}
         box = contact_of(scene)
-        for done, (n, each, i) in enumerate(wanted, 1):
-            if (n, each.name, i) not in known:
-                place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                word = f"{done} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
-                tasks[word] = replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i, key
-
-        def found() -> Convergence:
-            return Convergence.of(table.rows, numbers, names, offsets)
-
-        table.fill(_rows, tasks, executor, workers, progress, found, len(wanted), "solves")
-        return found()
+        for word, n, each, i in wanted:
+            place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+            tasks[word] = replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i, key
+        made = partial(Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets)
+        return table.fill(_rows, tasks, executor, workers, progress, made, total, "solves")
 
 
 def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
@@ -147,26 +151,16 @@ def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key
     return [row | _staircase(scene)]
 
 
-def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:
+def _check_fits(scene: Scene, cells: int, method: Method, offsets: int) -> None:
     """Refuse a grid on which a method is known to need more memory than there is."""
     on_grid = replace(scene, grid=_spec(scene, cells + (offsets > 1)))
-    for method in methods:
-        try:
-            check_fits(on_grid, method.plan(on_grid))
-        except TooLarge as error:
-            what = f"cells = {cells}: {method.name}"
-            raise TooLarge(what, error.needed, error.available, "leave these cells out, or the method") from None
-        except (SceneError, SolverUnavailable):
-            continue  # the table will say so
-
-
-def _check_free_of_one_grid(scene: Scene) -> None:
-    if not isinstance(scene.motion, Steady | Shift | None):
-        raise SceneError("motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem")
-    if checks.is_array(scene.friction):
-        raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
-    if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
-        raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
+    try:
+        check_fits(on_grid, method.plan(on_grid))
+    except TooLarge as error:
+        what = f"cells = {cells}: {method.name}"
+        raise TooLarge(what, error.needed, error.available, "leave these cells out, or the method") from None
+    except (SceneError, SolverUnavailable):
+        pass  # the table will say so
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
@@ -214,15 +208,14 @@ def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
             "normal_force": sol.normal_force,
             "contact_area": sol.areas["contact"],
             "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
+            "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
+            "stick_area": sol.areas["stick"],
+            "slip_area": sol.areas["slip"],
             "elements": sol.elements["contact"],
             "seconds": sol.timing["total"],
+            **dict(zip(BOUNDS, map(float, sol.certificate.force_bound), strict=True)),
         }
-        if scene.motion is None:
-            return {name: value for name, value in row.items() if name not in TANGENTIAL}
-        row |= {"stick_area": sol.areas["stick"], "slip_area": sol.areas["slip"]}
-        row["traction_norm"] = float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area))
-        row |= {name: float(bound) for name, bound in zip(BOUNDS, sol.certificate.force_bound, strict=True)}
-    return row
+    return {name: value for name, value in row.items() if scene.motion is not None or name not in TANGENTIAL}
 
 
 def _staircase(scene: Scene) -> dict[str, float]:
@@ -236,14 +229,8 @@ def _staircase(scene: Scene) -> dict[str, float]:
     if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
-    inside, dx = x**2 + y**2 < 1, grid.sides[0] / hertz.a
-    if scene.line:
-        return {"staircase": float(inside.sum() * dx - 2), "staircase_x": float(x[inside].sum() * dx)}
-    area = dx * grid.sides[1] / hertz.b
-    return {
-        "staircase": float(inside.sum() * area - np.pi),
-        "staircase_x": float(x[inside].sum() * area),
-        "staircase_y": float(y[inside].sum() * area),
-        "staircase_xx": float((x[inside] ** 2).sum() * area - np.pi / 4),
-        "staircase_yy": float((y[inside] ** 2).sum() * area - np.pi / 4),
-    }
+    inside, area = x**2 + y**2 < 1, grid.sides[0] / hertz.a * (1.0 if scene.line else grid.sides[1] / hertz.b)
+    exact: dict[str, tuple[np.ndarray, float]] = {"": (inside, 2.0 if scene.line else np.pi), "_x": (x, 0.0)}
+    if not scene.line:
+        exact |= {"_y": (y, 0.0), "_xx": (x**2, np.pi / 4), "_yy": (y**2, np.pi / 4)}
+    return {f"staircase{name}": float(np.sum(of[inside]) * area - whole) for name, (of, whole) in exact.items()}

@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from varcontact import checks
 from varcontact.errors import Interrupted, OutputError, SceneError
@@ -23,6 +23,9 @@ from varcontact.system.process import imported
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+Made = TypeVar("Made")
 
 
 def identity(scene: Scene, tol: float) -> str:
@@ -84,11 +87,11 @@ class Table:
         executor: Executor | None,
         workers: int,
         progress: Callable[[str], None] | None,
-        so_far: Callable[[], Any],
+        made: Callable[[list[dict[str, Any]]], Made],
         total: int,
         what: str = "scenes",
-    ) -> None:
-        """Add the rows of tasks, which are the rest of a `total`, by their names; after Ctrl-C the result `so_far`."""
+    ) -> Made:
+        """What is made of the rows, once those of tasks by name, the rest of a `total`, are added; or Ctrl-C comes."""
         done = total - len(tasks)
         try:
             with opened(executor, workers) as pool:
@@ -97,7 +100,8 @@ class Table:
                         self.add(*rows)
                     done += 1
         except KeyboardInterrupt:
-            raise Interrupted(so_far(), f" after {done} of {total} {what}") from None
+            raise Interrupted(made(self.rows), f" after {done} of {total} {what}") from None
+        return made(self.rows)
 
 
 def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:

@@ -144,10 +144,8 @@ def tradeoff(
             met[reference.kind] += 1
             lacking = [way for way in ways if (name, str(way), key) not in known]
             tasks[name] = name, reference, lacking, met[reference.kind], key
-        table.fill(
-            _measured, tasks, executor, workers, progress, lambda: Tradeoff.of(table.rows, bank, ways), len(bank)
-        )
-        return Tradeoff.of(table.rows, bank, ways)
+        made = partial(Tradeoff.of, scenes=bank, ways=ways)
+        return table.fill(_measured, tasks, executor, workers, progress, made, len(bank))
 
 
 def _measured(name: str, reference: ContinuumValues, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
