@@ -139,7 +139,10 @@ def test_the_command(tmp_path):
     printed = json.loads(done.stdout)
     assert printed["classes"][0]["way"] == "centres 4" and printed["classes"][0]["scenes"] == 9
     assert (tmp_path / "front.png").stat().st_size > 1000
-    for bad, word in ((("--class", "shfit"), "class"), (("--cells", "a"), "whole numbers separated by commas")):
+    for bad, word in (
+        (("--class", "shfit"), "class"),
+        (("--cells", "a"), "cells[0] = 'a' is not allowed: must be a whole number"),
+    ):
         refused = run("tradeoff", *bad, folder=tmp_path)
         assert refused.returncode == 2 and word in refused.stderr
 

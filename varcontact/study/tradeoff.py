@@ -133,7 +133,8 @@ def tradeoff(
     for name, each in bank.items():
         if not isinstance(each, ContinuumValues):
             raise SceneError(f"scenes[{name!r}]", each, "one of those that continuum_values() has")
-    ways = default_ways() if methods is None else _ways(methods, cells)
+    numbers = checks.wholes("cells", cells, least=2)
+    ways = default_ways() if methods is None else _ways(methods, numbers)
     progress = checks.progress(progress)
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
         known = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
@@ -156,8 +157,7 @@ def _measured(name: str, reference: ContinuumValues, ways: list[Way], number: in
     ]
 
 
-def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
-    numbers = checks.wholes("cells", cells, least=2)
+def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names or ways")
     found: list[Way] = []
