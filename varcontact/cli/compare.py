@@ -15,17 +15,12 @@ from varcontact.errors import SceneError
 
 
 def compare(
-    scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
+    scenes: Annotated[list[Path] | None, opt.argument("Scenes, TOML files.")] = None,
     bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
     methods: opt.Methods = None,
     tol: opt.Solved = 1e-6,
-    accuracy: Annotated[
-        float | None, typer.Option(help="Compare on the grid that reaches this accuracy.", show_default=False)
-    ] = None,
-    time_budget: Annotated[
-        float | None,
-        typer.Option(help="Instead: on the grid of solve within so many seconds.", show_default=False),
-    ] = None,
+    accuracy: opt.Accuracy = None,
+    time_budget: opt.TimeBudget = None,
     out: opt.Table = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
@@ -106,18 +101,13 @@ def converge(
     )
 
 
+METHODS = "Tangential methods and theories, separated by commas; auto and accuracy are possible."
+ALL = "several kinds of grids, extrapolation, defect correction, all theories, accuracies of 10 to 0.1 %"
+
+
 def tradeoff(
-    kind: Annotated[
-        str | None, typer.Option("--class", help="Class of scenes.  [default: all]", show_default=False)
-    ] = None,
-    methods: Annotated[
-        str | None,
-        typer.Option(
-            help="Tangential methods and theories, separated by commas; auto and accuracy are possible.  [default: "
-            "several kinds of grids, extrapolation, defect correction, all theories, accuracies of 10 to 0.1 %]",
-            show_default=False,
-        ),
-    ] = None,
+    kind: Annotated[str | None, opt.option("Class of scenes.", "--class", default="all")] = None,
+    methods: Annotated[str | None, opt.option(METHODS, default=ALL)] = None,
     cells: Annotated[
         str, typer.Option(help="Elements across the contact for --methods, separated by commas.")
     ] = "8,12,16,24,32,48",

@@ -17,37 +17,42 @@ METHODS = (
 )
 
 
-def _option(words: str, *names: str, default: Any = None) -> Any:
+def option(words: str, *names: str, default: Any = None) -> Any:
     """An option with its help; a default that is computed elsewhere is named in the help."""
     shown = f"  [default: {default}]" if default is not None else ""
     return typer.Option(*names, help=words + shown, show_default=False)
 
 
-SceneFile = Annotated[Path, typer.Argument(help="Scene, a TOML file (docs/scenes.md).", show_default=False)]
-MethodName = Annotated[str | None, _option("auto, convex, active-set or kalker.", default="auto")]
-Normal = Annotated[str | None, _option("Normal problem.", default="auto")]
-Tangential = Annotated[str | None, _option("Tangential problem, or a theory.", default="auto")]
-Coupling = Annotated[str | None, _option("Coupling, for unlike bodies.", default="auto")]
-Formulation = Annotated[str | None, _option("Formulation of the programs.", default="auto")]
-Tol = Annotated[float | None, _option("Required natural-map residual.", default="1e-8")]
-Certify = Annotated[str | None, _option("Certificate: full (with bounds on forces), gap, none, auto.")]
-Accuracy = Annotated[float | None, _option("Largest error by the friction limit; sets the grid.")]
-TimeBudget = Annotated[float | None, _option("Instead of --accuracy: a time limit in seconds.")]
-Refine = Annotated[str | None, _option("continuum: defect correction of steady rolling under Hertz's pressure.")]
-Methods = Annotated[str | None, _option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
+def argument(words: str) -> Any:
+    """An argument with its help."""
+    return typer.Argument(help=words, show_default=False)
+
+
+SceneFile = Annotated[Path, argument("Scene, a TOML file (docs/scenes.md).")]
+MethodName = Annotated[str | None, option("auto, convex, active-set or kalker.", default="auto")]
+Normal = Annotated[str | None, option("Normal problem.", default="auto")]
+Tangential = Annotated[str | None, option("Tangential problem, or a theory.", default="auto")]
+Coupling = Annotated[str | None, option("Coupling, for unlike bodies.", default="auto")]
+Formulation = Annotated[str | None, option("Formulation of the programs.", default="auto")]
+Tol = Annotated[float | None, option("Required natural-map residual.", default="1e-8")]
+Certify = Annotated[str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")]
+Accuracy = Annotated[float | None, option("Largest error by the friction limit; sets the grid.")]
+TimeBudget = Annotated[float | None, option("Instead of --accuracy: a time limit in seconds.")]
+Refine = Annotated[str | None, option("continuum: defect correction of steady rolling under Hertz's pressure.")]
+Methods = Annotated[str | None, option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
 Solved = Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")]
 VALUES = "FROM:TO:N (N equally spaced values), values separated by commas, or one value"
-Vx = Annotated[str | None, _option(f"Longitudinal creepage (ux of a shift): {VALUES}.")]
-Vy = Annotated[str | None, _option("Lateral creepage (uy of a shift).")]
-Spin = Annotated[str | None, _option("Spin (rotation of a shift).")]
-Table = Annotated[Path | None, _option("Table (.csv) that is written as results come, and resumed.")]
-Picture = Annotated[Path | None, _option("Picture (.png, .pdf, .svg).")]
+Vx = Annotated[str | None, option(f"Longitudinal creepage (ux of a shift): {VALUES}.")]
+Vy = Annotated[str | None, option("Lateral creepage (uy of a shift).")]
+Spin = Annotated[str | None, option("Spin (rotation of a shift).")]
+Table = Annotated[Path | None, option("Table (.csv) that is written as results come, and resumed.")]
+Picture = Annotated[Path | None, option("Picture (.png, .pdf, .svg).")]
 Force = Annotated[
-    bool, _option("Overwrite files not created by varcontact. Tables and histories are only appended to.", "--force")
+    bool, option("Overwrite files not created by varcontact. Tables and histories are only appended to.", "--force")
 ]
 Workers = Annotated[int, typer.Option(help="Number of processes.")]
-Dask = Annotated[str | None, _option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")]
-AsJson = Annotated[bool, _option("Print JSON instead of the report.", "--json")]
+Dask = Annotated[str | None, option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")]
+AsJson = Annotated[bool, option("Print JSON instead of the report.", "--json")]
 
 
 def given(**options: Any) -> dict[str, Any]:

@@ -27,7 +27,7 @@ def scan(
     vy: opt.Vy = None,
     spin: opt.Spin = None,
     creepages: Annotated[
-        Path | None, typer.Option(help="Instead, a table (.csv): three numbers a line, with or without a heading.")
+        Path | None, opt.option("Instead, a table (.csv): three numbers a line, with or without a heading.")
     ] = None,
     method: opt.MethodName = None,
     normal: opt.Normal = None,

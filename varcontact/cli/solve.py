@@ -15,14 +15,13 @@ from varcontact.cli.options import given
 from varcontact.cli.terminal import check_outputs, draw, progress_line, show, stop
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 
+OUT = "Solution (.nc; .csv, .vtu, .vti, .mat), or the report (.html). Histories on a grid are resumed (.nc)."
 MOVING = (".gif", ".mp4")
 """Endings of the moving pictures of histories."""
 
 
 def solve(
-    scene: Annotated[
-        Path, typer.Argument(help="Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).", show_default=False)
-    ],
+    scene: Annotated[Path, opt.argument("Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).")],
     method: opt.MethodName = None,
     normal: opt.Normal = None,
     tangential: opt.Tangential = None,
@@ -37,16 +36,9 @@ def solve(
     refine: opt.Refine = None,
     accuracy: opt.Accuracy = None,
     time_budget: opt.TimeBudget = None,
-    case: Annotated[
-        int | None, typer.Option(help="Number of the scene in CONTACT's input file, from 1.", show_default=False)
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Solution (.nc; .csv, .vtu, .vti, .mat), or the report (.html). Histories on a grid are resumed (.nc)."
-        ),
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
+    case: Annotated[int | None, opt.option("Number of the scene in CONTACT's input file, from 1.")] = None,
+    out: Annotated[Path | None, opt.option(OUT)] = None,
+    plot: Annotated[Path | None, opt.option("Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
 ) -> None:
@@ -127,7 +119,7 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
 
 
 def plan(
-    scene: Annotated[Path, typer.Argument(help="Scene (docs/scenes.md) or sweep, a TOML file.", show_default=False)],
+    scene: Annotated[Path, opt.argument("Scene (docs/scenes.md) or sweep, a TOML file.")],
     method: opt.MethodName = None,
     normal: opt.Normal = None,
     tangential: opt.Tangential = None,

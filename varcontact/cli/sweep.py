@@ -27,9 +27,7 @@ PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
 
 
 def sweep(
-    scene: Annotated[
-        Path, typer.Argument(help="Scene file with a table [over] of values (docs/sweeps.md).", show_default=False)
-    ],
+    scene: Annotated[Path, opt.argument("Scene file with a table [over] of values (docs/sweeps.md).")],
     workers: opt.Workers = 1,
     dask: opt.Dask = None,
     method: opt.MethodName = None,
@@ -43,7 +41,7 @@ def sweep(
     time_budget: opt.TimeBudget = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
-        Path | None, typer.Option(help="Store (.nc), written as results come; scenes in it are not solved again.")
+        Path | None, opt.option("Store (.nc), written as results come; scenes in it are not solved again.")
     ] = None,
     as_json: opt.AsJson = False,
 ) -> None:

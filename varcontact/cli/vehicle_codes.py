@@ -5,25 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from varcontact.cli import options as opt
+from varcontact.cli.options import Force, argument, option
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError
 
 
 def export_table(
-    book: Annotated[
-        Path | None, typer.Argument(help="Table book (.nc).  [default: that of the package]", show_default=False)
-    ] = None,
-    c: Annotated[
-        Path | None,
-        typer.Option("--c", help="Folder for C99 source, MATLAB and Modelica wrappers.", show_default=False),
-    ] = None,
-    fmu: Annotated[
-        Path | None, typer.Option("--fmu", help="Folder for FMUs of FMI 2.0 and 3.0.", show_default=False)
-    ] = None,
-    force: opt.Force = False,
+    book: Annotated[Path | None, argument("Table book (.nc).  [default: that of the package]")] = None,
+    c: Annotated[Path | None, option("Folder for C99 source, MATLAB and Modelica wrappers.", "--c")] = None,
+    fmu: Annotated[Path | None, option("Folder for FMUs of FMI 2.0 and 3.0.", "--fmu")] = None,
+    force: Force = False,
 ) -> None:
     """Export a table book to vehicle codes: as C, for MATLAB and Modelica, and as FMUs."""
     from varcontact.io.vehicle_codes import write_c, write_fmu

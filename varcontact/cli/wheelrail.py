@@ -6,10 +6,9 @@ from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 import varcontact as vc
-from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, Workers, given
+from varcontact.cli import options as opt
+from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, draw, fail, study
 from varcontact.errors import SceneError
 
@@ -23,25 +22,20 @@ PRINTED = (
 
 
 def wheelrail(
-    case: Annotated[
-        Path,
-        typer.Argument(help="Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).", show_default=False),
-    ],
-    out: Table = None,
+    case: Annotated[Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")],
+    out: opt.Table = None,
     plot: Annotated[
-        Path | None, typer.Option(help="Picture (.png, .pdf, .svg): the patches of a wheel, or curves over positions.")
+        Path | None, opt.option("Picture (.png, .pdf, .svg): the patches of a wheel, or curves over positions.")
     ] = None,
-    plot_wear: Annotated[
-        Path | None, typer.Option(help="Picture of friction power and depth of wear, of one wheel.")
-    ] = None,
+    plot_wear: Annotated[Path | None, opt.option("Picture of friction power and depth of wear, of one wheel.")] = None,
     tangential: Annotated[
-        str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
+        str | None, opt.option("Tangential method, or a theory on an ellipse for each patch.", default="auto")
     ] = None,
-    accuracy: Accuracy = None,
-    time_budget: TimeBudget = None,
-    workers: Workers = 1,
-    force: Force = False,
-    as_json: AsJson = False,
+    accuracy: opt.Accuracy = None,
+    time_budget: opt.TimeBudget = None,
+    workers: opt.Workers = 1,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
