@@ -270,7 +270,7 @@ def _pressures(held: Held, tol: float) -> list[str]:
         means = sol.pressure_on_parts.reshape(ny, rows // ny, nx, columns // nx).mean(axis=(1, 3))
         off = float(np.abs(means - sol.pressure).max())
         found += _too_large("elements bear other pressures than the means of their parts", off, 1e-12 * peak)
-    elif sol.plan.one_pass:
+    elif sol.plan.coupling == "johnson":
         found += _contact(held, distance - held.lowered, tol, noise)
     else:
         found += _contact(held, distance, tol, noise)

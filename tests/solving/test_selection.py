@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.selection import MANY
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
@@ -28,7 +29,7 @@ SAMPLES = vc.SampledDistance(
 def test_auto_with_many_elements(rolling, changes):
     plan = vc.plan(rolling(**changes))
     assert (plan.normal, plan.tangential, plan.fallback) == ("hertz", "newton", "clarabel")
-    assert plan.matrix_free
+    assert plan.tangential in MATRIX_FREE
     assert "matrix-free" in plan.reasons["tangential"]
     assert not plan.sizes.mirrored
 

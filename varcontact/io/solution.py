@@ -23,7 +23,7 @@ from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
-from varcontact.results.report import plain_calls
+from varcontact.results.report import plain
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
@@ -142,7 +142,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
         **{name: getattr(sol, name) for name in (*AS_IT_IS, "passes", "branch")},
         "warnings": list(sol.warnings),
         "solved_by": sol.solved_by,
-        "calls": plain_calls(sol.calls),
+        "calls": plain(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
     found = sol.refinement

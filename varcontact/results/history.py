@@ -252,20 +252,14 @@ class History(Reported, Sequence[Solution]):
 
     def summary(self) -> dict[str, Any]:
         """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve --json`` prints."""
-        from varcontact.results.report import known
+        from varcontact.results.report import plain
 
+        series = ("rolled", "normal_force", "force", "moment", "approach", "creepage", "dissipation", "error_estimate")
         return {
             "steps": self._motion.steps,
             "finished": len(self),
-            "rolled": self.rolled.tolist(),
-            "normal_force": [known(F) for F in self.normal_force],
-            "force": [[known(F) for F in both] for both in self.force],
-            "moment": [known(M) for M in self.moment],
-            "approach": [known(d) for d in self.approach],
-            "creepage": [[known(v) for v in three] for three in self.creepage],
-            "dissipation": [known(W) for W in self.dissipation],
+            **{name: plain(getattr(self, name)) for name in series},
             "last": self[-1].summary() if len(self) else None,
-            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
         }
 
     def to_xarray(self) -> xr.Dataset:

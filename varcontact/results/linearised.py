@@ -301,7 +301,7 @@ def check_linear(sol: Solution, swings: bool) -> None:
     steady, what = isinstance(scene.motion, Steady), "what swings" if swings else "the stiffness of a step"
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
-    if plan.theory is not None or plan.one_pass:
+    if plan.theory is not None or plan.coupling == "johnson":
         approximate = plan.tangential if plan.theory is not None else plan.coupling
         raise SceneError("solution", approximate, "by an exact method: this one is approximate")
     if isinstance(scene.friction, Law) and scene.friction.continuous:

@@ -10,7 +10,6 @@ from varcontact.discrete.state import cells_of
 from varcontact.html import html_table
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import MATRIX_FREE, states_programs
 from varcontact.system import process
 from varcontact.theories.on_grid import THEORIES, Theory
 
@@ -180,39 +179,14 @@ class Plan:
         return self.tangential != "polach"
 
     @property
-    def programs(self) -> bool:
-        """Whether the tangential problem is stated as a convex program."""
-        return states_programs(self.tangential)
-
-    @property
     def solves(self) -> bool:
         """Whether the tangential problem itself is solved, by whatever method."""
         return self.has_friction and self.theory is None
 
     @property
-    def matrix_free(self) -> bool:
-        """Whether the tangential problem is solved by products alone."""
-        return self.tangential in MATRIX_FREE
-
-    @property
-    def convex(self) -> bool:
-        """Whether only solvers of programs are called."""
-        return self.method == "convex"
-
-    @property
-    def marches(self) -> bool:
-        """Whether steady rolling is the end of a march in time."""
-        return self.formulation == "marching"
-
-    @property
     def loops(self) -> bool:
         """Whether pressure and tractions are found in passes, until both stay."""
         return self.coupling in ("panagiotopoulos", "joint", "newton")
-
-    @property
-    def one_pass(self) -> bool:
-        """Whether the pressure is that without tractions, though the bodies differ: Johnson's process."""
-        return self.coupling == "johnson"
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.transient import Transient
-from varcontact.solvers.interface import Calls
 
 
 def report(sol: Solution) -> str:
@@ -289,34 +288,24 @@ def report_history(history: History) -> str:
     return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
 
+AS_THEY_ARE = (
+    *("normal_force", "force", "moment", "approach", "creepage", "power", "friction_work", "negative_work"),
+    *("elements", "certificate", "converged", "iterations", "status", "solved_by", "calls", "branch", "note"),
+    *("warnings", "error_estimate"),
+)
+"""What a summary has of a solution under its own name."""
+
+
 def summary(sol: Solution) -> dict[str, Any]:
     """The solution as plain numbers, see `Solution.summary`."""
     return {
-        "normal_force": known(sol.normal_force),
-        "force": [known(F) for F in sol.force],
-        "moment": known(sol.moment),
-        "approach": known(sol.approach),
-        "creepage": [known(c) for c in sol.creepage],
+        **{name: plain(getattr(sol, name)) for name in AS_THEY_ARE},
         "doubts": list(sol.scene.doubts),
-        "power": known(sol.power),
-        "friction_work": known(sol.friction_work),
-        "negative_work": known(sol.negative_work),
-        "elements": sol.elements,
-        "certificate": {name: _plain(value) for name, value in sol.certificate.plain().items()},
-        "converged": sol.converged,
         "method": {name: getattr(sol.plan, name) for name in ("normal", "tangential", "coupling")},
         "road": sol.plan.method,
         "formulation": sol.plan.formulation,
-        "iterations": sol.iterations,
-        "status": sol.status,
-        "solved_by": sol.solved_by,
-        "calls": plain_calls(sol.calls),
         "passes": len(sol.passes),
-        "convergence": [[known(change), known(residual)] for change, residual in sol.passes],
-        "branch": sol.branch,
-        "note": sol.note,
-        "warnings": list(sol.warnings),
-        "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
+        "convergence": plain(sol.passes),
         "coefficient": _coefficients(sol),
         "refinement": None if sol.refinement is None else sol.refinement.summary(),
         "seconds": sol.timing["total"],
@@ -330,20 +319,14 @@ def _coefficients(sol: Solution) -> list[float] | None:
     return [float(found.min()), float(found.max())]
 
 
-def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
-    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
-    return {
-        problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
-        for problem, solvers in calls.items()
-    }
-
-
-def known(value: float) -> float | None:
-    """A number for JSON, which has no NaN and no infinity: None for these."""
-    return float(value) if np.isfinite(value) else None
-
-
-def _plain(value: float | str | list[float]) -> Any:
-    if isinstance(value, str):
-        return value
-    return [known(each) for each in value] if isinstance(value, list) else known(value)
+def plain(value: Any) -> Any:
+    """Dictionaries, lists, words and numbers for JSON, which has no NaN and no infinity: None for these."""
+    if hasattr(value, "plain"):
+        value = value.plain()
+    if isinstance(value, dict):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(each) for each in value]
+    if isinstance(value, float):
+        return float(value) if np.isfinite(value) else None
+    return plain(asdict(value)) if is_dataclass(value) and not isinstance(value, type) else value

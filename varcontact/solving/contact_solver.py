@@ -137,13 +137,15 @@ class ContactSolver:
 
     def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under a known yield stress, where a third body has one."""
-        problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
+        problem = disc.tangential_problem(
+            state.pressure, state.bound_pressure, marching=self.plan.formulation == "marching"
+        )
         size, limit = math.hypot(*(force or 0.0 for force in problem.force)), problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
         law, motion, enough = disc.loading.law, disc.loading.motion, self.tol
         in_passes = self.plan.loops or law is not None
-        if in_passes and self.plan.matrix_free:
+        if in_passes and self.plan.tangential in MATRIX_FREE:
             # under a law with two coefficients who slips once slips for good: there no pass may be rough
             enough = self._seen(state) if law is None or law.continuous else PASSES**2 * self.tol
         settings = self._settings(enough, in_passes)
@@ -151,7 +153,9 @@ class ContactSolver:
         if isinstance(motion, Steady) and motion.slip_difference == "second-order" and not raw.solved:
             # on elements much longer than wide this is monotone where the slip of second order may not be
             first = disc.with_loading(motion=replace(motion, slip_difference="first-order", spin_offset=None))
-            easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
+            easier = first.tangential_problem(
+                state.pressure, state.bound_pressure, marching=self.plan.formulation == "marching"
+            )
             easy = self._solved(easier, None, settings)
             again = self._solved(problem, easy, settings) if easy.solved else raw
             count = raw.iterations + easy.iterations + again.iterations * easy.solved
@@ -181,7 +185,7 @@ class ContactSolver:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = None if self.plan.matrix_free else mirror_of(problem)
+        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start, settings)
         halved = None if start is None else replace(start, traction=start.traction[:, mirror.half])

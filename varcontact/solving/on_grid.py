@@ -41,6 +41,7 @@ from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.interface import SolveStats
+from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient
@@ -251,7 +252,7 @@ def place(
         hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
-    normal = solver.plan.normal if solver.plan.convex else "norm"
+    normal = solver.plan.normal if solver.plan.method == "convex" else "norm"
     plan = replace(solver.plan, normal=normal)
     look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
     box, last = surface.box, None
@@ -349,7 +350,7 @@ def finish(scene: Scene, disc: Discretisation, state: ContactState, solver: Cont
         raise SceneError("surface.h", disc.base, f"counted from a level near the contact, less a constant: {rounded}")
     if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
-    lazily = plan.matrix_free and solver.certify == "auto"
+    lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
@@ -390,7 +391,7 @@ def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, ce
         return 0.0 if plan.closed_form else certificate.normal_residual
     if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
         return certificate.tangential_residual
-    if not plan.one_pass:
+    if plan.coupling != "johnson":
         return certificate.residual
     alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
     return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

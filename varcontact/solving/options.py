@@ -164,8 +164,8 @@ def check_saturation(scene: Scene) -> None:
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
     """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
-    polish = not plan.convex if polish is None else checks.flag("polish", polish)
-    if polish and plan.convex:
+    polish = plan.method != "convex" if polish is None else checks.flag("polish", polish)
+    if polish and plan.method == "convex":
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
     return polish
 
@@ -227,7 +227,7 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         if scene.bodies.slides:
             yield SceneError("bodies.base", "smooth", f"no base with {field}: {known}")
         yield SceneError("surface.reference_depth", None, f"given with {field}: in line contact {known}")
-    if plan.marches and isinstance(motion, Steady):
+    if plan.formulation == "marching" and isinstance(motion, Steady):
         yield SceneError("formulation", "marching", f"left out: with {field} the slip is of second order")
     if scene.hardens and not plan.closed_form:
         allowed = f"0 with {field}, or the contact a Hertzian one of like bodies"

@@ -87,14 +87,14 @@ def solve_tangential(
     problem: TangentialProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
     task = Task(problem, plan, polish, settings, start)
-    if problem.no_slip and not plan.matrix_free:
+    if problem.no_slip and plan.tangential not in MATRIX_FREE:
         return NO_SLIP(problem, settings, None)
-    if not plan.programs:
-        raw = _by_plan(task, (1.0 if plan.matrix_free else UNPOLISHED) * settings.tol)
+    if not states_programs(plan.tangential):
+        raw = _by_plan(task, (1.0 if plan.tangential in MATRIX_FREE else UNPOLISHED) * settings.tol)
         return raw if task.residual(raw) <= settings.tol else _fallback(task, raw)
     if settings.formulation != "gap" or problem.monotone:
         return _by_program(task)
-    if plan.convex or not polish:
+    if plan.method == "convex" or not polish:
         allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
         raise SceneError("formulation", "gap", allowed)
     raw = _active_sets(task, None)  # the certificate judges them
@@ -103,12 +103,12 @@ def solve_tangential(
 
 def _by_plan(task: Task, tol: float) -> RawSolution:
     """The plan's solver, in steps of a march where the plan marches."""
-    if isinstance(task.problem, NormalProblem) or not task.plan.marches:
+    if isinstance(task.problem, NormalProblem) or task.plan.formulation != "marching":
         return task.solved(tol)
 
     def step(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
         one = Task(problem, task.plan, False, settings, start)
-        return _refined(one) if task.plan.convex else one.solved(settings.tol)
+        return _refined(one) if task.plan.method == "convex" else one.solved(settings.tol)
 
     return march(step, task.problem, replace(task.settings, tol=tol), task.start)
 
@@ -119,7 +119,11 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     assert isinstance(problem, TangentialProblem)
     formulation = "complementary" if problem.symmetric else "gap"
     yields = problem.yielding is not None and problem.yielding.columns > 0
-    convex = program != "none" and not (task.plan.marches or yields) and (problem.symmetric or problem.monotone)
+    convex = (
+        program != "none"
+        and not (task.plan.formulation == "marching" or yields)
+        and (problem.symmetric or problem.monotone)
+    )
     if not convex or problem.size > MOST_OF_A_PROGRAM:
         return best
     if not fits(peak(program, formulation, problem.rigid_shift.size)):
@@ -172,7 +176,7 @@ def march(
 def _by_program(task: Task) -> RawSolution:
     """The plan's program, refined, polished by active sets, or as it is; active sets from a start may do without."""
     problem, start = task.problem, task.start
-    if not task.plan.convex and task.polish:
+    if task.plan.method != "convex" and task.polish:
         if start is None:
             return _polished(task, None)
         near = _active_sets(task, start, NEWTON_STEPS_FROM_START)
@@ -181,7 +185,7 @@ def _by_program(task: Task) -> RawSolution:
             near = _active_sets(task, near)
         return _polished(task, replace(near, iterations=0))
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
-    if task.plan.convex and (isinstance(problem, NormalProblem) or not task.plan.marches):
+    if task.plan.method == "convex" and (isinstance(problem, NormalProblem) or task.plan.formulation != "marching"):
         return _refined(closer)
     raw = _by_plan(closer, closer.settings.tol)
     if isinstance(problem, TangentialProblem):

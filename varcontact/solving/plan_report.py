@@ -122,7 +122,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         unknowns["tangential"] = round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
     matrices = _matrices(scene, plan, shape, unknowns, exact)
     needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
-    mirrored = plan.solves and not plan.matrix_free and own_image(scene)
+    mirrored = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
     return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, mirrored, matrices, needed, exact)
 
 

@@ -132,7 +132,7 @@ def select(
         plan, reasons["formulation"] = replace(plan, formulation=formulation), "requested"
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
     surface = "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
-    kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.marches else "steady"}
+    kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.formulation == "marching" else "steady"}
     laws = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
     special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
     return replace(
@@ -363,7 +363,7 @@ def elements_in_contact(scene: Scene) -> tuple[float, float]:
 
 def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
     """Traction components on so many elements, on one side of a line of symmetry where the plan uses it."""
-    halved = plan.solves and not plan.matrix_free and own_image(scene)
+    halved = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
     return (1 if one_direction(scene) else 2) * elements / (2 if halved else 1)
 
 

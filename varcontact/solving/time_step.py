@@ -252,7 +252,7 @@ class March:
             if cells != (1, 1):
                 disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
             return without_contact(scene, disc, steps)
-        if steps.plan.one_pass:
+        if steps.plan.coupling == "johnson":
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
         elif cells != (1, 1):

@@ -15,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import Interrupted, OutputError, SceneError
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.error_estimate import with_bar
-from varcontact.results.report import known
+from varcontact.results.report import plain
 from varcontact.scene.scene import Scene
 from varcontact.study.parallel import opened, results
 from varcontact.system.files import check_writable, only_writer, replacing
@@ -132,10 +132,7 @@ def of_another(store: str | Path | None, what: str) -> SceneError:
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table for JSON: None for NaN and infinity."""
-    return [
-        {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
-        for row in table.to_dict("records")
-    ]
+    return [plain(row) for row in table.to_dict("records")]
 
 
 def as_json(table: pd.DataFrame) -> str:

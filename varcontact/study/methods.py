@@ -72,7 +72,7 @@ class Method:
             raise SceneError("methods", self.name, f'a pair, as "{self.name}|clarabel": it is for normal problems')
         normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
         plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
-        if self.polish and not (plan.programs or states_programs(plan.normal)):
+        if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
             raise SceneError("methods", self.name, 'without "+polish": only program solvers are polished')
         return plan
 
@@ -112,7 +112,7 @@ def failure(error: VarcontactError) -> str:
 def outcome(plan: Plan) -> str:
     """The outcome of a plan that gives a solution: that of theories, closed forms and single passes is approximate."""
     formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
-    return "approximate" if formula or plan.one_pass else "solved"
+    return "approximate" if formula or plan.coupling == "johnson" else "solved"
 
 
 def neighbour(motion: Steady | Shift) -> Steady | Shift:
