@@ -273,7 +273,7 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
     if states_programs(tangential):
         if steady:
             return ("gap", "marching"), "steady rolling has no energy formulation"
-        return ("complementary", "potential", "gap"), "the fewest unknowns, and nothing rolls steadily"
+        return ("complementary", "potential", "gap"), "the fewest unknowns; marching is for steady rolling"
     if tangential in ("none", "no-slip") and states_programs(plan.normal):
         return ("complementary", "potential"), "the fewest unknowns, and only the normal problem is a program"
     if tangential in TANGENTIAL and steady:
