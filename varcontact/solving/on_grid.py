@@ -206,8 +206,9 @@ def solve_contact(
             elif before is not None and solver.plan.has_friction and disc.K == 0:
                 state = replace(state, traction=before) if before.shape == state.traction.shape else state
             state = contact(disc, solver, state)
-            with solver.stats.stage("grid"):
-                wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True) if coupled else None
+            if coupled:
+                with solver.stats.stage("grid"):
+                    wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True)
             moved += 1
         if wanted is None:
             break
