@@ -141,8 +141,8 @@ def _solver(
         check_fits(scene, plan)
     certify, tol = options.exactness(final)
     continuum = options.target is not None or options.refine
-    stats, start = SolveStats(progress), options.start
-    return ContactSolver(plan, tol, options.polish, stats, start, certify, final, continuum, deadline)
+    stats, start, refined = SolveStats(progress), options.start, final and options.target is None
+    return ContactSolver(plan, tol, options.polish, stats, start, certify, refined, continuum, deadline)
 
 
 def solve_on_grid(
