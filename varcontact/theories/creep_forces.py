@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
 
@@ -11,14 +11,19 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.fastsim import fastsim_forces
-from varcontact.theories.linear import Contact, Forces, linear_resultants
+from varcontact.theories.linear import (
+    Contact,
+    Forces,
+    coefficients_of,
+    float_or_array,
+    linear_resultants,
+    positive_or_array,
+)
 from varcontact.theories.polach import polach_forces
 from varcontact.theories.strip_theory import fastrip_forces, strip_forces
-from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
-from varcontact.theories.table_book import TableBook
+from varcontact.theories.table import table_resultants
 from varcontact.theories.vermeulen_johnson import vermeulen_johnson_forces
 
 TheoryName = Literal[
@@ -128,13 +133,15 @@ def creep_forces(
     """
     formula = formula_of(theory, options)
     G, nu = elastic(bodies, G, nu)
-    a, b = _positive("a", a), _positive("b", b)
-    limit = 1.0 if theory == "linear" else _positive("friction", friction) * _positive("normal_force", normal_force)
+    a, b = positive_or_array("a", a), positive_or_array("b", b)
+    limit = 1.0
+    if theory != "linear":
+        limit = positive_or_array("friction", friction) * positive_or_array("normal_force", normal_force)
     vx, vy, spin = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
     shapes = {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope, "vx": vx, "vy": vy, "spin": spin}
     checks.broadcasting(shapes)
     slope = _slope(theory, slope)
-    contact = Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope))
+    contact = Contact(a, b, G, nu, limit, vx, vy, spin, slope, coefficients_of(a / b, nu, slope))
     Fx, Fy, Mz = formula(contact, **options)
     # in the common shape of all arguments, single numbers as floats
     parts = Fx, Fy, Mz, vx, vy, spin
@@ -159,8 +166,8 @@ def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
-        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else _float_or_array(checks.poisson(nu))
-        return _positive("G", G), nu
+        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else float_or_array(checks.poisson(nu))
+        return positive_or_array("G", G), nu
     checks.elastic(bodies)
     if G is not None or nu is not None:
         raise SceneError("bodies, G, nu", (G, nu), message="give bodies, or G and nu, not both")
@@ -170,46 +177,20 @@ def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
     return bodies.combined_G, bodies.combined_nu
 
 
-def _positive(field: str, value: Any) -> Any:
-    if type(value) is float and 1e-100 <= value <= 1e100:
-        return value  # single calls are frequent
-    return _float_or_array(checks.positives(field, value))
-
-
 def _finite(field: str, value: Any) -> Any:
-    if type(value) is float and -1e100 <= value <= 1e100:
+    if type(value) is float and abs(value) <= checks.LARGE:
         return value
-    return _float_or_array(checks.numbers(field, value))
-
-
-def _float_or_array(value: np.ndarray) -> Any:
-    return value if value.ndim else float(value)
+    return float_or_array(checks.numbers(field, value))
 
 
 def _slope(theory: str, slope: Any) -> Any:
     if isinstance(slope, int | float) and slope == 1:
         return 1.0
-    part = _positive("slope", slope)
+    part = positive_or_array("slope", slope)
     checks.require_all("slope", np.asarray(part), np.asarray(part) <= 1, "in (0, 1]")
     if theory == "strip":
         raise SceneError("slope", slope, message="slope: strip theory has no creepage coefficients to reduce")
     return part
-
-
-def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
-    table = no_slip_coefficients(ratio, nu)
-    if isinstance(slope, float) and slope == 1:
-        return table
-    return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
-
-
-def _table(c: Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
-    book = book_of(book)
-    check_nu(book, c.nu)
-    ratio = ratio_in_book(book, c.a / c.b, outside)
-    if outside == "clamp":
-        c = replace(c, table=_coefficients(ratio, c.nu, c.slope))
-    return interpolated(book, ratio, c)
 
 
 VECTORISED: dict[str, Callable[..., Forces]] = {
@@ -222,7 +203,7 @@ VECTORISED: dict[str, Callable[..., Forces]] = {
     "fastsim-elliptic": partial(fastsim_forces, bound="elliptic"),
     "fastsim-weighted": partial(fastsim_forces, flexibility="weighted"),
     "fastsim-weighted-elliptic": partial(fastsim_forces, bound="elliptic", flexibility="weighted"),
-    "table": _table,
+    "table": table_resultants,
 }
 """The theories of `creep_forces` by name."""
 OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book", "outside")} | {

@@ -18,7 +18,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact, creepage_triple
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
-from varcontact.theories.strip_theory import divided, march_sums
+from varcontact.theories.strip_theory import divided, fastsim_steps, march_sums
 
 MAX_NEWTON = 100
 """Newton steps for the slip of a point; they come down to it from above, on a convex function."""
@@ -117,15 +117,9 @@ def fastsim_forces(
     """Fx, Fy and Mz of `fastsim`, also with a `layer`, see `creep_forces`."""
     layer = at_least_zero("layer", layer, "zero or positive: a compliance")
     strips = divided(m, n, bound, division)
-    creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
-    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility) + layer
-    peak = PEAK[bound] * c.limit / (c.a * c.b)
-    # tractions in units of the bound's peak, lengths in units of a and b
-    step = strips.step * c.a / peak
-    turn = step / L[..., 2] * c.spin
-    steps = np.stack(np.broadcast_arrays(step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a))
+    steps = fastsim_steps(strips, c, flexibilities_of(c, flexibility) + layer)
     sums = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape)
-    Fx, Fy, by_x, by_y = sums * (c.a * c.b * peak)
+    Fx, Fy, by_x, by_y = sums * (PEAK[bound] * c.limit)
     return Fx, Fy, c.a * by_y - c.b * by_x
 
 
@@ -214,7 +208,8 @@ def fastsim_field(
            [2, 2, 1, 1, 1]])
     """
     force = positive("friction_force", friction_force)
-    return _field(a, b, G, force, creepage, coefficients, m, n, bound, flexibility, None, "stick")
+    contact = checked_contact(a, b, G, force, creepage_triple(creepage), coefficients)
+    return _field(contact, m, n, bound, flexibility)
 
 
 def fastsim_under_law(
@@ -277,38 +272,25 @@ def fastsim_under_law(
     """
     if not isinstance(friction, Law):
         raise SceneError("friction", friction, "a law of friction")
+    choice("start", start, ("stick", "slip"))
     force = positive("normal_force", normal_force)
-    return _field(a, b, G, force, creepage, coefficients, m, n, bound, flexibility, friction, start)
+    contact = checked_contact(a, b, G, force, creepage_triple(creepage), coefficients)
+    return _field(contact, m, n, bound, flexibility, friction, start)
 
 
 def _field(
-    a: float,
-    b: float,
-    G: float,
-    force: float,
-    creepage: Any,
-    coefficients: CreepageCoefficients,
-    m: int,
-    n: int,
-    bound: str,
-    flexibility: str,
-    law: Law | None,
-    start: str,
+    c: Contact, m: int, n: int, bound: str, flexibility: str, law: Law | None = None, start: str = "stick"
 ) -> FastsimField:
-    """The field under Coulomb's law, with `force` the total of the bound, or under another, with that of the pressure.
-
-    Points are computed in order of travel.
-    """
-    strips = divided(m, n, bound, "printed")
-    a, b, creepage = positive("a", a), positive("b", b), creepage_triple(creepage)
-    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    edges = a * strips.edge[::-1, None]
-    x, y, dx = edges * strips.along, b * strips.across[::-1], strips.step * edges
-    bounds = PEAK[bound] * force / (a * b) * strips.peak[::-1, None] * strips.bounds
-    mean = slip_flexibility(a, b, L, creepage)
+    """The field under Coulomb's law, or under another, with the normal force in place of the limit."""
+    strips, creepage = divided(m, n, bound, "printed"), np.array([c.vx, c.vy, c.spin])
+    L, peak = flexibilities_of(c, flexibility), PEAK[bound] * c.limit / (c.a * c.b)
+    edges = c.a * strips.edge[::-1, None]
+    x, y, dx = edges * strips.along, c.b * strips.across[::-1], strips.step * edges
+    bounds = peak * strips.peak[::-1, None] * strips.bounds
+    mean = slip_flexibility(c.a, c.b, L, creepage)
     traction, slip = _travel(x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L, mean, law, start)
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
-    return FastsimField(x[:, ::-1], y, dx[:, 0], b * float(strips.width[0]), traction, slip, state)
+    return FastsimField(x[:, ::-1], y, dx[:, 0], c.b * float(strips.width[0]), traction, slip, state)
 
 
 def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any) -> np.ndarray:
@@ -398,7 +380,6 @@ def _travel(
     `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the slip. Under a law
     `bound` is the pressure.
     """
-    eager = choice("start", start, ("stick", "slip")) == "slip"
     vx, vy, spin = gradient
     traction, slip = np.zeros((2, 2, *x.shape))
     present, slid = np.zeros((2, y.size)), np.zeros(y.size, dtype=bool)
@@ -411,7 +392,7 @@ def _travel(
         if law is None:
             slid = size > pz
         else:
-            may_slip = (size > law.static * pz) | slid | eager
+            may_slip = (size > law.static * pz) | slid | (start == "slip")
             speed = np.where(may_slip, _largest_slip(size, step / L, pz, law), 0.0)
             slid, limit = speed > 0, law(speed) * pz
         part = np.where(slid, limit / np.where(slid, size, 1.0), 1.0)

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, broadcasting, number, numbers, positive, positives, wrong_shape
+from varcontact.checks import LARGE, SMALL, array, broadcasting, number, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +68,34 @@ class Contact:
     table: Any
 
 
+def positive_or_array(field: str, value: Any) -> Any:
+    """A positive number as a float, or several as an array; single calls are frequent."""
+    return value if type(value) is float and SMALL <= value <= LARGE else float_or_array(positives(field, value))
+
+
+def float_or_array(value: np.ndarray) -> Any:
+    return value if value.ndim else float(value)
+
+
 def checked_contact(
     a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, table: Any = None, nu: Any = None
 ) -> Contact:
     """Arguments of a theory, checked, with the coefficients or the Poisson's ratio that it needs."""
-    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
-    a, b, G = positives("a", a), positives("b", b), positives("G", G)
-    limit = positives("friction_force", friction_force)
+    triples = creepage_triples(creepages)
+    vx, vy, spin = triples.tolist() if triples.ndim == 1 else np.moveaxis(triples, -1, 0)
+    a, b, G = positive_or_array("a", a), positive_or_array("b", b), positive_or_array("G", G)
+    limit = positive_or_array("friction_force", friction_force)
     others = {"nu": nu} if table is None else {"coefficients": table.C11}
     broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, **others})
     return Contact(a, b, G, nu, limit, vx, vy, spin, 1.0, table)
+
+
+def coefficients_of(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
+    """Those of a ratio of axes, times a slope."""
+    table = no_slip_coefficients(ratio, nu)
+    if isinstance(slope, float) and slope == 1:
+        return table
+    return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
 def as_resultants(forces: Forces) -> Resultants:

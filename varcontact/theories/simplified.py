@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.checks import choice, number, numbers, positive, positives
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.theories.linear import creepage_triples
+from varcontact.theories.linear import Contact, creepage_triples
 
 PEAK = {"parabolic": 2 / np.pi, "elliptic": 1.5 / np.pi}
 """Peak of the traction bound times ``a b / (f Fz)``: (167) and (166)."""
@@ -101,19 +101,18 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     return np.where(still, L1, L1 * (vx / size) + L2 * (vy / size) + L3 * (spin / size))
 
 
-def flexibilities_of(
-    a: Any, b: Any, G: Any, creepages: np.ndarray, coefficients: CreepageCoefficients, kind: str
-) -> np.ndarray:
-    """By what checked vx, vy and spin are divided: the three flexibilities, or the weighted one three times."""
+def flexibilities_of(c: Contact, kind: str) -> np.ndarray:
+    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three times."""
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
-        weighted = flexibility(a, b, G, creepages, coefficients)
+        creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
+        weighted = flexibility(c.a, c.b, c.G, creepages, c.table)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
-    separate = flexibilities(a, b, G, coefficients)
-    check_spin(creepages[..., 2], separate[..., 2], coefficients)
+    separate = flexibilities(c.a, c.b, c.G, c.table)
+    check_spin(c.spin, separate[..., 2], c.table)
     return separate
 
 
-def check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
+def check_spin(spin: Any, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
     """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
     if np.any((spin != 0) & ~(L3 > 0)):
         least = float(np.min(coefficients.C23))

@@ -20,10 +20,10 @@ import numpy as np
 from varcontact.checks import choice, poisson, whole
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact
-from varcontact.theories.simplified import PEAK, check_spin, flexibilities
+from varcontact.theories.simplified import PEAK, flexibilities_of
 
-CHUNK_POINTS = 5000
-"""Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""
+CHUNK_POINTS = 7000
+"""Strips times triples marched at once: the arrays of a chunk (56 kB each) then stay in a core's cache."""
 MAX_DIVISIONS = 100_000
 """Intervals along a strip, and strips, at most."""
 LARGEST_STEP = 1e100
@@ -140,19 +140,15 @@ def fastrip(
 
 def strip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
     """Fx, Fy and Mz of `strip`."""
-    return _forces(divided(m, n, "elliptic"), c, strip_creepages(c), None)
+    return _forces(divided(m, n, "elliptic"), c, strip_creepages(c))
 
 
 def fastrip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
     """Fx, Fy and Mz of `fastrip`."""
+    toward = divided(m, n, "parabolic")
+    steps = fastsim_steps(toward, c, flexibilities_of(c, "separate")) * toward.by_bound
     scaled = strip_creepages(c, kalker=True)
-    L1, L2, L3 = np.moveaxis(flexibilities(c.a, c.b, c.G, c.table), -1, 0)
-    check_spin(c.spin, L3, c.table)
-    strips = divided(m, n, "elliptic")
-    step = strips.step * c.a * c.a * c.b / (PEAK["parabolic"] * c.limit)
-    turn = step / L3 * c.spin
-    steps = np.stack(np.broadcast_arrays(step / L1 * c.vx, step / L2 * c.vy, turn * c.b, turn * c.a, scaled[0]))[:4]
-    return _forces(strips, c, scaled, (divided(m, n, "parabolic"), _moderate_steps(steps.reshape(4, -1))))
+    return _forces(divided(m, n, "elliptic"), c, scaled, (toward, steps))
 
 
 def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, Any]:
@@ -179,39 +175,42 @@ def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray)
     return np.where(some, np.minimum(depth, edge), edge)
 
 
+def fastsim_steps(strips: Strips, c: Contact, L: np.ndarray) -> np.ndarray:
+    """Steps of `march` (4, ...) in units of the bound's peak and of a and b, by flexibilities (..., 3)."""
+    step = strips.step * c.a * c.a * c.b / (PEAK[strips.bound] * strips.by_bound * c.limit)
+    turn = step / L[..., 2] * c.spin
+    return np.stack(np.broadcast_arrays(step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a))
+
+
 def _forces(
-    strips: Strips,
-    c: Contact,
-    scaled: tuple[Any, Any, Any, Any],
-    fastsim: tuple[Strips, np.ndarray] | None,
+    strips: Strips, c: Contact, scaled: tuple[Any, ...], fastsim: tuple[Strips, np.ndarray] | None = None
 ) -> Forces:
     """The sums over strips, chunk by chunk.
 
     The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by the spin, whose
     integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
     """
-    fields = np.stack(np.broadcast_arrays(*scaled, c.a, c.b, c.limit))
+    directions, steps = fastsim or (None, ())
+    fields = np.stack(np.broadcast_arrays(*scaled, c.a, c.b, c.limit, *steps))
     shape = fields.shape[1:]
-    fields = np.clip(fields.reshape(7, -1), -LARGEST_STEP, LARGEST_STEP)
+    fields = fields.reshape(len(fields), -1)
+    fields[:7] = np.clip(fields[:7], -LARGEST_STEP, LARGEST_STEP)
     fields[:3] /= strips.by_bound
-    directions, steps = (None, fields[:0]) if fastsim is None else fastsim
-    columns = np.concatenate([fields[:4], steps])
-    sums = np.empty((4, columns.shape[1]))
-    for which, chunk in _chunks(strips, columns):
-        sums[:, which] = _integrals(strips, chunk, directions)[:, : which.stop - which.start]
-    peak = PEAK["elliptic"] * strips.by_bound * fields[6]
-    along_x, along_y, by_x, by_y = sums * peak
+    columns = np.concatenate([fields[:4], _moderate_steps(fields[7:])])
+    sums = by_chunks(strips, columns, lambda chunk: _integrals(strips, chunk, directions))
+    along_x, along_y, by_x, by_y = sums * (PEAK["elliptic"] * strips.by_bound * fields[6])
     moment = fields[4] * by_y - fields[5] * by_x
     return along_x.reshape(shape), along_y.reshape(shape), moment.reshape(shape)
 
 
-def _chunks(strips: Strips, columns: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
-    """A few columns at once, and which they are; one alone twice: a sum over axis 0 of it would be in another order."""
-    size, count = max(CHUNK_POINTS // strips.width.size, 2), columns.shape[1]
-    for start in range(0, count, size):
-        which = slice(start, min(start + size, count))
-        chunk = columns[:, which]
-        yield which, (np.repeat(chunk, 2, axis=1) if chunk.shape[1] == 1 else chunk)
+def by_chunks(strips: Strips, columns: np.ndarray, integrals: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Integrals (4, k), a few columns at once; one alone twice: a sum over axis 0 of it would be in another order."""
+    sums, size = np.empty((4, columns.shape[1])), max(CHUNK_POINTS // strips.width.size, 2)
+    for start in range(0, columns.shape[1], size):
+        chunk = columns[:, start : start + size]
+        count = chunk.shape[1]
+        sums[:, start : start + count] = integrals(np.repeat(chunk, 2, axis=1) if count == 1 else chunk)[:, :count]
+    return sums
 
 
 def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -> np.ndarray:
@@ -263,33 +262,20 @@ def _slip_area(
     are areas under a half circle, from its middle to the intervals' ends and to that of the slip area.
     """
     sum_x, sum_y, moment, lever = np.zeros((4, *x.shape))
-    weight, size, across = np.empty((3, *x.shape))
-    square = x * x
     for i, place in enumerate(along):
-        np.subtract(share, ends[i + 1], out=weight)
-        np.maximum(weight, 0.0, out=weight)
+        px, py = (x, y + place * turn) if marched is None else next(marched)
+        weight = np.maximum(share - ends[i + 1], 0.0)
         np.minimum(weight, ends[i] - ends[i + 1], out=weight)
-        if marched is None:
-            np.multiply(turn, place, out=across)
-            across += y
-        else:
-            px, across = next(marched)
-            np.multiply(px, px, out=square)
-        np.multiply(across, across, out=size)
-        size += square
-        np.sqrt(size, out=size)
-        np.maximum(size, SMALLEST, out=size)
-        np.divide(weight, size, out=size)
+        size = np.sqrt(px * px + py * py)
+        np.divide(weight, np.maximum(size, SMALLEST, out=size), out=size)
         weight *= place
         lever += weight
-        np.multiply(size, across, out=weight)
-        sum_y += weight
-        weight *= place
-        moment += weight
-        if marched is not None:
-            size *= px
-        sum_x += size
-    return (sum_x * x, sum_y, moment, lever) if marched is None else (-sum_x, -sum_y, -moment, lever)
+        sum_x += size * px
+        size *= py
+        sum_y += size
+        size *= place
+        moment += size
+    return (sum_x, sum_y, moment, lever) if marched is None else (-sum_x, -sum_y, -moment, lever)
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,27 +306,24 @@ class Strips:
 
 def divided(m: int, n: int, bound: str, division: str = "calibrated") -> Strips:
     """The strips of a division, see `fastsim`; its arguments are checked."""
-    strips = DIVISIONS[choice("division", division, DIVISIONS)]
+    choice("division", division, ("printed", "calibrated"))
     choice("bound", bound, PEAK)
-    return strips(whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS), bound)
+    return _strips(whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS), bound, division)
 
 
-@lru_cache(maxsize=32)
-def _printed(m: int, n: int, bound: str) -> Strips:
-    """Kalker's division: equal strips, points at the ends of intervals but the last, where the bound is 0."""
-    along = 1 - 2 * np.arange(1, m) / m
-    inside = (1 - along) * (1 + along)
-    across = 1 - (2 * np.arange(n) + 1) / n
-    bounds = inside if bound == "parabolic" else np.sqrt(inside)
-    return Strips(across, np.full(n, 2 / n), along, bounds, 2 / m, 1.0, bound)
+@lru_cache(maxsize=64)
+def _strips(m: int, n: int, bound: str, division: str) -> Strips:
+    """Kalker's: equal strips, points at the ends of intervals but the last, where the bound is 0.
 
-
-@lru_cache(maxsize=32)
-def _calibrated(m: int, n: int, bound: str) -> Strips:
-    """A division whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding.
-
-    Strips are at Chebyshev's points, points in the middles of intervals, and the bound is its mean over an interval.
+    Or one whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding: strips at
+    Chebyshev's points, points in the middles of intervals, and the bound its mean over an interval.
     """
+    if division == "printed":
+        along = 1 - 2 * np.arange(1, m) / m
+        inside = (1 - along) * (1 + along)
+        across = 1 - (2 * np.arange(n) + 1) / n
+        bounds = inside if bound == "parabolic" else np.sqrt(inside)
+        return Strips(across, np.full(n, 2 / n), along, bounds, 2 / m, 1.0, bound)
     angle = np.pi * np.arange(1, n + 1) / (n + 1)
     across, edge = np.cos(angle), np.sin(angle)
     width = np.pi / (n + 1) * edge
@@ -351,9 +334,6 @@ def _calibrated(m: int, n: int, bound: str) -> Strips:
     square, cube = 4 / 3 / np.sum(width * edge**2), 3 * np.pi / 8 / np.sum(width * edge**3)
     by_bound = cube if bound == "parabolic" else square
     return Strips(across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2))
-
-
-DIVISIONS: dict[str, Callable[[int, int, str], Strips]] = {"printed": _printed, "calibrated": _calibrated}
 
 
 def half_circle_area(x: np.ndarray) -> np.ndarray:
@@ -376,50 +356,41 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
     px, py = strips.first * step_x, strips.first * (plain_y + middle * by_place)
     step_y = plain_y + (strips.along[0] - strips.step / 2) * by_place
     by_place *= strips.step
-    square, scratch = np.empty_like(px), np.empty_like(px)
     for i, limit in enumerate(strips.bounds):
         if i > 0:
             px += step_x
             py += step_y
             step_y -= by_place
-        np.multiply(px, px, out=square)
-        np.multiply(py, py, out=scratch)
-        square += scratch
-        np.maximum(square, limit * limit, out=square)
-        np.sqrt(square, out=square)
-        np.divide(limit, square, out=square)  # 1 in the stick area
-        px *= square
-        py *= square
+        size = px * px + py * py
+        np.sqrt(np.maximum(size, limit * limit, out=size), out=size)
+        cut = np.divide(limit, size, out=size)  # 1 in the stick area
+        px *= cut
+        py *= cut
         yield px, py
 
 
 def _moderate_steps(steps: np.ndarray) -> np.ndarray:
     """Steps of `march` whose squares do not overflow, of the same direction."""
-    return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(steps).max(axis=0), 1.0)))
+    return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0)))
 
 
 def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of the peak."""
-    steps = steps * np.array([strips.by_creepage, strips.by_creepage, strips.by_spin, strips.by_spin])[:, None]
-    steps /= strips.by_bound
-    sums = np.empty((4, steps.shape[1]))
-    for which, chunk in _chunks(strips, _moderate_steps(steps)):
-        sums[:, which] = _marched_sums(strips, chunk)[:, : which.stop - which.start]
-    return sums * strips.by_bound
+    by_creepage, by_spin = strips.by_creepage, strips.by_spin
+    steps = _moderate_steps(steps * np.array([by_creepage, by_creepage, by_spin, by_spin])[:, None])
+    across, edge = strips.across[:, None], strips.edge[:, None]
+    weight = strips.width[:, None] * strips.step * edge * strips.peak[:, None] * strips.by_bound
 
+    def integrals(chunk: np.ndarray) -> np.ndarray:
+        """All strips of a few triples, through the contact at once."""
+        sum_x, sum_y, moment = np.zeros((3, edge.size, chunk.shape[1]))
+        for place, (px, py) in zip(strips.along, march(strips, chunk), strict=True):
+            sum_x += px
+            sum_y += py
+            moment += place * py
+        sum_x *= weight
+        sum_y *= weight
+        moment *= weight * edge
+        return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])
 
-def _marched_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
-    """All strips of a few triples, through the contact at once."""
-    sum_x, sum_y, moment, scratch = np.zeros((4, strips.width.size, steps.shape[1]))
-    for place, (px, py) in zip(strips.along, march(strips, steps), strict=True):
-        sum_x += px
-        sum_y += py
-        np.multiply(py, place, out=scratch)
-        moment += scratch
-    edge = strips.edge[:, None]
-    weight = strips.width[:, None] * strips.step * edge * strips.peak[:, None]
-    sum_x *= weight
-    sum_y *= weight
-    moment *= weight * edge
-    across = strips.across[:, None]
-    return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])
+    return by_chunks(strips, steps, integrals)

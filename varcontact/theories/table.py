@@ -6,15 +6,16 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.grid import Grid
-from varcontact.theories.linear import Contact, Forces, Resultants, creepage_triples
+from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact, coefficients_of
 from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 OUTSIDE = ("refuse", "clamp")
@@ -77,21 +78,18 @@ def table_forces(
     book = book_of(book)
     if nu is not None:
         check_nu(book, checks.number("nu", nu))
-    a, b, G = checks.positive("a", a), checks.positive("b", b), checks.positive("G", G)
-    ratio = ratio_in_book(book, a / b, outside)
-    creepage = creepage_triples(creepages)
-    limit: Any = friction_force
-    if type(limit) is not float or not 0 < limit <= checks.LARGE:
-        limit = checks.positives("friction_force", friction_force, "positive")
-        limit = limit if limit.ndim else float(limit)
-    if creepage.ndim > 1:
-        checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
-    vx, vy, spin = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
-    contact = Contact(a, b, G, book.nu, limit, vx, vy, spin, 1.0, no_slip_coefficients(ratio, book.nu))
-    Fx, Fy, Mz = interpolated(book, ratio, contact)
-    force = np.empty((*np.shape(Fx), 2))
-    force[..., 0], force[..., 1] = Fx, Fy
-    return Resultants(force, Mz)
+    contact = checked_contact(a, b, G, friction_force, creepages, nu=book.nu)
+    return as_resultants(table_resultants(contact, book, outside))
+
+
+def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
+    """Fx, Fy and Mz of `table_forces`."""
+    book = book_of(book)
+    check_nu(book, c.nu)
+    ratio = ratio_in_book(book, c.a / c.b, outside)
+    if c.table is None or outside == "clamp":
+        c = replace(c, table=coefficients_of(ratio, c.nu, c.slope))
+    return interpolated(book, ratio, c)
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
