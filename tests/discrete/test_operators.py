@@ -114,29 +114,15 @@ def pressed(cells, line=False, bodies=None):
 @pytest.mark.parametrize("line", [False, True], ids=["plane", "line"])
 @pytest.mark.parametrize("bodies", [None, vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.4))], ids=["like", "unlike"])
 @pytest.mark.parametrize("cells", [8, 24, 40])
-def test_displacements_by_blocks_are_as_good_as_they_are_taken_for(cells, bodies, line):
-    """Point forces at the centres of blocks, against the exact displacements of all elements, away from the contact."""
+def test_displacements_between_centres_are_as_good_as_they_are_taken_for(cells, bodies, line):
+    """Linear between the elements' centres, against the exact displacements of all elements, away from the contact."""
     disc, state = pressed(cells, line, bodies)
     dx, dy = disc.lattice.sides
     (left, right, bottom, top) = penetration.contact_box(disc.lattice, state.pressure, around=1)
     x, y = np.meshgrid(np.linspace(left - 1, right + 1, 30), [0.0] if line else np.linspace(bottom - 1, top + 1, 30))
     away = (x < left - dx / 4) | (x > right + dx / 4) | ((y < bottom - dy / 4) | (y > top + dy / 4) & (not line))
-    x, y = x[away], y[away]
-    loaded = penetration._loaded(disc, state)
-    exact = penetration._displacement(penetration._at_once(disc), disc.lattice, *loaded, x, y)
-    elements = max(disc.grid.shape)
-    for across in {min(penetration.BLOCKS, elements), elements}:
-        about = penetration._raised_about(disc, *penetration._in_blocks(disc, state, across), x, y)
-        assert np.abs(about - exact).max() < penetration.BLUR / across * state.approach
-    if elements > 2 * penetration.BLOCKS:
-        assert penetration._in_blocks(disc, state, penetration.BLOCKS)[1].shape[1] < (state.pressure > 0).sum() / 2
-
-
-def test_blocks_carry_all_the_load():
-    """Forces and their moments about both axes are those of the elements."""
-    disc, state = pressed(40)
-    centres, loads = penetration._in_blocks(disc, state, 16)
-    x, y = disc.points.reshape(2, -1)
-    fields = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1) * disc.lattice.area
-    assert loads.sum(axis=1) == pytest.approx(fields.sum(axis=1), rel=1e-12)
-    assert centres @ loads[2] == pytest.approx([x @ fields[2], y @ fields[2]], abs=1e-12 * fields[2].sum())
+    x, y, medium = x[away], y[away], disc.operators.medium
+    exact = penetration._displacement(medium, disc.lattice, *penetration._loaded(disc, state), x, y)
+    about = penetration._between_centres(disc, state, medium, x, y)
+    off = np.abs(about - exact).max() * max(disc.grid.shape) / state.approach
+    assert off < penetration.BETWEEN_CENTRES / 5

@@ -18,6 +18,7 @@ from varcontact.discrete.loading import Loading, PreviousStep, Scales
 from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding
 from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
@@ -357,9 +358,9 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
         raise SceneError("scene", sizes, f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}")
     free = None if depth is None else depth / length
-    medium = medium_of(scene.bodies, length, free, scene.speed)
+    medium: Medium | Conformal = (flat := medium_of(scene.bodies, length, free, scene.speed))
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
-        medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
+        medium = Conformal(flat, *scene.surface.inclination_by(grid, length))
     third_body = scene.third_body
     layer = 0.0 if third_body is None else third_body.compliance * scales.modulus / length
     operators = Operators(grid.scaled(length), medium, layer)

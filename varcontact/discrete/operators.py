@@ -39,11 +39,11 @@ class Operators:
     """
 
     lattice: Grid
-    medium: Medium
+    medium: Medium | Conformal
     layer: float = 0.0  # elastic compliance of a third body, on the diagonal
     _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
-    _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False)
+    _parts: dict[tuple[Grid, Medium | Conformal], Operators] = field(default_factory=dict, repr=False)
 
     @property
     def normal(self) -> GridOperator:
@@ -72,7 +72,7 @@ class Operators:
         """All displacements by all tractions."""
         return self._table("xyz", "xyz")
 
-    def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
+    def of(self, medium: Medium | Conformal, lattice: Grid | None = None) -> Operators:
         """Those of another medium, a part of this one, on this lattice or another; these where they are the same."""
         key = lattice or self.lattice, medium
         if key == (self.lattice, self.medium):

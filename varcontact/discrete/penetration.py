@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
+from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.elasticity.conformal import Conformal
-from varcontact.elasticity.halfspace import HalfSpaces, Medium
-from varcontact.elasticity.operators import influence_operator
+from varcontact.elasticity.halfspace import Medium
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
-BLOCKS, BLUR = 16, 0.5
-"""Blocks of elements across the grid that samples are sorted out by first, then twice and four times as many; and the
-error of such displacements by the greatest depth, by one over the blocks across: four times what was measured."""
+BETWEEN_CENTRES = 0.2
+"""Error of displacements that are linear between the elements' centres, by the greatest depth, in one over the
+elements across: ten times what was measured."""
 MOST_SAMPLES = 500
 """The lowest samples that displacements are found for exactly."""
 
@@ -87,30 +86,21 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
     x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
-    below = below + _lagging(disc, state, x, y)
-    deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
-    for across in sorted({min(blocks, elements) for blocks in (BLOCKS, 2 * BLOCKS, 4 * BLOCKS, elements)}):
-        raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
-        doubtful = raised < BLUR / across * deepest
-        x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
-    lowest = np.argsort(raised)[:MOST_SAMPLES]
+    medium, raised = disc.operators.medium, _between_centres(disc, state, disc.operators.medium, x, y)
+    lowest = np.argsort(below + raised)[:MOST_SAMPLES]
+    slack = BETWEEN_CENTRES / max(disc.grid.shape) * float(np.abs(below).max())
+    lowest = lowest[(below + raised)[lowest] < slack]
+    if not lowest.size:
+        return None
     x, y, below = x[lowest], y[lowest], below[lowest]
-    raised = _displacement(_at_once(disc), disc.lattice, *_loaded(disc, state), x, y)
-    over = below + raised < -1e-9 * abs(state.approach)
+    exact = _displacement(_at_once(medium), disc.lattice, *_loaded(disc, state), x, y)
+    if not medium.even:  # what lags behind is smooth
+        exact = exact + raised[lowest] - _between_centres(disc, state, _at_once(medium), x, y)
+    over = below + exact < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
     return float(x.min()), float(x.max()), float(y.min()), float(y.max())
-
-
-def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[np.ndarray, np.ndarray]:
-    """Centres of load (2, n) of blocks of elements, so many `across` the grid at most, and loads along x, y, z."""
-    centres, tractions = _loaded(disc, state)
-    size = math.ceil(max(disc.grid.shape) / across)
-    iy, ix = np.divmod(np.flatnonzero(state.pressure), disc.grid.nx)
-    _, block = np.unique(iy // size * disc.grid.nx + ix // size, return_inverse=True)
-    loads = np.array([np.bincount(block, each) for each in tractions * disc.lattice.area])
-    return np.array([np.bincount(block, tractions[2] * each) for each in centres]) * disc.lattice.area / loads[2], loads
 
 
 def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
@@ -138,55 +128,44 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 
 
 def _displacement(
-    medium: Medium,
-    lattice: Grid,
-    centres: np.ndarray,
-    loads: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    forces: bool = False,
+    medium: Medium | Conformal, lattice: Grid, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
-    """Normal displacement difference at points, by loads (3, n) at some centres: tractions on elements, or `forces`."""
-    where = lattice, x - centres[0][:, None], y - centres[1][:, None]
+    """Normal displacement difference at points, by tractions (3, n) on elements about some centres."""
     turns, flat = isinstance(medium, Conformal), medium.flat if isinstance(medium, Conformal) else medium
     names = ("yx", "yy", "zz") if turns else ("zz",)
     if flat.K != 0:
         names = ("zx", "zy", "zz", *(("yx", "yy", "yz") if turns else ()))
-    numbers = _by_forces(flat, *where, names) if forces else flat.influence(*where, names)
+    numbers = flat.influence(lattice, x - centres[0][:, None], y - centres[1][:, None], names)
     if isinstance(medium, Conformal):
         return medium.normal_displacement(numbers, loads, centres[1], y)
     return np.sum([loads["xyz".index(name[1])] @ each for name, each in numbers.items()], axis=0)
 
 
-def _at_once(disc: Discretisation) -> Medium:
-    """The bodies without what lags behind, which pressures raise no less."""
-    medium = disc.operators.medium
-    glassy: Medium = medium if medium.even else getattr(medium, "glassy", medium)
-    return glassy
+def _at_once(medium: Medium | Conformal) -> Medium | Conformal:
+    """The bodies without what lags behind."""
+    if isinstance(medium, Conformal):
+        return replace(medium, flat=getattr(medium.flat, "glassy", medium.flat))
+    return getattr(medium, "glassy", medium)
 
 
-def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """What viscoelastic bodies add to the normal displacement at points: smooth, and so linear between the centres."""
-    medium, lattice = disc.operators.medium, disc.lattice
-    if medium.even:
-        return np.zeros(x.shape)
+def _between_centres(
+    disc: Discretisation, state: ContactState, medium: Medium | Conformal, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """Normal displacement difference at points of any bodies, by FFT, linear between the elements' centres."""
     from scipy.ndimage import map_coordinates
 
-    (dx, dy), left, bottom = lattice.sides, lattice.x[0], lattice.y[0]
-    column, row = (x - left) / dx, np.zeros(x.shape) if disc.grid.line else (y - bottom) / dy
-    before = [max(0, math.ceil(-at.min())) for at in (row, column)]
-    behind = [max(0, math.ceil(at.max()) - n + 1) for at, n in zip((row, column), lattice.shape, strict=True)]
-    ny, nx = (n + sum(more) for n, *more in zip(lattice.shape, before, behind, strict=True))
-    wider = replace(lattice, nx=nx, ny=None if disc.grid.line else ny)
-    fields = np.pad(
-        state.pressure[None] if disc.K == 0 else np.concatenate([state.traction, state.pressure[None]]),
-        ((0, 0), *zip(before, behind, strict=True)),
-    )
-    loads = "z" if disc.K == 0 else "xyz"
-    whole, at_once = (
-        influence_operator(wider, "z", loads, medium=each).apply(fields) for each in (medium, _at_once(disc))
-    )
-    return np.asarray(map_coordinates((whole - at_once)[0], [row + before[0], column + before[1]], order=1))
+    lattice, (ny, nx) = disc.lattice, disc.grid.shape
+    column = (x - lattice.x[0]) / lattice.sides[0]
+    row = np.zeros(x.shape) if lattice.line else (y - lattice.y[0]) / lattice.sides[1]
+    (left, right), (bottom, top) = ((min(0, math.floor(at.min())), math.ceil(at.max()) + 1) for at in (column, row))
+    right, top = max(right, nx), max(top, ny)
+    fields = np.concatenate([state.traction, state.pressure[None]])
+    fields = np.pad(fields, ((0, 0), (-bottom, top - ny), (-left, right - nx)))
+    operators = Operators(lattice.window(left, right, bottom, top), medium)
+    raised = operators.normal.apply(fields[2:])
+    if medium.K != 0:
+        raised = raised + operators.traction_to_distance.apply(fields[:2])
+    return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=1))
 
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
@@ -199,48 +178,6 @@ def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDis
     column = np.clip(np.floor((x - x0) / dx).astype(int) + 2, 0, wide.shape[1] - 1)
     row = np.clip(np.floor((y - y0) / dy).astype(int) + 2, 0, wide.shape[0] - 1)
     return np.asarray(near[np.ix_(row, column)])
-
-
-def _raised_about(
-    disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
-) -> np.ndarray:
-    """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
-    medium, raised = _at_once(disc), np.empty(x.size)
-    for part in np.array_split(np.arange(x.size), 1 + x.size * loads.shape[1] // 200_000):
-        raised[part] = _displacement(medium, disc.lattice, centres, loads, x[part], y[part], forces=True)
-    return raised
-
-
-def _by_forces(
-    medium: Medium, lattice: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
-) -> dict[str, np.ndarray]:
-    """Displacements by a point or line force of one; of bodies that are no half-spaces by one on an element."""
-    if not isinstance(medium, HalfSpaces):
-        numbers = medium.influence(lattice, x, y, components)
-        return {name: each / lattice.area for name, each in numbers.items()}
-    x, y = x.astype(np.float32), y.astype(np.float32)
-    nu, K, square = float(medium.nu), float(medium.K), x**2 + y**2
-    if lattice.line:
-        along = {
-            "zz": lambda: -(1 - nu) * np.log(square / medium.depth**2) / np.pi,
-            "zx": lambda: K * np.sign(x),
-            "zy": lambda: 0.0 * square,
-        }
-        return {name: along[name]() for name in components}
-    per_distance = 1 / (np.pi * np.sqrt(square))
-    by_square = K / (np.pi * square)
-    forms = {
-        "xx": lambda: (1 - nu * y**2 / square) * per_distance,
-        "yy": lambda: (1 - nu * x**2 / square) * per_distance,
-        "xy": lambda: nu * x * y / square * per_distance,
-        "zz": lambda: (1 - nu) * per_distance,
-        "zx": lambda: x * by_square,
-        "zy": lambda: y * by_square,
-        "xz": lambda: -x * by_square,
-        "yz": lambda: -y * by_square,
-    }
-    forms["yx"] = forms["xy"]
-    return {name: forms[name]() for name in components}
 
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:

@@ -8,27 +8,24 @@ Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone keeps reciprocity.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
-from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import continuation
 
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""
 
-NINE = tuple(row + column for row in "xyz" for column in "xyz")
+Harmonics = dict[tuple[int, int, int, int], np.ndarray]
+"""Tables by the number m of half turns, wave (0 for ``cos(m t/2)``, 1 for ``sin(m t/2)``), row and column."""
 
-Harmonics = dict[tuple[int, int, int], tuple[np.ndarray | None, np.ndarray | None]]
-"""By the number m of half turns, row and column: tables C and S of ``cos(m t/2) C + sin(m t/2) S``."""
-
-Transforms = dict[int, dict[tuple[int, int], list[np.ndarray | None]]]
-"""Those of the tables, by half turns, then by row and column."""
+WAVES = np.cos, np.sin
 
 
 @dataclass(frozen=True)
@@ -59,12 +56,6 @@ class Conformal:
         turns = np.abs(np.diff(self.angles)) / np.diff(self.y)
         return float(turns.max(initial=0.0))
 
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers by offset, on a surface of the mean curvature."""
-        span = self.y[-1] - self.y[0]
-        angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
-        return turned(self.flat.influence(grid, x, y, NINE), angle, components)
-
     def normal_displacement(
         self, flat: dict[str, np.ndarray], loads: np.ndarray, centres: np.ndarray, y: np.ndarray
     ) -> np.ndarray:
@@ -81,20 +72,6 @@ class Conformal:
         zx, zy, yz, yx, yy, zz = (sums.get(name, none) for name in ("zx", "zy", "yz", "yx", "yy", "zz"))
         turned_back = point * (zx + 1j * yx)[0] + point**2 * (zy - yz + 1j * (yy + zz))[2]
         return np.asarray(np.real(turned_back + (zy + yz + 1j * (yy - zz))[1]))
-
-
-def turned(flat: dict[str, np.ndarray], angle: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-    """Influence numbers from all nine of the flat surface, and the angles t."""
-    blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
-    c, s = np.cos(angle / 2), np.sin(angle / 2)
-    waves = (1.0, 0.0), (c, s), (c * c - s * s, 2 * c * s)
-    found = {}
-    for name in components:
-        found[name] = np.zeros(blocks["x", "x"].shape)
-        for half_turns, *tables in _harmonics_of(blocks, name[0], name[1]):
-            for wave, numbers in zip(waves[half_turns], tables, strict=True):
-                found[name] += 0.0 if numbers is None else wave * numbers
-    return found
 
 
 def conformal_operator(
@@ -130,33 +107,26 @@ def conformal_operator(
     table = flat(above, across)
     blocks = {(row, column): table.table[i, j] for i, row in enumerate(above) for j, column in enumerate(across)}
     harmonics: Harmonics = {}
-    for i, row in enumerate(rows):
-        for j, column in enumerate(columns):
-            for half_turns, even, odd in _harmonics_of(blocks, row, column):
-                cosine, sine = (each if each is not None and each.any() else None for each in (even, odd))
-                if cosine is not None or sine is not None:
-                    harmonics[half_turns, i, j] = cosine, sine
+    for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
+        for half_turns, *tables in _harmonics_of(blocks, row, column):
+            harmonics |= {(half_turns, wave, i, j): each for wave, each in enumerate(tables) if each.any()}
     steps = np.arange(1 - angles.size, angles.size)
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    shape = len(rows), len(columns), *table.table.shape[2:]
-    angle, summed = -slope * steps[:, None], np.zeros(shape)  # of the mean curvature: by the offset alone
-    for (half_turns, i, j), (cosine, sine) in harmonics.items():
-        if cosine is not None:
-            summed[i, j] += np.cos(half_turns * angle / 2) * cosine
-        if sine is not None:
-            summed[i, j] += np.sin(half_turns * angle / 2) * sine
-    alike = GridOperator(table.shape, summed)
+    angle = -slope * steps[:, None]  # of the mean curvature: by the offset alone
+    summed = np.zeros((len(rows), len(columns), *table.table.shape[2:]))
+    for (half_turns, wave, i, j), numbers in harmonics.items():
+        summed[i, j] += WAVES[wave](half_turns * angle / 2) * numbers
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
-        return alike
-    return ConformalOperator(table.shape, alike.table, angles, harmonics)
+        return GridOperator(table.shape, summed)
+    return ConformalOperator(table.shape, summed, angles, harmonics)
 
 
 def _harmonics_of(
     blocks: dict[tuple[str, str], np.ndarray], row: str, column: str
-) -> list[tuple[int, np.ndarray | None, np.ndarray | None]]:
+) -> list[tuple[int, np.ndarray] | tuple[int, np.ndarray, np.ndarray]]:
     """How ``R(t/2) A R(t/2)`` between two components depends on t: half turns m, and factors of cosine and sine."""
     if row == column == "x":
-        return [(0, blocks["x", "x"], None)]
+        return [(0, blocks["x", "x"])]
     if row == "x":
         along, normal = blocks["x", "y"], blocks["x", "z"]
         return [(1, along, normal)] if column == "y" else [(1, normal, -along)]
@@ -166,8 +136,8 @@ def _harmonics_of(
     mean, half = (blocks["y", "y"] + blocks["z", "z"]) / 2, (blocks["y", "y"] - blocks["z", "z"]) / 2
     skew, even = (blocks["y", "z"] - blocks["z", "y"]) / 2, (blocks["y", "z"] + blocks["z", "y"]) / 2
     if row == column:
-        return [(0, half if row == "y" else -half, None), (2, mean, skew)]
-    return [(0, even, None), (2, skew, -mean) if row == "y" else (2, -skew, mean)]
+        return [(0, half if row == "y" else -half), (2, mean, skew)]
+    return [(0, even), (2, skew, -mean) if row == "y" else (2, -skew, mean)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,11 +156,9 @@ class ConformalOperator(GridOperator):
         nx, (rows, columns) = self.shape[1], self.table.shape[:2]
         angle = self.angles[loaded // nx] - self.angles[elements // nx][:, None]
         blocks = np.zeros((rows, elements.size, columns, loaded.size))
-        for (half_turns, i, j), tables in self.harmonics.items():
-            for wave, table in zip((np.cos, np.sin), tables, strict=True):
-                if table is not None:
-                    own = GridOperator(self.shape, table[None, None]).dense(elements, loaded)
-                    blocks[i, :, j] += wave(half_turns * angle / 2) * own
+        for (half_turns, wave, i, j), table in self.harmonics.items():
+            own = GridOperator(self.shape, table[None, None]).dense(elements, loaded)
+            blocks[i, :, j] += WAVES[wave](half_turns * angle / 2) * own
         return blocks.reshape(rows * elements.size, columns * loaded.size)
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
@@ -204,19 +172,23 @@ class ConformalOperator(GridOperator):
         box, ny = fft_box(*self.shape), self.shape[0]
         loads = fft.rfft(tractions, box[1], axis=-1)
         found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
-        single = tractions.dtype == np.float32
-        for half_turns, blocks in (self._single_transforms if single else self._transforms).items():
+        transforms = self._single_transforms if tractions.dtype == np.float32 else self._transforms
+        for half_turns in {key[0] for key in transforms}:
             angle = (half_turns * self.angles[:, None] / 2).astype(tractions.dtype)
-            waves = (np.cos(angle), np.sin(angle)) if half_turns else (np.ones_like(angle),)
-            columns = {j: fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2) for _, j in blocks}
+            waves = [wave(angle) for wave in WAVES[: 2 if half_turns else 1]]
+            columns: dict[int, np.ndarray] = {}
             images: dict[int, np.ndarray] = {}
-            for (i, j), (even, odd) in blocks.items():
+            for (turns, odd, i, j), symbol in transforms.items():
+                if turns != half_turns:
+                    continue
+                if j not in columns:
+                    columns[j] = fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2)
                 image = images.setdefault(i, np.zeros_like(columns[j]))
-                if even is not None:
-                    image += even * columns[j]
-                if odd is not None:
-                    image[0] += odd * columns[j][1]
-                    image[1] -= odd * columns[j][0]
+                if odd:
+                    image[0] += symbol * columns[j][1]
+                    image[1] -= symbol * columns[j][0]
+                else:
+                    image += symbol * columns[j]
             for i, image in images.items():
                 shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
                 found[i] += sum(map(np.multiply, waves, shifts))
@@ -224,21 +196,19 @@ class ConformalOperator(GridOperator):
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         chosen = {
-            (half_turns, rows.index(i), columns.index(j)): tables
-            for (half_turns, i, j), tables in self.harmonics.items()
+            (half_turns, wave, rows.index(i), columns.index(j)): table
+            for (half_turns, wave, i, j), table in self.harmonics.items()
             if i in rows and j in columns
         }
         return ConformalOperator(self.shape, self.table[np.ix_(rows, columns)], self.angles, chosen)
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
         found: Harmonics = {}
-        for half_turns, i, j in {*self.harmonics, *((m, j, i) for m, i, j in self.harmonics)}:
-            own = self.harmonics.get((half_turns, i, j), (None, None))
-            other = self.harmonics.get((half_turns, j, i), (None, None))
-            turned = [None if table is None else table[::-1, ::-1] for table in other]
-            found[half_turns, i, j] = (_mean(own[0], turned[0], sign), _mean(own[1], turned[1], -sign))
-        table = super().symmetric_part(sign).table
-        return ConformalOperator(self.shape, table, self.angles, found)
+        for (half_turns, odd, i, j), table in self.harmonics.items():
+            turned = (-sign if odd else sign) * table[::-1, ::-1]
+            for key, each in (((half_turns, odd, i, j), table), ((half_turns, odd, j, i), turned)):
+                found[key] = found.get(key, 0.0) + each / 2
+        return ConformalOperator(self.shape, super().symmetric_part(sign).table, self.angles, found)
 
     def has_mirror(self, first: int, last: int) -> bool:
         """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
@@ -246,48 +216,28 @@ class ConformalOperator(GridOperator):
         return bool(np.ptp(sums) <= STRAIGHT)
 
     @cached_property
-    def _single_transforms(self) -> Transforms:
-        return {
-            half_turns: {at: [None if each is None else each.astype(np.complex64) for each in own] for at, own in found}
-            for half_turns, found in ((m, blocks.items()) for m, blocks in self._transforms.items())
-        }
+    def _single_transforms(self) -> Harmonics:
+        return {key: each.astype(np.complex64) for key, each in self._transforms.items()}
 
     @cached_property
-    def _transforms(self) -> Transforms:
+    def _transforms(self) -> Harmonics:
         from scipy import fft
 
         box = fft_box(*self.shape)
-        symbols: Transforms = {}
-        for (half_turns, i, j), tables in self.harmonics.items():
-            own = [None if table is None else fft.rfft2(wrapped(table, box)) for table in tables]
-            symbols.setdefault(half_turns, {})[i, j] = own
-        return symbols
+        return {key: np.asarray(fft.rfft2(wrapped(table, box))) for key, table in self.harmonics.items()}
 
 
 def in_blocks(blocks: list[list[GridOperator]]) -> GridOperator:
     """Operators on one surface as a single one, by rows of blocks."""
-    first, harmonics, transforms, row = blocks[0][0], Harmonics(), Transforms(), 0
+    first, harmonics, row = blocks[0][0], Harmonics(), 0
     table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
     if not isinstance(first, ConformalOperator):
-        whole = GridOperator(first.shape, table)
-        symbols = [np.concatenate([block._symbol for block in line], axis=1) for line in blocks]
-        whole.__dict__["_symbol"] = np.concatenate(symbols)
-        return whole
+        return GridOperator(first.shape, table)
     for line in blocks:
         column = 0
         for block in line:
             assert isinstance(block, ConformalOperator)
-            harmonics |= {(m, row + i, column + j): tables for (m, i, j), tables in block.harmonics.items()}
-            for m, own in block._transforms.items():
-                transforms.setdefault(m, {}).update({(row + i, column + j): each for (i, j), each in own.items()})
+            harmonics |= {(m, odd, row + i, column + j): each for (m, odd, i, j), each in block.harmonics.items()}
             column += block.table.shape[1]
         row += line[0].table.shape[0]
-    varying = ConformalOperator(first.shape, table, first.angles, harmonics)
-    varying.__dict__["_transforms"] = transforms
-    return varying
-
-
-def _mean(table: np.ndarray | None, other: np.ndarray | None, sign: float) -> np.ndarray | None:
-    if table is None:
-        return None if other is None else sign * other / 2
-    return table / 2 if other is None else (table + sign * other) / 2
+    return ConformalOperator(first.shape, table, first.angles, harmonics)

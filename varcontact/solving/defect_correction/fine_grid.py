@@ -13,6 +13,7 @@ from varcontact.discrete.contact_grid import on_parts
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -51,7 +52,7 @@ class FineGrid:
 
     def __init__(self, disc: Discretisation, pressure: np.ndarray) -> None:
         hertz, medium, nu = disc.hertz, disc.operators.medium, disc.bodies.combined_nu
-        assert hertz is not None
+        assert hertz is not None and isinstance(medium, HalfSpaces)
         self.disc, self.pressure = disc, pressure  # of the elements
         self.grid, self.lattice = disc.grid.divided(CELLS), disc.lattice.divided(CELLS)
         self.hertz, self.axes = hertz, (hertz.a / disc.scales.length, hertz.b / disc.scales.length)
