@@ -72,7 +72,7 @@ class ViscoelasticMedium:
         return ViscoelasticMedium(self.glassy, tuple(Lagging(0.0, part, each.medium) for part, each in parts))
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers: elastic ones, and the means of them over what lies ahead."""
+        """Influence numbers at places x (n,) and rows y (m, 1): elastic ones, and their means over what lies ahead."""
         names = list(components)
         found = self.glassy.influence(grid, x, y, names)
         for each in self.lagging:
@@ -112,26 +112,21 @@ def moved(fields: np.ndarray, columns: float) -> np.ndarray:
 
 
 def _lagged_numbers(each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]) -> dict[str, np.ndarray]:
-    """On a lattice of points along x by recursion from the front backwards, elsewhere point by point."""
+    """At places x (n,) and rows y (m, 1): by recursion from the front backwards on each lattice of places."""
 
     def numbers(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         found = each.medium.influence(grid, x, y, names)
         return np.stack(np.broadcast_arrays(*(found[name] for name in names)))
 
     dx, dy = grid.sides
-    shape = np.broadcast_shapes(x.shape, y.shape)
-    if x.ndim == 1 and y.shape == (y.size, 1):
-        found = np.empty((len(names), *shape))
-        places = np.round((x / dx) % 1.0, 9) % 1.0
-        for place in np.unique(places):
-            chosen = np.flatnonzero(places == place)
-            steps = np.round(x[chosen] / dx - place).astype(int)
-            last = max(int(steps.max()), 0 if place + 0.5 >= 1 else 1)  # beyond the element
-            rows = _lagged_rows(numbers, (np.arange(steps.min(), last + 1) + place) * dx, y, dx, dy, each.length)
-            found[:, :, chosen] = rows[:, :, steps - steps.min()]
-    else:
-        points = np.broadcast_to(x, shape).ravel(), np.broadcast_to(y, shape).ravel()
-        found = _pointwise(numbers, *points, dx, each.length).reshape(-1, *shape)
+    found = np.empty((len(names), y.size, x.size))
+    places = np.round((x / dx) % 1.0, 9) % 1.0
+    for place in np.unique(places):
+        chosen = np.flatnonzero(places == place)
+        steps = np.round(x[chosen] / dx - place).astype(int)
+        last = max(int(steps.max()), 0 if place + 0.5 >= 1 else 1)  # beyond the element
+        rows = _lagged_rows(numbers, (np.arange(steps.min(), last + 1) + place) * dx, y, dx, dy, each.length)
+        found[:, :, chosen] = rows[:, :, steps - steps.min()]
     return dict(zip(names, found, strict=True))
 
 
@@ -158,7 +153,9 @@ def _lagged_rows(numbers: Numbers, x: np.ndarray, y: np.ndarray, dx: float, dy: 
         ):
             values = numbers(places, y[some]).reshape(len(found), some.size, -1, s.size)
             found[np.ix_(np.arange(len(found)), some, np.flatnonzero(columns))] = values @ weights
-    later = _pointwise(numbers, np.full(y.size, x[-1] + dx), y.ravel(), dx, length)
+    least, most = min(dx, length) / 4, FAR * length + dx
+    s, weights = _rule([0.0, *(least * 2.0 ** np.arange(math.ceil(math.log2(most / least)) + 1))], length, 16, False)
+    later = numbers(x[-1] + dx + s, y).reshape(len(found), y.size, s.size) @ weights
     decay = math.exp(-dx / length)
     for i in range(x.size - 1, -1, -1):
         later = found[..., i] = found[..., i] + decay * later
@@ -176,24 +173,3 @@ def _rule(ends: list[float], length: float, points: int, dense: bool) -> tuple[n
     half = np.diff(edges)[:, None] / 2
     s = (edges[:-1, None] + half * (1 + nodes)).ravel()
     return s, (half * weights).ravel() * np.exp(-s / length) / length
-
-
-def _pointwise(numbers: Numbers, x: np.ndarray, y: np.ndarray, dx: float, length: float) -> np.ndarray:
-    """Means (components, n) over what lies ahead of any points: before the element, over it, and behind it."""
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    fractions = 0.5 ** np.arange(14, 0, -1)
-    graded = np.concatenate([[0.0], fractions, 1 - fractions[-2::-1], [1.0]])
-    start, end = np.maximum(-dx / 2 - x, 0.0), np.maximum(dx / 2 - x, 0.0)
-    least, most = min(dx, length) / 4, FAR * length + dx
-    doubling = least * 2.0 ** np.arange(math.ceil(math.log2(most / least)) + 1)
-    before = start[:, None] * graded
-    over = start[:, None] + (end - start)[:, None] * graded[1:]
-    edges = np.concatenate([before, over, end[:, None] + doubling], axis=1)
-    half = np.diff(edges, axis=1)[..., None] / 2
-    total: list[np.ndarray] = []
-    for some in np.array_split(np.arange(x.size), 1 + x.size * half[0].size * nodes.size // BATCH):
-        s = edges[some, :-1, None] + half[some] * (1 + nodes)
-        part = half[some] * weights * np.exp(-s / length) / length
-        values = numbers(x[some, None, None] + s, y[some, None, None])
-        total.append(np.sum(values * part, axis=(-2, -1)))
-    return np.concatenate(total, axis=-1)
