@@ -201,10 +201,10 @@ def flag(field: str, value: Any) -> bool:
     return bool(value)
 
 
-def progress(value: Any) -> Callable[[str], None] | None:
-    """The function that is called with the name of each stage, or None."""
+def progress(value: Any) -> Callable[[Any], None]:
+    """The function that is called with the name of each stage; for None one that does nothing."""
     if value is None:
-        return None
+        return lambda stage: None
     refusal = SceneError("progress", value, "None, or a function of one string")
     if not callable(value) or isinstance(value, type):
         raise refusal

@@ -72,8 +72,7 @@ def scan(
         with progress_line() as progress:
             for solution in scanned(described, triples, **options):
                 found.append(solution)
-                if progress is not None:
-                    progress(f"{len(found)} of {len(triples)} creepages")
+                progress(f"{len(found)} of {len(triples)} creepages")
     finally:  # what was computed is not lost where one fails
         if found:
             _deliver(found, out, plot, as_json)

@@ -25,8 +25,8 @@ def show(text: str) -> None:
 
 
 @contextlib.contextmanager
-def progress_line() -> Iterator[Callable[[object], None] | None]:
-    """A function that shows the stage on standard error, if that is a terminal, or None.
+def progress_line() -> Iterator[Callable[[object], None]]:
+    """A function that shows the stage on standard error, if that is a terminal.
 
     What solvers print goes to standard error, too.
     """
@@ -35,7 +35,7 @@ def progress_line() -> Iterator[Callable[[object], None] | None]:
     console = Console(stderr=True)
     with contextlib.redirect_stdout(sys.stderr):
         if not console.is_terminal:
-            yield None
+            yield lambda stage: None
             return
         with console.status("reading") as status:
             yield lambda stage: status.update(str(stage))

@@ -86,7 +86,7 @@ class Table:
         tasks: Mapping[str, tuple[Any, ...]],
         executor: Executor | None,
         workers: int,
-        progress: Callable[[str], None] | None,
+        progress: Callable[[str], None],
         made: Callable[[list[dict[str, Any]]], Made],
         total: int,
         what: str = "scenes",
@@ -95,7 +95,7 @@ class Table:
         done = total - len(tasks)
         try:
             with opened(executor, workers) as pool:
-                for _, rows in results(work, [*tasks.values()], pool, progress=progress, names=[*tasks]):
+                for _, rows in results(work, tasks, pool, progress):
                     if rows:
                         self.add(*rows)
                     done += 1

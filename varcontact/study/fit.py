@@ -167,8 +167,7 @@ def fit_creep_curve(
     def residuals(values: np.ndarray) -> np.ndarray:
         nonlocal evaluations
         evaluations += 1
-        if report is not None:
-            report(f"curve {evaluations}")
+        report(f"curve {evaluations}")
         try:
             curve = curve_of(values)[2]
         except SceneError:  # entries that exclude each other, each in its range

@@ -138,8 +138,7 @@ def solve_many(
     found = {name: np.full((len(given), steps or 1), math.nan) for name in names}
     ok, by = np.zeros(len(given), bool), np.full(len(given), "solve", dtype="<U7")
     sound = [i for i in range(len(given)) if i not in errors]
-    if report is not None:
-        report(f"{len(sound)} scenes in batches")
+    report(f"{len(sound)} scenes in batches")
     near = None if start is None else _near(start, given)
     batched = [i for i in sound if not (bounded and _has_force(given[i]))]
     if steps:
@@ -155,8 +154,7 @@ def solve_many(
     for i in sound:
         if solved[i]:
             continue
-        if report is not None:
-            report(f"scenes[{i}]: by itself")
+        report(f"scenes[{i}]: by itself")
         try:
             options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": certify}
             solution = solve(given[i], tol=tol, **options)

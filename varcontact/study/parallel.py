@@ -9,23 +9,20 @@ import signal
 import sys
 import threading
 import tracemalloc
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from itertools import islice
 from multiprocessing.connection import Connection
-from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError, WorkersLost
 
+Key = TypeVar("Key")
 Result = TypeVar("Result")
 
 CHUNK = 8
 """Scenes that a worker solves one after the other."""
-MOST_SUBMITTED = 512
-"""Tasks that an executor has at a time, so that it need not hold the scenes of all of them."""
 MOST_WORKERS = 1024
 START = "forkserver" if sys.platform == "linux" else "spawn"
 """How processes are started. Elsewhere there is no fork server, or the system's libraries break in forks (macOS)."""
@@ -35,47 +32,32 @@ PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.s
 
 def results(
     work: Callable[..., Result],
-    tasks: Sequence[tuple[Any, ...]],
+    tasks: Mapping[Key, tuple[Any, ...]],
     executor: Executor | None,
-    progress: Callable[[str], None] | None = None,
-    names: Sequence[str] = (),
-) -> Iterator[tuple[int, Result]]:
-    """The number and the result of each task, as they finish; without an executor they are done here, in order.
+    progress: Callable[[Key], Any] = lambda name: None,
+) -> Iterator[tuple[Key, Result]]:
+    """The name and the result of each task, as they finish; without an executor they are done here, in order.
 
     A task is the arguments of `work`. Progress is called with a task's name when it begins here, or finishes elsewhere.
     When left early, what has not begun is cancelled.
     """
     if executor is None:
-        for number, task in enumerate(tasks):
-            if progress is not None:
-                progress(names[number])
-            yield number, work(*task)
+        for name, task in tasks.items():
+            progress(name)
+            yield name, work(*task)
         return
-    done: SimpleQueue[Future[Result]] = SimpleQueue()
-    numbers: dict[Future[Result], int] = {}
-    waiting = iter(enumerate(tasks))
-
-    def submit(count: int) -> None:
-        for number, task in islice(waiting, count):
-            future = executor.submit(work, *task)
-            numbers[future] = number
-            future.add_done_callback(done.put)
-
+    names: dict[Future[Result], Key] = {}
     try:
         with _lost_workers():
-            submit(MOST_SUBMITTED)
-        while numbers:
-            future = done.get()
+            for name, task in tasks.items():
+                names[executor.submit(work, *task)] = name
+        for future in as_completed(names):
             with _lost_workers():
                 result = future.result()
-            number = numbers.pop(future)
-            if progress is not None:
-                progress(names[number])
-            yield number, result
-            with _lost_workers():
-                submit(1)
+            progress(names[future])
+            yield names.pop(future), result
     finally:
-        for future in () if isinstance(executor, _Processes) else numbers:  # which end at once, with what they have
+        for future in () if isinstance(executor, _Processes) else names:  # which end at once, with what they have
             future.cancel()
 
 

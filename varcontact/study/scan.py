@@ -94,22 +94,17 @@ def scan(
     options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
     options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
     options |= {"accuracy": accuracy, "time_budget": time_budget}
-    solutions = scanned(scene, creepages, progress, **options)
+    report, solutions = checks.progress(progress), scanned(scene, creepages, progress, **options)
     with opened(executor, workers) as pool:
         if pool is None:
             return list(solutions)
         triples = checks.numbers("creepages", creepages)
-        tasks = [(scene, triples[k : k + CHUNK], options) for k in range(0, len(triples), CHUNK)]
+        tasks = {k: (scene, triples[k : k + CHUNK]) for k in range(0, len(triples), CHUNK)}
         solved: dict[int, list[Solution]] = {}
-        for number, part in results(_solved, tasks, pool):
-            solved[number] = part
-            if progress is not None:
-                progress(f"{sum(map(len, solved.values()))} of {len(triples)} creepages")
-    return [solution for number in sorted(solved) for solution in solved[number]]
-
-
-def _solved(scene: Scene, creepages: np.ndarray, options: dict[str, Any]) -> list[Solution]:
-    return list(scanned(scene, creepages, **options))
+        for first, part in results(partial(scan, **options), tasks, pool):
+            solved[first] = part
+            report(f"{sum(map(len, solved.values()))} of {len(triples)} creepages")
+    return [solution for first in tasks for solution in solved[first]]
 
 
 def scanned(
@@ -218,8 +213,7 @@ def creep_curve(
             ways[name] = partial(_forces, scene, triples, options)
     found = []
     for name, way in ways.items():
-        if report is not None:
-            report(f"{name}: {len(triples)} points")
+        report(f"{name}: {len(triples)} points")
         found.append(way())
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
     units = scene.units

@@ -187,7 +187,7 @@ def sweep(
     settings = _settings(options, every)
     options |= {name: settings[name] for name in ("tol", "polish", "certify")}
     chunk = checks.whole("chunk", chunk)
-    checks.progress(progress)
+    report = checks.progress(progress)
     path = None if store is None else checks.file_name("store", store)
     with ExitStack() as held:
         pool = held.enter_context(opened(executor, workers))
@@ -202,18 +202,15 @@ def sweep(
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(1, records.dtype)
-        tasks = [(options, records.dtype, every[first : first + chunk]) for first in firsts]
+        tasks = {first: (options, records.dtype, every[first : first + chunk]) for first in firsts}
         started, before = time.monotonic(), int(np.sum(records["outcome"] != b""))
         try:
-            if progress is not None:
-                progress(_standing(records, before, 0.0))
-            for number, solved in results(_solved, tasks, pool):
-                first = firsts[number]
+            report(_standing(records, before, 0.0))
+            for first, solved in results(_solved, tasks, pool):
                 if file is not None:
                     file.put(first, solved)
                 records[first : first + len(solved)] = solved
-                if progress is not None:
-                    progress(_standing(records, before, time.monotonic() - started))
+                report(_standing(records, before, time.monotonic() - started))
         except (KeyboardInterrupt, WorkersLost) as stopped:
             partial = tabulated(records, coordinates, described)
             so_far = f" after {np.sum(records['outcome'] != b'')} of {len(records)} scenes"

@@ -242,14 +242,13 @@ def solve_cases(
         if together:
             cases: list[Any] = [file.cases[k] for k in left]
             found = solve_wheels_on_rails(cases, **file.options)
-            answers = ((number, work(cases[number], known=known)) for number, known in found)
+            answers = ((left[number], work(cases[number], known=known)) for number, known in found)
         else:
-            told = [f"{k} of {total} {which[k]}" for k in left]
-            answers = results(work, [(file.cases[k],) for k in left], pool, progress=report, names=told)
+            tasks = {k: (file.cases[k],) for k in left}
+            answers = results(work, tasks, pool, lambda k: report(f"{k} of {total} {which[k]}"))
         try:
-            for count, (number, new) in enumerate(answers, total - len(left)):
-                k = left[number]
-                if together and report is not None:
+            for count, (k, new) in enumerate(answers, total - len(left)):
+                if together:
                     report(f"{count} of {total} {which[k]}")
                 rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in new]
                 table.write(list(chain(*rows)))

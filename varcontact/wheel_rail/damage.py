@@ -186,8 +186,7 @@ def wear_down(
     for number in range(count):
         found: list[WheelRailSolution] = []
         for case in cases:
-            if report is not None:
-                report(f"step {number + 1} of {count}, y = {case.position.y:.4g} mm")
+            report(f"step {number + 1} of {count}, y = {case.position.y:.4g} mm")
             solved: Any = case.solve(**methods)
             found += [solved] if isinstance(solved, WheelRailSolution) else solved.wheels
         profile = worn_profile(found, archard, kind, passages=passages / count, smoothing=smoothing)

@@ -253,8 +253,7 @@ def geometry_table(
     shape = nodes[0].size, nodes[1].size
     z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, COLUMNS))
     for i, j in np.ndindex(shape):
-        if report is not None:
-            report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
+        report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
         case = WheelOnRail(
             track=track,
             wheelset=wheelset,
