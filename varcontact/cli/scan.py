@@ -109,21 +109,14 @@ def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_j
 
 def _row(solution: vc.Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
+    from varcontact.study.methods import BOUNDS, figures
 
-    certificate, estimate = solution.certificate, solution.error_estimate
-    figures = {
-        **dict(zip(creepage_names(solution), solution.creepage, strict=True)),
-        "Fx": solution.force[0],
-        "Fy": solution.force[1],
-        "Mz": solution.moment,
-        "normal_force": solution.normal_force,
-        "approach": solution.approach,
-        "residual": certificate.residual,
-        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)),
-    }
-    if estimate is not None:
-        figures |= {f"{name}_error": estimate.bars.get(name, math.nan) for name in ("Fx", "Fy", "Mz")}
-    return {**{name: float(value) for name, value in figures.items()}, **solution.elements}
+    known = figures(solution) | dict(zip(BOUNDS, map(float, solution.certificate.force_bound), strict=True))
+    names = ["Fx", "Fy", "Mz", "normal_force", "approach", "residual", *BOUNDS]
+    if solution.error_estimate is not None:
+        names += ["Fx_error", "Fy_error", "Mz_error"]
+    row = dict(zip(creepage_names(solution), solution.creepage, strict=True))
+    return row | {name: known.get(name, math.nan) for name in names} | solution.elements
 
 
 def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -135,13 +134,11 @@ def compare(
             if name in named and identity(named[name], tol) != key:
                 raise of_another(table.path, f"holds another scene named {name!r}")
         tasks = {name: (name, scene, chosen, tol) for name, scene in named.items() if name not in finished}
-        made = partial(_table, names=list(named))
+
+        def made(rows: list[dict[str, Any]]) -> Comparison:
+            return Comparison([row for name in named for row in rows if row["scene"] == name], columns=list(COLUMNS))
+
         return table.fill(_rows, tasks, executor, workers, progress, made, len(named))
-
-
-def _table(rows: list[dict[str, Any]], names: list[str]) -> Comparison:
-    """The rows of some scenes, in their order."""
-    return Comparison([row for name in names for row in rows if row["scene"] == name], columns=list(COLUMNS))
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
@@ -178,16 +175,14 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
 
 def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any]:
     """What a method found, at what cost, and how far from the best answer on the same grid."""
-    sol, certificate = solutions[0], solutions[0].certificate
+    sol = solutions[0]
     work, *again = (each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions)
     calls = {
         problem: " + ".join(f"{name} {n.count}" for name, n in each.items()) for problem, each in sol.calls.items()
     }
     row: dict[str, Any] = {
         **figures(sol),
-        "gap": certificate.gap,
-        "relative_gap": certificate.relative_gap,
-        "force_bound": float(np.max(certificate.force_bound[:2])),
+        "force_bound": float(np.max(sol.certificate.force_bound[:2])),
         **{f"{stage}_seconds": sol.timing.get(stage, 0.0) for stage in STAGES},
         "calls": "; ".join(f"{problem}: {count}" for problem, count in calls.items()),
     }

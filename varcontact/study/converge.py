@@ -22,9 +22,9 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.selection import check_fits
 from varcontact.solving.solve import solve
-from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
+from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity, of_another
-from varcontact.study.methods import Method, attempted, figures
+from varcontact.study.methods import BOUNDS, Method, attempted, figures
 from varcontact.study.parallel import traced
 
 DEFAULT_METHOD = "tang-safeguarded"
@@ -126,19 +126,16 @@ def converge(
         if any(row["identity"] != key for row in table.rows):
             raise of_another(store, "holds a study of another scene or tol")
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
-        wanted = [
-            (f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}", n, each, i)
-            for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1)
-            if (n, each.name, i) not in known
-        ]
-        for _, n, each, i in wanted:
-            if i == 0:
+        for n, each in product(numbers, methods):
+            if (n, each.name, 0) not in known:
                 _check_fits(scene, n, each, offsets)
         tasks: dict[str, tuple[Any, ...]] = {}
         box = contact_of(scene)
-        for word, n, each, i in wanted:
-            place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-            tasks[word] = replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i, key
+        for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1):
+            if (n, each.name, i) not in known:
+                grid = lattice(scene, box, n, (0.0, 0.0) if offsets == 1 else offset(n, i))
+                word = f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
+                tasks[word] = replace(scene, grid=grid), each, tol, n, i, key
         made = partial(Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets)
         return table.fill(_rows, tasks, executor, workers, progress, made, total, "solves")
 
@@ -205,12 +202,8 @@ def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
     for sol in solutions:
         row |= {
             **figures(sol),
-            "normal_force": sol.normal_force,
-            "contact_area": sol.areas["contact"],
             "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
             "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
-            "stick_area": sol.areas["stick"],
-            "slip_area": sol.areas["slip"],
             "elements": sol.elements["contact"],
             "seconds": sol.timing["total"],
             **dict(zip(BOUNDS, map(float, sol.certificate.force_bound), strict=True)),

@@ -13,6 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.html import Reported
 from varcontact.study.csv_table import cell, columns_of_text, plain_rows
 from varcontact.study.extrapolate import HIDDEN, SAME, extrapolate
+from varcontact.study.methods import BOUNDS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,7 +25,6 @@ QUANTITIES = (
 )  # fmt: skip
 """What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are ux and uy."""
 STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
-BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 COLUMNS = (
     "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual", *BOUNDS,
     "iterations", "seconds", "memory", *STAIRCASE, "identity"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -19,12 +20,11 @@ from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, m
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
-from varcontact.study.methods import figures
+from varcontact.study.methods import BOUNDS, figures
 
 if TYPE_CHECKING:
     import xarray as xr
 
-BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 SHIFTS = {"ux_error": "vx_error", "uy_error": "vy_error"}
 FIELDS = {
     "traction": ("scene", "component", "y", "x"),
@@ -122,17 +122,25 @@ def solve_many(
         name, value = ("fields", True) if fields else ("start", start)
         why = "scenes are histories" if steps else "a scene has no grid of its own"
         raise SceneError(name, value, f"left out: {why}")
-    errors: dict[int, VarcontactError] = {}
-    for i, scene in enumerate(given):
+    errors: dict[int, str] = {}
+
+    @contextmanager
+    def numbered(i: int) -> Iterator[None]:
+        """An error gets the number of its scene, and is raised or kept."""
         try:
+            yield
+        except VarcontactError as error:
+            errors[i] = f"scenes[{i}]: {error.args[0]}"
+            error.args = (errors[i],)
+            if failures == "raise":
+                raise
+
+    for i, scene in enumerate(given):
+        with numbered(i):
             if fits(scene):
                 check_saturation(scene)
             else:
                 SolveOptions.checked(scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy)
-        except VarcontactError as error:
-            errors[i] = _named(error, i)
-            if failures == "raise":
-                raise
     kept: Fields | None = {} if fields or bounded else None
     names = (*FIGURES, *BARS, *(BOUNDS if bounded else ()))
     found = {name: np.full((len(given), steps or 1), math.nan) for name in names}
@@ -140,9 +148,11 @@ def solve_many(
     sound = [i for i in range(len(given)) if i not in errors]
     report(f"{len(sound)} scenes in batches")
     near = None if start is None else _near(start, given)
-    batched = [i for i in sound if not (bounded and _has_force(given[i]))]
+    batched = [] if bounded and steps else sound
+    if bounded:  # of tractions alone, whose creepages have to be given
+        batched = [i for i in batched if all(getattr(given[i].motion, name, None) is None for name in ("Fx", "Fy"))]
     if steps:
-        answers, solved = march_batches(given, tol, [] if bounded else batched)
+        answers, solved = march_batches(given, tol, batched)
     else:
         answers, solved = solve_batches(given, tol, accuracy, kept, near, batched)
     for name, values in answers.items():
@@ -155,29 +165,24 @@ def solve_many(
         if solved[i]:
             continue
         report(f"scenes[{i}]: by itself")
-        try:
+        with numbered(i):
             options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": certify}
             solution = solve(given[i], tol=tol, **options)
-        except VarcontactError as error:
-            errors[i] = _named(error, i)
-            if failures == "raise":
-                raise
-            continue
-        ok[i] = True
-        for k, each in enumerate([solution] if isinstance(solution, Solution) else solution):
-            for name, value in figures_of(each).items():
-                known = SHIFTS.get(name, name)
-                if known in found:
-                    found[known][i, k] = value
-        if kept is not None and isinstance(solution, Solution):
-            kept[i] = solution.traction, solution.traction_bound, solution.grid.x, solution.grid.y
+            ok[i] = True
+            for k, each in enumerate([solution] if isinstance(solution, Solution) else solution):
+                for name, value in figures(each).items():
+                    known = SHIFTS.get(name, name)
+                    if known in found:
+                        found[known][i, k] = value
+            if kept is not None and isinstance(solution, Solution):
+                kept[i] = solution.traction, solution.traction_bound, solution.grid.x, solution.grid.y
     found["gap"] = found.pop("relative_gap")
     if steps:
         del found["friction_work"]
     over = ("scene", "step") if steps else ("scene",)
     columns: dict[str, Any] = {name: (over, values if steps else values[:, 0]) for name, values in found.items()}
-    messages = [str(errors[i]) if i in errors else "" for i in range(len(given))]
-    columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", np.array(messages))}
+    messages = np.array([errors.get(i, "") for i in range(len(given))])
+    columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", messages)}
     return xr.Dataset(columns | (_shown(kept, len(given)) if kept is not None and fields else {}))
 
 
@@ -197,16 +202,6 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
 def _steps(scene: Scene) -> int | None:
     """Of a history."""
     return scene.motion.steps if isinstance(scene, Scene) and isinstance(scene.motion, Transient) else None
-
-
-def _has_force(scene: Scene) -> bool:
-    return getattr(scene.motion, "Fx", None) is not None or getattr(scene.motion, "Fy", None) is not None
-
-
-def _named(error: VarcontactError, i: int) -> VarcontactError:
-    """The error with the number of its scene."""
-    error.args = (f"scenes[{i}]: {error.args[0]}",)
-    return error
 
 
 def _near(start: Any, given: list[Scene]) -> Near:
@@ -232,23 +227,3 @@ def _shown(kept: Fields, count: int) -> dict[str, Any]:
         for array, values in zip(arrays.values(), own, strict=True):
             array[i][tuple(slice(n) for n in values.shape)] = values
     return {name: (FIELDS[name], array) for name, array in arrays.items()}
-
-
-def figures_of(sol: Solution) -> dict[str, Any]:
-    """The figures of a solution by the names that sweeps and batches have."""
-    certificate = sol.certificate
-    found = {
-        **figures(sol),
-        "normal_force": sol.normal_force,
-        "gap": certificate.gap,
-        "relative_gap": certificate.relative_gap,
-        **sol.elements,
-        **{f"{name}_area": area for name, area in sol.areas.items()},
-        "max_pressure": sol.max_pressure,
-        "friction_work": sol.friction_work,
-    }
-    if certificate.level == "full":
-        found |= zip(BOUNDS, certificate.force_bound, strict=True)
-    if sol.error_estimate is not None:
-        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
-    return found

@@ -22,6 +22,8 @@ DEFAULT_METHODS = (
     "convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "fastsim",
     "fastsim-weighted", "linear", "vermeulen-johnson"
 )  # fmt: skip
+BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
+"""Columns of the guaranteed bounds on the errors of forces and moment."""
 
 
 @dataclass(frozen=True)
@@ -124,16 +126,19 @@ def neighbour(motion: Steady | Shift) -> Steady | Shift:
 
 
 def figures(sol: Solution) -> dict[str, Any]:
-    """Figures of a solution by the columns that all tables of studies have; of a shift vx, vy and spin are its own."""
-    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
-    return {
-        "Fx": float(Fx),
-        "Fy": float(Fy),
+    """Figures of a solution by the columns that tables of studies have; of a shift vx, vy and spin are its own."""
+    certificate = sol.certificate
+    found = {
+        **dict(zip(("Fx", "Fy", "vx", "vy", "spin"), map(float, (*sol.force, *sol.creepage)), strict=True)),
         "Mz": sol.moment,
-        "vx": vx,
-        "vy": vy,
-        "spin": spin,
-        "approach": sol.approach,
-        "residual": sol.certificate.residual,
+        **{name: getattr(sol, name) for name in ("normal_force", "approach", "max_pressure", "friction_work")},
+        **{name: getattr(certificate, name) for name in ("gap", "relative_gap", "residual")},
         "iterations": sum(sol.iterations.values()),
+        **sol.elements,
+        **{f"{name}_area": area for name, area in sol.areas.items()},
     }
+    if certificate.level == "full":
+        found |= zip(BOUNDS, map(float, certificate.force_bound), strict=True)
+    if sol.error_estimate is not None:
+        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
+    return found

@@ -43,8 +43,7 @@ from varcontact.solving.options import (
     SolveOptions,
 )
 from varcontact.solving.warm_start import Series
-from varcontact.study.many import figures_of
-from varcontact.study.methods import failure, outcome
+from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import scenes_over
 from varcontact.system.process import imported
@@ -304,7 +303,7 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
             goal = options.target is not None
             sol = adaptive.solve(scenes[k], options) if goal else series.solve(scenes[k], options.plan)
             assert isinstance(sol, Solution)
-            for name, value in figures_of(sol).items():
+            for name, value in figures(sol).items():
                 if name in names:
                     records[name][k] = value
             records["outcome"][k] = outcome(options.plan)
