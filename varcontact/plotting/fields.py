@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,7 @@ from varcontact import checks
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import Measure, measure_of
-from varcontact.results.finest_fields import FinestFields, finest_fields
+from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -24,60 +22,61 @@ from varcontact.scene.units import moved
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom and top of what is shown [length]."""
-NOT_EQUAL = "(x and y not to one scale)"
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field over the contact, (ny, nx) or of vectors (2, ny, nx), that has a picture.
+    """A field of a solution, (ny, nx) or of vectors (2, ny, nx), that has a picture.
 
-    `quantity` is that of `measure`, in rolling and in a shift; `on_parts` are fields of corrected solutions.
+    `quantity` is one of `measure`, in rolling and in a shift; `on_parts` are fields of corrected solutions.
     """
 
     title: str
-    name: str
-    values: Callable[[Solution], np.ndarray]
+    label: str
     quantity: str
-    colours: str = "viridis"
+    colours: str
     outside: bool = False
     on_parts: bool = False
 
 
 FIELDS = {
-    "pressure": Field("Pressure", "pressure", lambda sol: sol.pressure, "pressure"),
-    "slip": Field(
-        "Slip of body 1 over body 2", "slip", lambda sol: finest_fields(sol).slip, "slip", "YlOrBr", on_parts=True
-    ),
-    "distance": Field(
-        "Distance of the bodies", "distance", lambda sol: sol.distance, "length", "cividis", outside=True
-    ),
-    "power_density": Field(
-        "Power density of friction",
-        "work by area",
-        lambda sol: finest_fields(sol).power_density,
-        "power density",
-        "YlOrBr",
-        on_parts=True,
-    ),
-    "temperature": Field(
-        "Temperature of body 1",
-        "temperature [degrees]",
-        lambda sol: np.asarray(sol.temperature)[0],
-        "1",
-        "inferno",
-        outside=True,
-    ),
+    "pressure": Field("Pressure", "pressure", "pressure", "viridis"),
+    "slip": Field("Slip of body 1 over body 2", "slip", "slip", "YlOrBr", on_parts=True),
+    "distance": Field("Distance of the bodies", "distance", "length", "cividis", outside=True),
+    "power_density": Field("Power density of friction", "work by area", "power density", "YlOrBr", on_parts=True),
+    "temperature": Field("Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True),
 }
-"""By the word for `Solution.plot`."""
+"""By the word for `Solution.plot`, which is the name in the solution."""
 
 
 def is_shift(sol: Solution) -> bool:
     return sol.motion is not None and sol.motion.rolls == 0
 
 
-def corrected(finest: FinestFields) -> str:
+def finest(sol: Solution) -> Solution:
+    """A solution whose fields on elements are those on their parts, if it was corrected.
+
+    The state of a part is that of its element, or of the nearest one.
+    """
+    found = sol.refinement
+    if found is None or not sol.pressure.any():
+        return sol
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = found.cells
+    nearest = distance_transform_edt(sol.state == EXTERIOR, return_distances=False, return_indices=True)
+    state = sol.state[tuple(nearest)].repeat(rows, axis=0).repeat(columns, axis=1)
+    state = np.where(found.traction.any(axis=0), state, EXTERIOR)
+    fields = {name: getattr(found, name) for name in ("grid", "traction", "slip", "power_density")}
+    return replace(sol, state=state, **fields)
+
+
+def corrected(sol: Solution) -> str:
     """What a title says of fields on parts of the elements."""
-    return f"\n(corrected, on {finest.parts} parts)" if finest.parts else ""
+    if sol.refinement is None:
+        return ""
+    rows, columns = sol.refinement.cells
+    return f"\n(corrected, on {columns} parts)" if sol.scene.line else f"\n(corrected, on {columns} x {rows} parts)"
 
 
 def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any) -> None:
@@ -99,7 +98,7 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow, if not given.
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
-    lengths, field = measure_of(sol.scene, "length", sol.grid.box), finest_fields(sol)
+    lengths, field = measure(sol.scene, "length", sol.grid.box), finest(sol)
     state = field.state
     if isinstance(sol.motion, Steady):  # slip at the leading edge, before elements that stick, is grid error
         around = np.pad(state, ((0, 0), (1, 1)))
@@ -110,13 +109,13 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     size = np.hypot(*field.traction).max(initial=0.0)
     scale = size if largest is None else largest
     if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, scale):
-        words = f"traction, up to {measure_of(sol.scene, 'pressure', size).text(size)}"
+        words = f"traction, up to {measure(sol.scene, 'pressure', size).text(size)}"
         ax.plot([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
     vx, vy, spin = sol.creepage
     left, right, bottom, top = shown
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
         ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
-    ax.set_title(f"Tangential traction on body 1{corrected(field)}")
+    ax.set_title(f"Tangential traction on body 1{corrected(sol)}")
     _frame(ax, sol, lengths, shown)
     style.legend_below(ax, columns=2)
 
@@ -126,18 +125,19 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
 
     In line contact vectors are drawn by their components, over stick and slip areas.
     """
-    field, lengths = FIELDS[name], measure_of(sol.scene, "length", sol.grid.box)
-    finest, values = finest_fields(sol), field.values(sol)
-    place = finest if field.on_parts else sol
-    words = corrected(finest) if field.on_parts else ""
+    field, lengths = FIELDS[name], measure(sol.scene, "length", sol.grid.box)
+    place, words = (finest(sol), corrected(sol)) if field.on_parts else (sol, "")
+    values = np.asarray(getattr(place, name))
+    if name == "temperature":
+        values = values[0]
     values = values if field.outside else np.where(place.state > 0, values, np.nan)
     size = np.hypot(*values) if values.ndim == 3 else values
-    measured = measure_of(sol.scene, moved(field.quantity, is_shift(sol)), size)
+    measured = measure(sol.scene, moved(field.quantity, is_shift(sol)), size)
     ax.set_title(field.title + words)
     if sol.scene.line:
         if sol.scene.motion is not None:
-            _line_areas(ax, sol, finest, lengths)
-        x, label = lengths(place.grid.x), field.name
+            _line_areas(ax, sol, lengths)
+        x, label = lengths(place.grid.x), field.label
         if values.ndim == 3:
             label = "shift" if is_shift(sol) else "relative slip"
             ax.set_title(f"{label.capitalize()} of body 1 over body 2{words}")
@@ -156,7 +156,7 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         vmin=0.0 if shown.count() and (words or shown.min() >= -1e-6 * shown.max()) else None,
         aspect="auto",
     )
-    style.colour_bar(ax, image, measured.label(field.name))
+    style.colour_bar(ax, image, measured.label(field.label))
     box = sol.grid.box if field.outside else box_of(sol.state > 0, sol.grid)
     if values.ndim == 3:
         _draw_arrows(ax, place.grid, values, place.state == SLIP, 20, lengths, box, float(shown.max()))
@@ -177,21 +177,21 @@ def draw_section(
     room, all of this solution if not given.
     """
     line, grid = sol.scene.line, sol.grid
-    row, lengths = row_of(sol, y), measure_of(sol.scene, "length", grid.box)
+    row, lengths = row_of(sol, y), measure(sol.scene, "length", grid.box)
     place, words = float(grid.y[row]), ""
     if sol.scene.motion is None:
-        measured = measure_of(sol.scene, "pressure", sol.pressure[row])
+        measured = measure(sol.scene, "pressure", sol.pressure[row])
         ax.plot(lengths(grid.x), measured(sol.pressure[row]), "o-", color=style.TRACTION_COLOUR)
         ax.set_ylabel(measured.label("pressure"))
     else:
-        field = finest_fields(sol)
+        field = finest(sol)
         fine = _nearest_row(field.grid, place if y is None else y)
-        place, words = float(field.grid.y[fine]), corrected(field)
+        place, words = float(field.grid.y[fine]), corrected(sol)
         traction, bound = field.traction[:, fine], sol.traction_bound[_nearest_row(grid, place)]
         most = np.abs([*traction.ravel(), *bound[np.isfinite(bound)]]).max(initial=0.0)
-        measured = measure_of(sol.scene, "pressure", most if largest is None else largest)
+        measured = measure(sol.scene, "pressure", most if largest is None else largest)
         if line:
-            _line_areas(ax, sol, field, lengths)
+            _line_areas(ax, sol, lengths)
         if np.all(np.isfinite(bound)):
             x, ends = lengths(grid.x), measured(bound)
             if not line:
@@ -238,12 +238,6 @@ def box_of(contact: np.ndarray, grid: Grid) -> Box:
     return x[0] - 2.5 * dx, x[-1] + 2.5 * dx, y[0] - 2.5 * dy, y[-1] + 2.5 * dy
 
 
-def shape_of(sol: Solution) -> float:
-    """Height by width of panels that suits a contact."""
-    left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
-    return float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if _equal(box) else 1.0
-
-
 def _draw_arrows(
     ax: Axes,
     grid: Grid,
@@ -261,7 +255,7 @@ def _draw_arrows(
         return False
     u, v = values[:, iy, ix] / largest
     scale: dict[str, Any]
-    if _equal(box):
+    if to_scale(box):
         length = 1.6 * every * float(lengths(max(grid.sides)))
         scale = {"angles": "xy", "scale_units": "xy", "scale": 1 / length}
     else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
@@ -274,22 +268,16 @@ def _draw_arrows(
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     """Labels, limits, and axes to one scale, or a word where they are not."""
     style.readable_ticks(ax)
-    equal = _equal(box)
-    ax.set_xlabel(_x_label(sol, lengths) + ("" if equal else f"\n{NOT_EQUAL}"))
+    equal = to_scale(box)
+    ax.set_aspect("equal" if equal else "auto")
+    ax.set_xlabel(_x_label(sol, lengths) + ("" if equal else "\n(x and y not to one scale)"))
     ax.set_ylabel(lengths.label("y"))
-    shape = ax.get_box_aspect()  # of our own figures, whose panels are of one height
-    left, right, bottom, top = box
-    if shape is None:
-        ax.set_aspect("equal" if equal else "auto")
-    elif equal:  # more of the plane, so that lengths are the same along x and y
-        width, height = max(right - left, (top - bottom) / shape), max(top - bottom, (right - left) * shape)
-        x, y = (left + right) / 2, (bottom + top) / 2
-        left, right, bottom, top = x - width / 2, x + width / 2, y - height / 2, y + height / 2
-    ax.set_xlim(*lengths((left, right)))
-    ax.set_ylim(*lengths((bottom, top)))
+    ax.set_xlim(*lengths(box[:2]))
+    ax.set_ylim(*lengths(box[2:]))
 
 
-def _equal(box: Box) -> bool:
+def to_scale(box: Box) -> bool:
+    """Whether a box is so near a square that its axes are to one scale."""
     left, right, bottom, top = box
     return 0.2 < (right - left) / (top - bottom) < 5
 
@@ -298,8 +286,9 @@ def _x_label(sol: Solution, lengths: Measure) -> str:
     return lengths.label("x") + style.ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
 
 
-def _line_areas(ax: Axes, sol: Solution, field: FinestFields, lengths: Measure) -> None:
-    x, page = lengths(field.grid.lines[0]), np.array([0.0, 1.0])
+def _line_areas(ax: Axes, sol: Solution, lengths: Measure) -> None:
+    field, page = finest(sol), np.array([0.0, 1.0])
+    x = lengths(field.grid.lines[0])
     draw_states(ax, field.state, x, page, sol.plastic is not None, transform=ax.get_xaxis_transform(), zorder=0)
 
 

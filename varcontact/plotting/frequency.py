@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import measure_of
+from varcontact.plotting.unit_labels import measure
 from varcontact.results.frequency import FrequencyResponse
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ def plot_response(
     """Size and phase over the wave number, and Nyquist's diagram."""
     values, k = response.of(output, by), response.wave_number
     creepage = by in ("vx", "vy")
-    measured = measure_of(response.scene, POWERS.get(output, "1") if creepage else "1", np.abs(values))
-    waves = measure_of(response.scene, "spin", k)
+    measured = measure(response.scene, POWERS.get(output, "1") if creepage else "1", np.abs(values))
+    waves = measure(response.scene, "spin", k)
     name = rf"$\partial {NAMES.get(output, output)}/\partial {NAMES.get(by, by)}$"
     name = name.replace("normal_force", "N").replace("roughness", "r").replace("approach", r"\delta")
     with style.styled():
@@ -42,8 +42,6 @@ def plot_response(
         size.set(ylabel=measured.label("size"), title=name)
         phase.set(xlabel=waves.label("wave number $k$"), ylabel="phase [degrees]")
         plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
-        style.readable_decades(size)
-        style.readable_decades(phase)
         style.readable_ticks(plane)
     return figure
 
@@ -87,6 +85,5 @@ def plot_growth(
         else:
             ax.semilogx(x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label)
             ax.axhline(0, color="k", linewidth=0.5, zorder=0)
-        style.readable_decades(ax)
         style.legend_below(ax)
     return style.figure_of(ax)

@@ -18,9 +18,8 @@ from PIL import Image
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.plotting import style
-from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_section, draw_states
-from varcontact.plotting.unit_labels import measure, measure_of
-from varcontact.results.finest_fields import finest_fields
+from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_section, draw_states, finest
+from varcontact.plotting.unit_labels import measure
 from varcontact.results.history import History
 from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import need
@@ -45,16 +44,16 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
     size = style.figure_size(figsize, (style.COLUMN * 1.5, 0.4 + 1.7 * panels))
     with style.styled():
         figure, axes = style.new_figure(panels, 1, size, sharex=True)
-        _draw_forces(axes[0], history)
+        _draw_forces(axes[0], history, places)
         if found:
-            measured = measure("1", None, list(found.values()))
+            measured = measure(None, "1", list(found.values()))
             for i, values in found.items():
                 look: dict[str, Any] = {"label": ("$v_x$", "$v_y$")[i], "clip_on": False}
                 look["markersize"] = 2.5 if values.size < FEW else 0
                 axes[1].plot(places, measured(values), ("o-", "s--")[i], **look)
             axes[1].axhline(0, color="k", linewidth=0.5)
             axes[1].set_ylabel(measured.label("creepage found"))
-        lengths = measure_of(history.scene, "length", history.grid.box)
+        lengths = measure(history.scene, "length", history.grid.box)
         state = np.array([sol.state[history.grid.rows // 2] for sol in history]).T
         across = lengths(history.grid.lines[0])
         draw_states(axes[-1], state, edges, across, any(sol.plastic is not None for sol in history))
@@ -72,18 +71,17 @@ def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
     These are the distance rolled, or the numbers of the steps where steps after the first are in place.
     """
     if len(history) > 1 and np.all(history.dq[1:] > 0):
-        measured = measure_of(history.scene, "length", history.rolled)
+        measured = measure(history.scene, "length", history.rolled)
         rolled = measured(history.rolled)
         return rolled, np.append(0.0, rolled), measured.label("distance rolled")
     edges = np.arange(len(history) + 1) - 0.5
     return edges[:-1] + 0.5, edges, "step"
 
 
-def _draw_forces(ax: Axes, history: History) -> None:
-    places, _, _ = _abscissa(history)
+def _draw_forces(ax: Axes, history: History, places: np.ndarray) -> None:
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
-    measured = measure_of(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
+    measured = measure(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
     markers = ("o", "s") if len(history) < FEW else ("", "")
     size = np.abs(history.force).max(initial=0.0)
     for i, (name, line) in enumerate((("$F_x$", "-"), ("$F_y$", "--"))):
@@ -133,13 +131,13 @@ def _frames(history: History) -> Iterator[Image.Image]:
     box = box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     line, largest = history.scene.line, 0.0
     for sol in history:
-        largest = max(largest, float(np.hypot(*finest_fields(sol).traction).max()))
+        largest = max(largest, float(np.hypot(*finest(sol).traction).max()))
         if line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
     with style.styled():
         figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
         canvas: Any = figure.canvas
-        _draw_forces(below, history)
+        _draw_forces(below, history, places)
         style.readable_ticks(below)
         below.set_xlabel(label)
         below.legend(**style.BESIDE)
@@ -150,7 +148,7 @@ def _frames(history: History) -> Iterator[Image.Image]:
                 draw_section(above, sol, box=box, largest=largest)
             else:
                 draw_areas(above, sol, box, largest)
-            above.set_title(f"Tangential traction on body 1, step {k}{corrected(finest_fields(sol))}")
+            above.set_title(f"Tangential traction on body 1, step {k}{corrected(sol)}")
             mark.set_xdata([places[k]] * 2)
             if k == 0:
                 figure.draw_without_rendering()

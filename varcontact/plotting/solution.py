@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.fields import draw_areas, draw_field, draw_section, row_of, shape_of
+from varcontact.plotting.fields import box_of, draw_areas, draw_field, draw_section, row_of, to_scale
 from varcontact.results.solution import Panel, Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
@@ -44,14 +44,10 @@ def plot(
             size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))
             figure, axes = style.new_figure(len(names), 1, size, sharex=True)
         else:  # of one height
-            shape = shape_of(sol)
-
-            def size_of(rows: int, columns: int) -> tuple[float, float]:
-                width = style.COLUMN if columns == 1 else style.PAGE / 3 * columns
-                side = width / columns - (0.7 if columns == 1 else 1.05)  # beside it are labels and a colour bar
-                return style.figure_size(figsize, (width, rows * (shape * side + 1.3)))
-
-            figure, axes = style.new_panels(len(names), size_of)
+            left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
+            shape = float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if to_scale(box) else 1.0
+            side = 2.8 if len(names) == 1 else 1.45  # beside it are labels and a colour bar
+            figure, axes = style.new_panels(len(names), shape * side + 1.3, figsize)
             for panel in axes:
                 panel.set_box_aspect(shape)
         for panel, name in zip(axes, names, strict=True):

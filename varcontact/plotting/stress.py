@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import Measure, measure_of
+from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.solution import Solution
 from varcontact.results.stress import FARTHEST, SubsurfaceStress, one_solution, side_of, stress
 
@@ -83,7 +83,7 @@ def plot_stress(
         else:
             values = np.stack([getattr(each, quantity) for each in fields])
         places = np.stack([[each.points[i] for each in fields] for i in axes])
-        lengths, stresses = measure_of(sol.scene, "length", places), measure_of(sol.scene, "pressure", values)
+        lengths, stresses = measure(sol.scene, "length", places), measure(sol.scene, "pressure", values)
         shown = stresses(values)
         levels = MaxNLocator(20, symmetric=signed).tick_values(float(shown.min()), float(shown.max()))
         for first, second, value in zip(*lengths(places), shown, strict=True):

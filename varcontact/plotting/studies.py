@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
 from varcontact.plotting.fields import is_shift
-from varcontact.plotting.unit_labels import Measure, measure, measure_of
+from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -141,8 +141,8 @@ def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curve
         name = list(CREEPAGES)[int(np.argmax(spread))]
     words, quantity = (SHIFTS if is_shift(every[0]) else CREEPAGES)[name]
     values = [getattr(sol, name) for sol in every]
-    along = measure("1", None, values) if quantity == "1" else measure_of(scene, quantity, values)
-    force = Measure(1.0, "") if normalised else measure_of(scene, "force", [sol.force for sol in every])
+    along = measure(None, "1", values) if quantity == "1" else measure(scene, quantity, values)
+    force = Measure(1.0, "") if normalised else measure(scene, "force", [sol.force for sol in every])
     curves = {}
     for label, curve in given.items():
         forces = np.array([-sol.force for sol in curve])
@@ -165,7 +165,7 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
     if against == "auto":  # lengths are unknown here: creepages come before the spin
         moving = [name for name in ("vx", "vy") if np.ptp(found[name].values) > 0] or ["spin"]
         against = max(moving, key=lambda name: float(np.ptp(found[name].values)))
-    along = measure("1", None, found[against].values)
+    along = measure(None, "1", found[against].values)
     forces = -np.stack([found.Fx.values, found.Fy.values], axis=-1) / (limit if normalised else 1.0)
     x = along(found[against].values)
     names = [str(name) for name in found.theory.values]
@@ -206,7 +206,6 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
         ax.set_ylim(bottom=LEAST_DISTANCE / 3)
-        style.readable_decades(ax)
         ax.grid(visible=True)
         if not measured.empty:
             figure.legend(loc="outside right upper", title="method", alignment="left")
@@ -227,9 +226,7 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
         names = [name for name in names if name in quantities]
     methods = list(dict.fromkeys(study.runs["method"]))
     with style.styled():
-        figure, axes = style.new_panels(
-            len(names), lambda rows, columns: (style.PAGE / 3 * max(columns, 1.4), 0.5 + 2.5 * rows)
-        )
+        figure, axes = style.new_panels(len(names), 2.7)
         for ax, name in zip(axes, names, strict=True):
             for row in (row for row in limits if row["quantity"] == name):
                 _draw_limit(ax, study, row, methods.index(row["method"]))
@@ -237,7 +234,6 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             ax.set(xscale="log", yscale="log", title=name.replace("_", " "), xlabel="elements across the contact")
             shown = cells[:: -(-len(cells) // (5 if len(names) > 1 else 8))]
             ax.set_xticks(cells, labels=[str(n) if n in shown else "" for n in cells])
-            style.readable_decades(ax)
             ax.xaxis.minorticks_off()
             ax.grid(visible=True)
             style.legend_below(ax, columns=1)
@@ -277,7 +273,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     """Errors of methods over processor seconds: the largest of each class of scenes, and the front; a panel a class."""
     kinds, families = (list(dict.fromkeys(study.classes[name])) for name in ("kind", "family"))
     with style.styled():
-        figure, axes = style.new_panels(len(kinds), lambda rows, _: (style.PAGE, 1.2 + 2.3 * rows))
+        figure, axes = style.new_panels(len(kinds), 2.8)
         for ax, kind in zip(axes, kinds, strict=True):
             part = study.classes[study.classes["kind"] == kind]
             for family, methods in part.groupby("family", sort=False):
@@ -288,7 +284,6 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
             ax.plot(front["processor_seconds"], error, color="0.3", lw=0.8, zorder=0)
             ax.set(xscale="log", yscale="log", title=kind)
             ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
-            style.readable_decades(ax)
             ax.grid(visible=True)
         for ax in axes[::3]:
             ax.set_ylabel("largest error [%]")

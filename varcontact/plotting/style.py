@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import mmap
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from shutil import which
@@ -17,7 +15,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, Locator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
@@ -40,9 +38,6 @@ ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
 BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
 """Where a legend to the right of axes is."""
-
-DIGIT = 0.66
-"""Width of a digit, in parts of the size of letters."""
 
 FIELD = "--plot"
 MARK = "Drawn by varcontact"
@@ -90,11 +85,12 @@ def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[F
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
-def new_panels(count: int, size: Callable[[int, int], tuple[float, float]]) -> tuple[Figure, list[Axes]]:
-    """A figure of so many axes, three to a row, whose size is that of its rows and columns."""
+def new_panels(count: int, height: float, figsize: Any = None) -> tuple[Figure, list[Axes]]:
+    """A figure of so many axes, three to a row, each of this height with its labels [inch]."""
     columns = min(max(count, 1), 3)
     rows = -(-max(count, 1) // columns)
-    figure, axes = new_figure(rows, columns, size(rows, columns))
+    size = figure_size(figsize, (PAGE / 3 * max(columns, 1.4), rows * height))
+    figure, axes = new_figure(rows, columns, size)
     for ax in axes[count:]:
         ax.set_axis_off()
     return figure, axes[:count]
@@ -132,9 +128,8 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
     found = ax.get_legend_handles_labels()[0]
     if not found:
         return
-    ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
-    lines = len(ax.get_xlabel().splitlines())
-    points = 6 + 1.5 * ticks + 1.5 * lines * float(ax.xaxis.label.get_fontsize())
+    lines, sizes = len(ax.get_xlabel().splitlines()), mpl.rcParams
+    points = 6 + 1.5 * sizes["xtick.labelsize"] + 1.5 * lines * sizes["axes.labelsize"]
     down = ScaledTranslation(0, -points / 72, figure_of(ax).dpi_scale_trans)
     ax.legend(
         ncols=min(columns, len(found)),
@@ -152,55 +147,18 @@ def colour_bar(ax: Axes, image: Any, label: str) -> None:
     figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label, format=readable_numbers())
 
 
-class RoomyLocator(MaxNLocator):
-    """As many round ticks as have room for their labels, which matplotlib's own takes to be of three digits."""
-
-    def __call__(self) -> Sequence[float]:
-        """Ticks for the axis as long as it is drawn."""
-        axis: Any = self.axis
-        letter = float(axis.majorTicks[0].label1.get_fontsize())
-        length = axis.axes.bbox.width * 72 / axis.axes.get_figure(root=True).dpi
-        low, high = sorted(axis.get_view_interval())
-        ticks: Sequence[float] = ()
-        for most in range(8, 0, -1):
-            self.set_params(nbins=most)
-            ticks = super().__call__()
-            shown = [tick for tick in ticks if low <= tick <= high]
-            texts = axis.get_major_formatter().format_ticks(shown)
-            labels = [re.sub(r"\\mathdefault|[${}]", "", text) for text in texts]
-            widest = DIGIT * letter * max(map(len, labels), default=0)
-            if len(shown) < 2 or widest + letter <= length * (shown[1] - shown[0]) / (high - low):
-                break
-        return ticks
-
-
 def readable_numbers() -> ScalarFormatter:
     """Labels of a few digits, with a power of ten beside the axis where there would be more."""
     formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((-4, 5))
+    formatter.set_powerlimits((-2, 4))
     return formatter
 
 
 def readable_ticks(ax: Axes) -> None:
     """Round and few ticks along x, and short numbers along both axes."""
-    ax.xaxis.set_major_locator(RoomyLocator(steps=[1, 2, 5, 10], min_n_ticks=1))
+    ax.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10]))
     ax.xaxis.set_major_formatter(readable_numbers())
     ax.yaxis.set_major_formatter(readable_numbers())
-
-
-def readable_decades(ax: Axes) -> None:
-    """Powers of ten along logarithmic axes, as many as have room; finer ticks where fewer than two are in sight."""
-    for axis, scale, most in ((ax.xaxis, ax.get_xscale(), 6), (ax.yaxis, ax.get_yscale(), 8)):
-        if scale != "log" or isinstance(axis.get_major_locator(), FixedLocator):
-            continue
-        axis.set_minor_formatter(NullFormatter())
-        low, high = np.log10(axis.get_view_interval())
-        if np.floor(high) > np.ceil(low):
-            axis.set_major_locator(LogLocator(numticks=most))
-            continue
-        fine: Locator = LogLocator(subs=(1, 2, 5), numticks=most)
-        axis.set_major_locator(fine if high - low > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10]))
-        axis.set_major_formatter(readable_numbers())
 
 
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
@@ -227,5 +185,4 @@ def write_picture(figure: Figure, path: Path) -> None:
 
 def is_ours(path: Path) -> bool:
     """Whether a picture says that varcontact drew it."""
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        return content.find(MARK.encode()) >= 0
+    return MARK.encode() in path.read_bytes()

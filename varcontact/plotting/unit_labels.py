@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from varcontact.scene.scene import Scene
-from varcontact.scene.units import Units
 
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
 _NEWTONS = {"N": 1.0, "kN": 1e3, "MN": 1e6}
@@ -51,13 +50,13 @@ class Measure:
         return f"{value * self.factor + 0.0:.{digits}g} {self.unit}".rstrip()
 
 
-def measure(quantity: str, units: Units | None, values: Any, line: bool = False) -> Measure:
+def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
     """How values in the units of a scene are shown: the largest has the prefix that fits.
 
-    `quantity` is "length", "force", "pressure", "moment", "spin", "line force" (force by length) or "1"; in a `line`
-    contact forces and moments are per unit length. Without prefixes very large and very small numbers are shown by a
-    power of a thousand, which stands with the unit.
+    `quantity` is one of `_POWERS` or "1"; forces and moments of line contact are per unit length. Where no prefix
+    fits, the unit has a power of a thousand.
     """
+    units, line = (None, False) if scene is None else (scene.units, scene.line)
     sizes = np.abs(np.asarray(values, dtype=float))
     largest = float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
     factor, unit, powers = 1.0, "", (0, 0)
@@ -83,8 +82,3 @@ def measure(quantity: str, units: Units | None, values: Any, line: bool = False)
         power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
         factor, unit = factor / 10.0**power, f"$10^{{{power}}}$ {unit}".rstrip()
     return Measure(float(f"{factor:.12g}"), unit)  # a power of ten without rounding errors
-
-
-def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
-    """How a quantity of a scene is shown, see `measure`."""
-    return measure(quantity, scene.units, values, scene.line)

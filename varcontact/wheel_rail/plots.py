@@ -12,7 +12,6 @@ from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Panel
-from varcontact.scene.units import MM_N
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.result import PatchSolution
 from varcontact.wheel_rail.wear_laws import Archard
@@ -98,7 +97,7 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
             for column, (panel, title) in enumerate(TITLES.items()):
                 ax = figure.add_subplot(spaces[i, column])
                 each.solution.plot(panel, ax=ax)
-                force = measure("force", MM_N, each.normal_force).text(each.normal_force, digits=4)
+                force = measure(each.solution.scene, "force", each.normal_force).text(each.normal_force, digits=4)
                 ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]")
                 ax.set_title(title.format(number=i, force=force, solved=each))
         figure.draw_without_rendering()
