@@ -1,6 +1,8 @@
-"""Scenes in one line or two, and the same scene in other units."""
+"""Scenes in one line or two, the same scene in other units, and what is refused."""
 
 from dataclasses import fields, is_dataclass, replace
+
+import pytest
 
 import varcontact as vc
 
@@ -41,3 +43,11 @@ def in_units(scene, length, stress, time=1.0):
         return replace(value, **{f.name: scaled(f.name, getattr(value, f.name)) for f in fields(value) if f.init})
 
     return scaled("scene", scene)
+
+
+def refused(call, field=None, words="", match=None, error=vc.SceneError):
+    """Assert that a call raises this error, of this field, with these words in its message."""
+    with pytest.raises(error, match=match) as found:
+        call()
+    assert field is None or found.value.field == field
+    assert words in str(found.value)

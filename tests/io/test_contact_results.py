@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import make_scene, refused
 
 DATA = Path(__file__).parent.parent / "data" / "contact"
 NAMES = ("Tim Sws Xw Yw", "Xcp Ycp Zcp Deltcp", "Mx My Xl Yl Dx Dy Chi Dq", "T M Gg1 Gg2 Poiss1 Poiss2",
@@ -245,9 +245,7 @@ def test_a_damaged_table_is_refused_by_line(tmp_path, shifted, old, new, words):
     _, sol = shifted
     path = tmp_path / "a.mat"
     path.write_text(table(sol, 1).replace(old, new, 1))
-    with pytest.raises(vc.SceneError) as error:
-        vc.read_contact_result(path)
-    assert words in str(error.value)
+    refused(lambda: vc.read_contact_result(path), words=words)
 
 
 @pytest.mark.parametrize(
@@ -264,9 +262,7 @@ def test_a_damaged_file_of_the_release_is_refused_by_line(tmp_path, shifted, old
     text = release(*shifted, 1)
     assert text.count(old) == 1
     path.write_text(text.replace(old, new))
-    with pytest.raises(vc.SceneError) as error:
-        vc.read_contact_result(path)
-    assert words in str(error.value)
+    refused(lambda: vc.read_contact_result(path), words=words)
 
 
 def test_a_file_that_is_cut_short_is_refused_wherever(tmp_path, shifted):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import refused
 from varcontact.scene.interpolation import smoothed
 
 X = np.linspace(-1.0, 1.0, 41)
@@ -77,9 +78,7 @@ def test_far_from_a_cliff_the_spline_is_kept():
 
 @pytest.mark.parametrize("pair", [1.0, None, (1.0,), (1.0, 2.0, 3.0), "ab"])
 def test_radii_of_the_bodies_come_in_pairs(pair):
-    with pytest.raises(vc.SceneError, match="a pair of radii") as failure:
-        vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0))
-    assert failure.value.field == "surface.Rx"
+    refused(lambda: vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0)), "surface.Rx", match="a pair of radii")
 
 
 def test_surfaces_go_to_other_processes():

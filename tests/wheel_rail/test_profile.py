@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from varcontact.errors import SceneError
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
@@ -280,6 +281,4 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
     ({"kind": "tram"}, "profile.kind", "did you mean rail"),
 ])  # fmt: skip
 def test_bad_profiles_are_refused(more, field, words):
-    with pytest.raises(SceneError, match=words) as caught:
-        Profile(**{"y": RAIL.y, "z": RAIL.z, "kind": "rail"} | more)
-    assert caught.value.field == field
+    refused(lambda: Profile(**{"y": RAIL.y, "z": RAIL.z, "kind": "rail"} | more), field, match=words, error=SceneError)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.scenes import refused
 from tests.wheel_rail.conditions import (
     RAIL,
     TRACK,
@@ -316,9 +317,7 @@ def test_moduli_in_pascal_are_refused(G):
     (lambda: wheel(velocity=Velocity(yaw_rate=10.0)).solve(), "velocity", r"does not roll forwards, .* -\d"),
 ])  # fmt: skip
 def test_bad_dimensions_and_velocities_are_refused(make, field, words):
-    with pytest.raises(SceneError, match=words) as caught:
-        make()
-    assert caught.value.field == field
+    refused(make, field, match=words, error=SceneError)
 
 
 def test_the_picture_has_both_profiles_and_each_patch(two_patches):

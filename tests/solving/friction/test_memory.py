@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import in_units, make_scene
+from tests.scenes import in_units, make_scene, refused
 from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -172,9 +172,7 @@ def test_particles_that_stick_regain_static_friction_by_the_least_velocity():
     "entries", [{"memory_distance": -1e-3}, {"memory_distance": np.nan}, {"memory_velocity": 1.0}], ids=str
 )
 def test_what_no_memory_can_be(entries):
-    with pytest.raises(vc.SceneError) as refused:
-        vc.StaticKinetic(0.4, 0.2, **entries)
-    assert refused.value.field == f"friction.{next(iter(entries))}"
+    refused(lambda: vc.StaticKinetic(0.4, 0.2, **entries), f"friction.{next(iter(entries))}")
 
 
 def test_mirror_and_units(dx):
