@@ -14,6 +14,7 @@ import numpy as np
 import varcontact as vc
 from tests.fuzz.junk import PLAIN, Deep, objects
 from tests.fuzz.outcome import Case, says_what
+from tests.scenes import make_scene
 from varcontact.errors import shortened
 
 reference = vc.reference
@@ -90,14 +91,8 @@ def given_to(part: object) -> dict:
 
 
 def scene() -> vc.Scene:
-    return vc.Scene(
-        bodies=vc.Bodies(1.0, 0.3),
-        surface=vc.Paraboloids(3.0, 2.0),
-        normal_force=4e-3,
-        friction=0.3,
-        motion=vc.Steady(vx=1e-3),
-        grid=vc.Grid(nx=4, ny=4),
-    )
+    surface, bodies = vc.Paraboloids(3.0, 2.0), vc.Bodies(1.0, 0.3)
+    return make_scene(surface, 4e-3, vc.Steady(vx=1e-3), vc.Grid(nx=4, ny=4), bodies=bodies)
 
 
 def _studies() -> dict:

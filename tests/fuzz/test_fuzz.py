@@ -11,11 +11,13 @@ import varcontact as vc
 from tests.command import run
 from tests.conditions import Held
 from tests.fuzz import campaigns
+from tests.fuzz.arguments import scene
 from tests.fuzz.campaigns import bounded, outputs, within_gap
 from tests.fuzz.extremes import Extreme, but, extremes
 from tests.fuzz.judge import faults
 from tests.fuzz.junk import Hostile
 from tests.fuzz.outcome import FAILED, PASSED, attempt
+from tests.scenes import make_scene
 from varcontact.discrete.certificate import ForceBounds
 from varcontact.solving.coupling import distance
 
@@ -66,7 +68,7 @@ LINE = {
 CHANGES = {
     "line": LINE,
     "law": LINE | {"friction": vc.LinearFalling(0.3, 0.2, 4e-3)},
-    "hertz": {"motion": vc.Shift(ux=3e-4)},
+    "hertz": {"motion": vc.Shift(ux=3e-4), "grid": "auto"},
     "touched": {"motion": vc.Steady(Fx=-5e-4, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
     "parts": {"motion": vc.Steady(vx=2e-3, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
     "strips in parts": LINE | {"grid": vc.Grid(nx=9, edge="touched")},
@@ -79,9 +81,7 @@ OPTIONS = {kind: {"normal": "norm"} for kind in CHANGES if "parts" in kind} | {"
 @pytest.mark.parametrize("kind", CHANGES)
 def test_the_judge_notices(kind):
     """Changes of a thousandth, or of the certificate by a half, do not pass; and the solution does."""
-    base = {"bodies": vc.Bodies(G=1.0, nu=0.3), "surface": vc.Paraboloids(3.0, 2.0), "normal_force": 4e-3}
-    scene = vc.Scene(**(base | {"friction": 0.3} | CHANGES[kind]))
-    sol = vc.solve(scene, **OPTIONS.get(kind, {}))
+    sol = vc.solve(dataclasses.replace(scene(), **CHANGES[kind]), **OPTIONS.get(kind, {}))
     assert faults(sol, 1e-8) == []
     slips, certificate = sol.state == 2, sol.certificate
     wrong = {
@@ -102,10 +102,9 @@ def test_the_judge_notices(kind):
 
 def test_the_judge_of_certificates_notices():
     """Bounds and gaps that are too small for the tractions beside a solution."""
-    base = {"bodies": vc.Bodies(G=1.0, nu=0.3), "surface": vc.Paraboloids(3.0, 2.0), "normal_force": 4e-3}
-    exact = vc.solve(vc.Scene(**base, friction=0.3, motion=vc.Steady(vx=3e-3), grid=vc.Grid(nx=8, ny=8)))
-    scene, traction = dataclasses.replace(exact.scene, grid=exact.grid), 0.9 * exact.traction
-    certificate, away = vc.certify(scene, traction), outputs(exact.grid, traction)
+    exact = vc.solve(dataclasses.replace(scene(), motion=vc.Steady(vx=3e-3), grid=vc.Grid(nx=8, ny=8)))
+    posed, traction = dataclasses.replace(exact.scene, grid=exact.grid), 0.9 * exact.traction
+    certificate, away = vc.certify(posed, traction), outputs(exact.grid, traction)
     moved = Held(dataclasses.replace(exact, traction=traction), None)
     assert bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
     part = np.abs(away - outputs(exact.grid, exact.traction))[0] / certificate.force_bound[0]
@@ -121,8 +120,7 @@ def test_the_judge_of_certificates_notices():
 @pytest.fixture(scope="module")
 def sol():
     """A small one."""
-    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": vc.Paraboloids(10.0, 8.0), "normal_force": 0.02}
-    return vc.solve(vc.Scene(**base, friction=0.3, motion=vc.Steady(vx=0.04), grid=vc.Grid(nx=5, ny=5)))
+    return vc.solve(make_scene(vc.Paraboloids(10.0, 8.0), 0.02, vc.Steady(vx=0.04), vc.Grid(nx=5, ny=5)))
 
 
 def test_a_solver_that_prints_leaves_json_alone(tmp_path):
@@ -196,17 +194,13 @@ def test_points_and_names_of_any_size(sol, tmp_path):
 
 def test_an_iterate_that_diverges_warns_nobody(check_kkt):
     """Scenes, seed 1, case 1332: all but saturated, a step of TANG overflowed with NumPy's RuntimeWarning."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=80e9, nu=0.28),
-        surface=vc.Ellipse(a=0.016222049333629904, b=0.0015411123148400582),
-        approach=0.00010919506575814483,
-        friction=0.22364725334250185,
-        motion=vc.Shift(uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266),
-        grid=vc.Grid(nx=12, ny=9),
-    )
+    ellipse = vc.Ellipse(a=0.016222049333629904, b=0.0015411123148400582)
+    motion = vc.Shift(uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266)
+    steel = {"bodies": vc.Bodies(G=80e9, nu=0.28), "approach": 0.00010919506575814483}
+    posed = make_scene(ellipse, None, motion, vc.Grid(nx=12, ny=9), friction=0.22364725334250185, **steel)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sol = vc.solve(scene, method="active-set")
+        sol = vc.solve(posed, method="active-set")
     check_kkt(sol, 1e-8)
 
 
@@ -233,7 +227,6 @@ def test_progress_that_is_a_class():
 @pytest.mark.parametrize("cells", [b"x", "8", 8, [8, 12.5]])
 def test_cells_that_are_no_list_of_whole_numbers(cells):
     """Arguments, seed 72, case 12511: bytes are numbers to Python, and were grids of as many elements."""
-    scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0)
-    for call in (lambda: vc.converge(scene, cells), lambda: vc.tradeoff({}, ["auto"], cells=cells)):
+    for call in (lambda: vc.converge(SCENE, cells), lambda: vc.tradeoff({}, ["auto"], cells=cells)):
         with pytest.raises(vc.SceneError, match=r"cells(\[1\])? = .* must be a (list of )?whole number"):
             call()

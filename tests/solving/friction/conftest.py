@@ -1,9 +1,12 @@
 """Scenes under laws of friction, and the judge of their solutions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 
 @pytest.fixture(scope="session")
@@ -11,14 +14,7 @@ def line():
     """A cylinder on a plane, of one law."""
 
     def made(friction, vx=3e-3, cells=24, **motion):
-        return vc.Scene(
-            bodies=vc.Bodies(G=1.0, nu=0.28),
-            surface=vc.Cylinders(R=1.0),
-            normal_force=1e-3,
-            friction=friction,
-            motion=vc.Steady(**motion) if motion else vc.Steady(vx=vx),
-            grid=vc.Grid(nx=cells),
-        )
+        return make_scene(vc.Cylinders(R=1.0), 1e-3, vc.Steady(**motion or {"vx": vx}), vc.Grid(nx=cells), friction)
 
     return made
 
@@ -28,15 +24,8 @@ def ball():
     """A ball on a plane, of one law."""
 
     def made(friction, cells=8, **changes):
-        base = {
-            "bodies": vc.Bodies(G=1.0, nu=0.28),
-            "surface": vc.Paraboloids(1.0, 1.0),
-            "normal_force": 1e-4,
-            "friction": friction,
-            "motion": vc.Steady(vx=3e-3, spin=0.05),
-            "grid": vc.Grid(nx=cells, ny=cells),
-        }
-        return vc.Scene(**(base | changes))
+        motion, grid = vc.Steady(vx=3e-3, spin=0.05), vc.Grid(nx=cells, ny=cells)
+        return replace(make_scene(vc.Paraboloids(1.0, 1.0), 1e-4, motion, grid, friction), **changes)
 
     return made
 
@@ -46,7 +35,6 @@ def holds():
     """Coulomb's law with the coefficient that belongs to the slip."""
 
     def made(sol, tol=1e-7):
-        """Coulomb with the law's coefficient at the slip that the solution shows."""
         law, contact, slips = sol.scene.friction, sol.pressure > 0, sol.state == 2
         own = np.where(slips, law(np.hypot(*sol.slip)), law.static)
         np.testing.assert_allclose(sol.friction, own, rtol=1e-12)

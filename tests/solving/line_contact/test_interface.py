@@ -1,62 +1,22 @@
 """Line contact in files, reports, pictures and on the command line; and what is refused, by name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
 
-SCENE = """
-normal_force = 1e6
-friction = 0.3
-[units]
-length = "m"
-force = "N"
-[bodies]
-G = 80e9
-nu = 0.28
-[surface]
-kind = "cylinders"
-R = 0.2
-[motion]
-kind = "steady"
-Fx = -2e5
-[grid]
-nx = 40
-"""
-
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.3), vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 SAMPLES = np.linspace(-2.0, 2.0, 41)
 
 
+BASE = make_scene(vc.Cylinders(R=1.0), 1.0, vc.Steady(Fx=-0.1), vc.Grid(nx=20), bodies=LIKE)
+
+
 def scene(**changes):
-    base = {
-        "bodies": LIKE,
-        "surface": vc.Cylinders(R=1.0),
-        "normal_force": 1.0,
-        "friction": 0.3,
-        "motion": vc.Steady(Fx=-0.1),
-        "grid": vc.Grid(nx=20),
-    }
-    return vc.Scene(**(base | changes))
-
-
-@pytest.fixture(scope="module")
-def sol(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "scene.toml"
-    path.write_text(SCENE)
-    described, options = vc.read_scene(path)
-    return vc.solve(described, **options)
-
-
-def test_scene_file(sol):
-    assert sol.scene.surface == vc.Cylinders(R=0.2)
-    assert sol.scene.grid == vc.Grid(nx=40)
-    assert sol.force[0] == pytest.approx(-2e5)
-    again = vc.solve(
-        make_scene(vc.Cylinders(R=0.2), 1e6, vc.Steady(Fx=-2e5), vc.Grid(nx=40), bodies=vc.Bodies(G=80e9, nu=0.28))
-    )
-    np.testing.assert_array_equal(again.traction, sol.traction)
+    return replace(BASE, **changes)
 
 
 @pytest.mark.parametrize("layout", ["row", "column", "npy"])

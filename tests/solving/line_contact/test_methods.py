@@ -1,23 +1,21 @@
 """Every method of the package on line contact: one answer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 
 
+BASE = make_scene(vc.Cylinders(R=5.0), 0.5, vc.Steady(Fx=-0.06, Fy=0.03), vc.Grid(nx=30), friction=0.25)
+
+
 def scene(**changes):
-    base = {
-        "bodies": vc.Bodies(G=1.0, nu=0.28),
-        "surface": vc.Cylinders(R=5.0),
-        "normal_force": 0.5,
-        "friction": 0.25,
-        "motion": vc.Steady(Fx=-0.06, Fy=0.03),
-        "grid": vc.Grid(nx=30),
-    }
-    return vc.Scene(**(base | changes))
+    return replace(BASE, **changes)
 
 
 def test_an_unpolished_answer_is_guaranteed():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import make_scene, refused
 from varcontact.discrete.certificate import force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
@@ -34,16 +34,11 @@ MOTIONS = {
 }
 
 
+BASE = make_scene(vc.Cylinders(5.0, reference_depth=50.0), 0.5, vc.Steady(Fx=-0.06), vc.Grid(nx=24), friction=0.25)
+
+
 def scene(**changes):
-    base = {
-        "bodies": vc.Bodies(G=1.0, nu=0.28),
-        "surface": vc.Cylinders(R=5.0, reference_depth=50.0),
-        "normal_force": 0.5,
-        "friction": 0.25,
-        "motion": vc.Steady(Fx=-0.06),
-        "grid": vc.Grid(nx=24),
-    }
-    return vc.Scene(**(base | changes))
+    return dataclasses.replace(BASE, **changes)
 
 
 def in_full(motion, other):
@@ -148,7 +143,7 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
         scene(motion=vc.Steady(vy=0.01), bodies=UNLIKE),
         scene(surface=vc.Ellipse(1.0, 1.0), grid=vc.Grid(nx=8, ny=8)),
     ):
-        refused(lambda: vc.solve(described, tangential=name), "tangential", match="second-order cones")
+        refused(lambda scene=described: vc.solve(scene, tangential=name), "tangential", match="second-order cones")
     with pytest.raises(vc.SceneError, match="normal problems"):
         vc.solve(scene(), tangential="norm")
 

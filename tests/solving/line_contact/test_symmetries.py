@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.4))
 DEPTH = 30.0
@@ -18,16 +19,11 @@ MOTIONS = {
 }
 
 
+BASE = make_scene(vc.Cylinders(5.0, DEPTH), 0.5, MOTIONS["creepage"], vc.Grid(nx=40), friction=0.25, bodies=LIKE)
+
+
 def scene(**changes):
-    base = {
-        "bodies": LIKE,
-        "surface": vc.Cylinders(R=5.0, reference_depth=DEPTH),
-        "normal_force": 0.5,
-        "friction": 0.25,
-        "motion": MOTIONS["creepage"],
-        "grid": vc.Grid(nx=40),
-    }
-    return vc.Scene(**(base | changes))
+    return dataclasses.replace(BASE, **changes)
 
 
 def same(first, second, signs=(1, 1), tol=1e-10):
