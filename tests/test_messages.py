@@ -8,8 +8,7 @@ import pytest
 import varcontact as vc
 from tests.scenes import make_scene, refused
 from varcontact import checks, reference
-from varcontact.energy import posed
-from varcontact.reference import bufler, cattaneo_mindlin, hertz, hertz_ellipse, line_contact, spence_ratio
+from varcontact.reference import bufler, cattaneo_mindlin, hertz, line_contact, spence_ratio
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
 BALL = vc.Paraboloids(1.0, 1.0)
@@ -34,8 +33,6 @@ def certified(traction, **changes):
 MESSAGES = [
     (lambda: vc.Grid(nx=3, ny=3).x, "grid", "only such a grid has positions"),
     (lambda: vc.Transient(steps=2, surface=[BALL, vc.Cylinders(1.0)]), "motion.surface[1]", "in all steps or in none"),
-    (lambda: vc.Paraboloids.from_bodies(Rx=(1.0, -0.5), Ry=(1.0, 1.0)), "surface.Rx", "positive sum of curvatures"),
-    (lambda: vc.SampledDistance(np.zeros((3, 3)), x=AXIS), "surface.x, surface.y", "both or neither"),
     (lambda: vc.SampledDistance(np.eye(3), AXIS / 2, AXIS / 2).distance(SQUARE), "grid", "within the samples"),
     (lambda: scene(surface=BOWL, grid=SQUARE, normal_force=None, approach=-0.5), "approach", "must exceed"),
     (lambda: vc.plan(scene(surface=BOWL, grid=SQUARE), normal="hertz"), "", "for paraboloids, ellipses and cylinders"),
@@ -46,12 +43,9 @@ MESSAGES = [
     (lambda: certified((2, 6, 6), surface=replace(BOWL, x=AXIS, y=AXIS)), "grid", "explicit, with dx, dy, x0 and y0"),
     (lambda: certified((2, 4, 3), grid=SQUARE), "traction", "must be of shape (2, 3, 3)"),
     (lambda: vc.converge(scene(motion=vc.Transient(steps=1, dq=0.1)), [8, 16]), "motion", "studied on one problem"),
-    (lambda: vc.scan(scene(motion=None), [(0.0, 0.0, 0.0)]), "motion", "a scan sets the creepages"),
-    (lambda: vc.scan(scene(), [0.1, 0.2, 0.3]), "creepages", "a single solution is [[vx, vy, spin]]"),
     (lambda: vc.stress(vc.solve(scene()), [0.0, 1.0]), "points", "(3, ...)"),
     (lambda: vc.stress_below(vc.solve(scene()), []), "depths", "a number or several"),
     (lambda: vc.solve(scene()).plot_passes(), "solution", "no passes to plot"),
-    (lambda: posed(vc.solve(scene(motion=vc.Transient(steps=1, dq=0.1)))[0]), "solution", "a step of a history"),
     (lambda: reference.carter(reference.line_contact(1.0, BODIES, a=0.1), 0.3), "", "neither creepage nor force"),
     (lambda: reference.carter(COUPLED, 0.3, creepage=0.01), "bodies.K", "like bodies"),
     (lambda: reference.bufler(1.0, BODIES, force=1.0, a=1.0), "", "force and a are both given"),
@@ -140,20 +134,17 @@ DIGITS = 10**5000
         (lambda: vc.converge(HERTZIAN, [4, 6], method=3), "method = 3 is not allowed: must be a name, or a list of"),
         (lambda: vc.plot_comparison(3), "table = 3 is not allowed"),
         (lambda: hertz(1, 1, 5, force=1.0), "bodies = 5 is not allowed: must be half-spaces"),
-        (lambda: hertz_ellipse(1, 1, 5, force=1.0), "bodies = 5"),
         (lambda: line_contact(1, 5, force=1.0), "bodies = 5"),
         (lambda: bufler(1, 5, force=1.0), "bodies = 5"),
         (lambda: spence_ratio(5, 0.3), "bodies = 5"),
         (lambda: cattaneo_mindlin(hertz(1, 1, ALIKE, force=1e-3), 5, 0.3, 1e-5), "bodies = 5"),
         (lambda: hertz(1e100, 1e-100, ALIKE, force=1.0), r"Rx, Ry = \(1e\+100, 1e-100\) .* at most 1e\+150 times"),
         (lambda: vc.Steady(vx=np.complex128(0.1 + 2j)), r"motion\.vx = \(0\.1\+2j\) is not allowed"),
-        (lambda: vc.Steady(vx=np.True_), r"motion\.vx = True is not allowed"),
         (lambda: vc.Grid(nx=np.array(True)), r"grid\.nx = True is not allowed"),
         (lambda: vc.Steady(vx=bytearray(b"1.5")), r"motion\.vx = bytearray"),
         (lambda: vc.Steady(vx=DIGITS), r"motion\.vx = a number of thousands of digits is not allowed"),
         (lambda: vc.Bodies(G=DIGITS, nu=0.3), r"bodies\.G = a number of thousands of digits"),
         (lambda: vc.SampledDistance([[DIGITS, 1], [2, 3]]), r"surface\.h = a list is not allowed"),
-        (lambda: vc.SampledDistance([[1, 2], [3]]), r"surface\.h = \[\[1, 2\], \[3\]\] .* with rows of equal length"),
         (lambda: vc.SampledDistance([[1.0, 2.0], [3.0, -1e308]]), r"surface\.h\[1, 1\] = -1e\+308 .* at most 1e\+100"),
         (lambda: vc.Grid(nx=2, ny=2, dx=np.float64(0.0), dy=1, x0=0, y0=0), r"grid\.dx = 0\.0 is not allowed"),
         (lambda: vc.Units(length="m\0", force="N"), r"units\.length = 'm\\x00' is not allowed: must be printable"),

@@ -40,26 +40,6 @@ def test_a_value_that_was_not_found_is_no_small_error():
     assert math.isnan(error({"Fx": math.nan}, {"Fx": 1.0}, {"Fx": 1.0}))
 
 
-@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, spin=1e-3), vc.Steady(Fx=-2e-4), vc.Shift(Fx=-2e-4), None])
-def test_nothing_depends_on_the_units(motion):
-    length, force = 1e3, 50.0
-    scene = replace(SCENE, motion=motion)
-    if isinstance(motion, vc.Steady):
-        Fx = None if motion.Fx is None else motion.Fx * force
-        motion = replace(motion, spin=motion.spin / length, Fx=Fx)
-    elif motion is not None:
-        motion = vc.Shift(Fx=motion.Fx * force)
-    bodies, surface = vc.Bodies(G=force / length**2, nu=0.0), vc.Paraboloids(length, length)
-    other = replace(scene, bodies=bodies, surface=surface, normal_force=1e-3 * force, motion=motion)
-    coarse = [vc.solve(each) for each in (scene, other)]
-    fine = [vc.solve(replace(each, grid=vc.Grid(nx=14, ny=14))) for each in (scene, other)]
-    first, second = (
-        error(values(rough), values(smooth), units(smooth)) for rough, smooth in zip(coarse, fine, strict=True)
-    )
-    assert 1e-6 < first < 0.2
-    assert second == pytest.approx(first, rel=1e-6)
-
-
 def test_prescribed_forces_count_by_the_saturation_shift():
     """Just below the limit of friction Cattaneo's shift is the unit: all of the contact slips."""
     sol = vc.solve(replace(SCENE, motion=vc.Shift(Fx=-2e-4)))
