@@ -190,7 +190,7 @@ def test_no_hertz():
     scene = vc.Scene(bodies=COAT, **ENTRIES)
     assert scene.hertz is None
     for options in ({"normal": "hertz"}, {"tangential": "fastsim"}):
-        refused(lambda: vc.plan(scene, **options), next(iter(options)), match="half-spaces")
+        refused(lambda options=options: vc.plan(scene, **options), next(iter(options)), match="half-spaces")
     with pytest.raises(vc.SceneError, match="Paraboloids"):
         vc.Scene(bodies=COAT, **ENTRIES | {"surface": vc.Ellipse(1.0, 1.0)})
 
