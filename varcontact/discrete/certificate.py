@@ -224,12 +224,13 @@ def _of_tractions(
         error = pressure_error(normal, pressure, float(approach[0]))
     if error is None:
         return force_bound(tangential, tractions, shifts), not_known
-    if disc.edge_compliance is not None and np.any(error.possible & (pressure <= error.size)):
+    size, possible = error
+    if disc.edge_compliance is not None and np.any(possible & (pressure <= size)):
         return unknown(outputs_of(tangential)), not_known  # how far elements give way is open
-    of_parts = error.possible.reshape(disc.grid.divided(disc.cells).shape)
-    possible = means(of_parts.astype(float), disc.cells) > 0
-    wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=possible)
-    of_means = error.size / math.sqrt(math.prod(disc.cells))
+    of_parts = possible.reshape(disc.grid.divided(disc.cells).shape)
+    elements = means(of_parts.astype(float), disc.cells) > 0
+    wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=elements)
+    of_means = size / math.sqrt(math.prod(disc.cells))
     part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.loading.coefficient))))
     return force_bound(wider, *wider.of_grid(state.traction, state.rigid)) + part, part
 
@@ -325,21 +326,10 @@ def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray
 # ----------------------------------------------------------------------------- the pressure's own error
 
 
-@dataclass(frozen=True, eq=False)
-class PressureError:
-    """How far a pressure is from the exact one of the discrete normal problem, dimensionless.
+def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float) -> tuple[float, np.ndarray] | None:
+    """A bound on ``|p - p*|`` (2-norm) of a pressure (n,), and the elements where it or the exact one may be positive.
 
-    The size bounds the Euclidean norm of ``p - p*``. Possible are the elements with pressure, and those where the
-    exact one may have some.
-    """
-
-    size: float
-    possible: np.ndarray
-
-
-def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float) -> PressureError | None:
-    """A bound on the error of a pressure (n,); None where A is not symmetric, or rounding hides that it is definite.
-
+    None where A is not symmetric, or rounding hides that it is definite.
     Where the pressure is small beside the distance, ``p e`` is that element's share of the gap; elsewhere the distance
     is taken for a change of the undeformed one, of which the pressure then is the solution.
     """
@@ -365,7 +355,7 @@ def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float
         stored = np.sqrt(max(float(admissible @ elastic), 0.0))
         reach += max(float(admissible @ distance) + stored * inner, 0.0) / admissible.sum()
     outer = inner + np.sqrt(max(float(moved @ apply(moved[None])[0]), 0.0))
-    return PressureError(float(outer / np.sqrt(definite.least)), (pressure > 0) | (distance <= reach))
+    return float(outer / np.sqrt(definite.least)), (pressure > 0) | (distance <= reach)
 
 
 def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:

@@ -215,8 +215,9 @@ def interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
     """Fields (k, ny, nx), linearly, at the element centres of another grid; zero outside."""
     if grid == other:
         return fields
-    along = _between(fields, grid.x, other.x)
-    return along if grid.line else np.swapaxes(_between(np.swapaxes(along, -1, -2), grid.y, other.y), -1, -2)
+    dx, dy = grid.sides
+    found = fields @ _linear(other.x, grid.x, dx).T
+    return found if grid.line else _linear(other.y, grid.y, dy) @ found
 
 
 def on_parts(values: np.ndarray, cells: Cells) -> np.ndarray:
@@ -226,12 +227,8 @@ def on_parts(values: np.ndarray, cells: Cells) -> np.ndarray:
     return interpolated(grid.extended(), padded, grid.divided(cells))
 
 
-def _between(fields: np.ndarray, known: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Fields along their last axis, linear between `known`, equally spaced places, and zero beyond these."""
-    if len(known) == 1:
-        return np.where(places == known, fields, 0.0)
-    at = (places - known[0]) / (known[1] - known[0])
-    before = np.clip(np.floor(at).astype(int), 0, len(known) - 2)
-    part = at - before
-    values = fields[..., before] * (1 - part) + fields[..., before + 1] * part
-    return np.where((places < known[0]) | (places > known[-1]), 0.0, values)
+def _linear(places: np.ndarray, known: np.ndarray, side: float) -> np.ndarray:
+    """Weights (places, known) of linear interpolation between equally spaced places, zero beyond these."""
+    apart = np.abs(places[:, None] - known) / side
+    inside = (places >= known[0]) & (places <= known[-1])
+    return np.where(inside[:, None], np.maximum(1 - apart, 0.0), 0.0)

@@ -19,7 +19,7 @@ from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import Medium
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator, edge_compliance
+from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
@@ -285,10 +285,11 @@ class Discretisation:
                 shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)
             ]
             directions = tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
-        operator = self.tangential_on(elements, directions)
-        instant = None
+        soft, instant = self.edge_compliance, None
+        soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
+        operator = self.tangential_operator.between(directions, directions).on(elements, soft)
         if marching:
-            instant = self.operators.tangential().between(directions, directions).on(elements, operator.softening)
+            instant = self.operators.tangential().between(directions, directions).on(elements, soft)
         return TangentialProblem(
             operator=operator,
             rigid_shift=shift[list(directions)],
@@ -301,17 +302,6 @@ class Discretisation:
             directions=directions,
             yielding=None if yielding is None else yielding.on(elements),
         )
-
-    def tangential_on(self, elements: np.ndarray, directions: tuple[int, ...] = (0, 1)) -> RestrictedOperator:
-        """The operator between tractions and shifts of some elements, with their edge compliance."""
-        soft = self.edge_compliance
-        soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
-        return self.tangential_operator.between(directions, directions).on(elements, soft)
-
-    def shift_by_tractions(self, traction: np.ndarray) -> np.ndarray:
-        """M p of tractions (2, ny, nx), dimensionless, with the edge compliance."""
-        shift = self.tangential_operator.apply(traction)
-        return shift if self.edge_compliance is None else shift + self.edge_compliance * traction
 
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
@@ -364,7 +354,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     third_body = scene.third_body
     layer = 0.0 if third_body is None else third_body.compliance * scales.modulus / length
     operators = Operators(grid.scaled(length), medium, layer)
-    if known is not None and known.same(operators):
+    if known == operators:
         operators = known
     return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)
 

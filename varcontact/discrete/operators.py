@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import DIFFERENCES, GridOperator, influence_operator
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, materials
-from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.grid import Grid
 
 if TYPE_CHECKING:
     from varcontact.elasticity.layered import Stack
@@ -31,7 +31,7 @@ KEPT_MEDIA = 12
 """Those that are kept for parts of viscoelastic bodies, and for steps of other lengths in time."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Operators:
     """The operators between tractions and displacements on a lattice, dimensionless (G = 1).
 
@@ -41,9 +41,10 @@ class Operators:
     lattice: Grid
     medium: Medium | Conformal
     layer: float = 0.0  # elastic compliance of a third body, on the diagonal
-    _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
-    _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
-    _parts: dict[tuple[Grid, Medium | Conformal], Operators] = field(default_factory=dict, repr=False)
+    _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+    _parts: dict[tuple[Grid, Medium | Conformal], Operators] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def normal(self) -> GridOperator:
@@ -73,7 +74,7 @@ class Operators:
         return self._table("xyz", "xyz")
 
     def of(self, medium: Medium | Conformal, lattice: Grid | None = None) -> Operators:
-        """Those of another medium, a part of this one, on this lattice or another; these where they are the same."""
+        """Those of another medium, a part of this one, on this lattice; or on another one, without a third body."""
         key = lattice or self.lattice, medium
         if key == (self.lattice, self.medium):
             return self
@@ -94,16 +95,6 @@ class Operators:
             return self
         return self.of(self.medium.at_end(time))
 
-    @cached_property
-    def around(self) -> Operators:
-        """Those of the lattice with one more element on every side, where one looks whether the contact goes on."""
-        return Operators(self.lattice.extended(), self.medium)
-
-    def divided(self, cells: Cells) -> Operators:
-        if cells not in self._divided:
-            self._divided[cells] = Operators(self.lattice.divided(cells), self.medium, self.layer)
-        return self._divided[cells]
-
     def forget(self) -> None:
         """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.
 
@@ -111,12 +102,8 @@ class Operators:
         """
         for operator in self._tables.values():
             operator.forget()
-        for operators in (*self._divided.values(), *self._parts.values()):
+        for operators in self._parts.values():
             operators.forget()
-
-    def same(self, other: Operators) -> bool:
-        """Whether these are of the same lattice and bodies."""
-        return (self.lattice, self.medium, self.layer) == (other.lattice, other.medium, other.layer)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0

@@ -54,7 +54,7 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             assert disc.hertz is not None
             overlap = disc.hertz.on_elements(grid) > 0
         else:
-            around = disc.operators.around
+            around = disc.operators.of(disc.operators.medium, disc.lattice.extended())
             distance = (_distance_beyond(disc, grid) - disc.base) / disc.scales.displacement - state.approach
             margin = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
             distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]

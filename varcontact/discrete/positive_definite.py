@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -77,15 +77,9 @@ class _Factored:
 # ----------------------------------------------------------------------------- by conjugate gradients
 
 
-@dataclass(frozen=True, eq=False)
-class _Preconditioner:
-    """The inverse symbol on the periodic box, weighted: less where elements are softened."""
-
-    inverse: RestrictedOperator
-    weight: np.ndarray
-
-    def apply(self, field: np.ndarray) -> np.ndarray:
-        return np.asarray(self.weight * self.inverse.apply(self.weight * field))
+def _preconditioned(inverse: RestrictedOperator, weight: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """By the inverse symbol on the periodic box, weighted: less where elements are softened."""
+    return np.asarray(weight * inverse.apply(weight * field))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +87,7 @@ class _Iterated:
     """S by FFT, with a preconditioner Q: ``S >= relative Q^-1`` and ``S >= least``."""
 
     symmetric: RestrictedOperator
-    inverse: _Preconditioner
+    inverse: Callable[[np.ndarray], np.ndarray]
     relative: float
     least: float
 
@@ -109,7 +103,7 @@ class _Iterated:
                 continue
             solution, _ = run  # x'b + x'r + r'S^-1 r with its residual r, and r'Q r for the last
             residual = right[i] - self.symmetric.apply(solution)
-            open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
+            open_ = np.sum(residual * self.inverse(residual)) / self.relative
             found[i] = np.sum(solution * (right[i] + residual)) + open_
         return found
 
@@ -134,7 +128,7 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     own = float(np.mean(np.diagonal(inverse.table[:, :, ny - 1, nx - 1])))
     softening = 0.0 if symmetric.softening is None else symmetric.softening
     weight = np.asarray(1 / np.sqrt(1 + own * softening))
-    preconditioner = _Preconditioner(replace(symmetric, grid_operator=inverse, softening=None), weight)
+    preconditioner = partial(_preconditioned, replace(symmetric, grid_operator=inverse, softening=None), weight)
     largest /= float(weight.min() ** 2)
     if whole and type(symmetric.grid_operator) is GridOperator:
         return _Iterated(symmetric, preconditioner, 1.0, least)
@@ -163,7 +157,7 @@ def _residual(steps: list[tuple[float, float]], x: float) -> float:
 
 def _conjugate_gradients(
     symmetric: RestrictedOperator,
-    inverse: _Preconditioner,
+    inverse: Callable[[np.ndarray], np.ndarray],
     right: np.ndarray,
     enough: Callable[[float, float], bool],
 ) -> tuple[np.ndarray, list[tuple[float, float]]] | None:
@@ -172,7 +166,7 @@ def _conjugate_gradients(
     Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too many steps.
     """
     x, residual, energy = np.zeros_like(right), right.copy(), 0.0
-    direction = inverse.apply(residual)
+    direction = inverse(residual)
     weight = float(np.sum(residual * direction))
     steps: list[tuple[float, float]] = []
     while not enough(weight, energy):
@@ -184,7 +178,7 @@ def _conjugate_gradients(
         x += alpha * direction
         residual -= alpha * image
         energy += alpha * weight
-        preconditioned = inverse.apply(residual)
+        preconditioned = inverse(residual)
         weight, before = float(np.sum(residual * preconditioned)), weight
         steps.append((alpha, weight / before))
         direction = preconditioned + weight / before * direction

@@ -252,11 +252,9 @@ class FoldedOperator(RestrictedOperator):
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Displacements (2, n) by tractions (2, n), both on one side."""
-        ny, nx = self.grid_operator.shape
-        field = np.zeros((2, ny * nx))
-        field[:, self.elements] = tractions
-        field[:, self.images] = tractions * np.array(self.signs)[:, None]
-        product = self.grid_operator.apply(field.reshape(2, ny, nx)).reshape(2, -1)[:, self.elements]
+        both = RestrictedOperator(self.grid_operator, np.concatenate([self.elements, self.images]))
+        product = both.apply(np.hstack([tractions, tractions * np.array(self.signs)[:, None]]))
+        product = product[:, : self.elements.size]
         return product if self.softening is None else product + self.softening * tractions
 
 

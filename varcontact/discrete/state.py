@@ -91,7 +91,8 @@ def divided(disc: Discretisation, cells: Cells) -> Discretisation:
     """
     grid = disc.grid.divided(cells)
     distance = undeformed_distance(disc.surface, disc.hertz, grid, beyond=max(disc.grid.sides) / 2)
-    return replace(disc, grid=grid, distance=distance, operators=disc.operators.divided(cells), subgrid=None)
+    operators = disc.operators.of(disc.operators.medium, disc.lattice.divided(cells))
+    return replace(disc, grid=grid, distance=distance, operators=operators, subgrid=None)
 
 
 def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretisation:

@@ -55,7 +55,9 @@ def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
         return shift
     shift[:] = disc.known_shift + state.rigid[:, None, None]
     if not disc.loading.frictionless:
-        shift += disc.shift_by_tractions(state.traction)
+        shift += disc.tangential_operator.apply(state.traction)
+        if disc.edge_compliance is not None:
+            shift += disc.edge_compliance * state.traction
     if disc.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
@@ -72,7 +74,7 @@ def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisati
         return disc
     stress = disc.known_yield_stress
     if disc.hardening > 0 and disc.loading.steady:
-        stress = Yielding(stress, disc.hardening, sum(_passed(disc))).after(np.hypot(*state.traction))
+        stress = Yielding(stress, disc.hardening, _passed(disc)).after(np.hypot(*state.traction))
     elif disc.hardening < 0:
         flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
         softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
@@ -104,7 +106,7 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
         stress = np.maximum(stress, np.hypot(*state.traction))
     flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step
     if disc.loading.steady:
-        columns = sum(_passed(disc))
+        columns = _passed(disc)
         flow = along_rows(flow / min(columns, 1.0), columns, 0.0, np.add)
     elif before is not None and before.plastic is not None:
         flow = flow + before.plastic[:2]
@@ -114,15 +116,12 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
 def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
     """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
     motion = disc.loading.motion
-    return further_along(field, sum(_passed(disc)) * (1 if motion is None else motion.rolls), fresh)
+    return further_along(field, _passed(disc) * (1 if motion is None else motion.rolls), fresh)
 
 
-def _passed(disc: Discretisation) -> tuple[int, float]:
-    """Whole elements that particles pass in a step, and the rest."""
-    if disc.step is None:
-        return 0, 0.0
-    whole, part = divmod(round(disc.step / disc.lattice.sides[0], 9), 1.0)
-    return int(whole), part
+def _passed(disc: Discretisation) -> float:
+    """Elements that particles pass in a step."""
+    return 0.0 if disc.step is None else round(disc.step / disc.lattice.sides[0], 9)
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
@@ -148,11 +147,10 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
             elastic_then = elastic_then - operators.pressure_to_shift(-rolled, difference).apply(fields[2:])
     elif disc.loading.steady:
         traction_then = traction
-        turned = _mirrored if disc.conformal else _turned
-        elastic_then = -turned(_elastic_shift(disc, turned(fields)))
+        elastic_then = -_mirrored(_elastic_shift(disc, _mirrored(fields)))
     else:
         traction_then = np.zeros_like(traction)
-        elastic_then = _turned(disc.operators.carrying(rolled).apply(_turned(fields)))
+        elastic_then = _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
     if before is not None and before.traction is not None:
         elastic_now = elastic_now - before.displacement
         elastic_then = elastic_then - (_elastic_shift(disc, before.traction) if before.left is None else before.left)
@@ -168,13 +166,6 @@ def _elastic_shift(disc: Discretisation, fields: np.ndarray) -> np.ndarray:
     """By tractions and, where the bodies differ, pressures; without edge compliance."""
     shift = disc.tangential_operator.apply(fields[:2])
     return shift if len(fields) == 2 else shift + disc.pressure_to_shift.apply(fields[2:])
-
-
-def _turned(fields: np.ndarray) -> np.ndarray:
-    """Turned half about the normal, but for the sign of all: the operator between turned fields is the transposed."""
-    turned = fields[..., ::-1, ::-1].copy()
-    turned[2:] *= -1
-    return turned
 
 
 def _mirrored(fields: np.ndarray) -> np.ndarray:
