@@ -280,11 +280,8 @@ def added_numbers(
     edges, coefficients = _kernels(replace(pair, depth=1.0), doublings, line)
     of = {name: form for name, form in (_OF_LINES if line else _OF_POINTS).items() if name in components}
     which = sorted({i for name in of for i in _NEEDED.get(name, (3,))})
-    along_x, along_y = _Rules.over(x.ravel(), dx, pair.thickness), _Rules.over(y.ravel(), dy, pair.thickness)
-    if line:
-        along_y = _Rules(np.zeros(1), np.ones(1), np.zeros(x.size, dtype=int), np.ones(x.size, dtype=int))
     found = {name: np.empty(x.shape) for name in of}
-    for part, starts, from_x, from_y, weights in _products(along_x, along_y):
+    for part, starts, from_x, from_y, weights in _products(grid, x.ravel(), y.ravel(), pair.thickness):
         r = np.hypot(from_x, from_y)
         away = np.maximum(r, np.finfo(float).tiny)
         values = dict(zip(which, _kernel_values(edges, coefficients, r, which), strict=True))
@@ -342,11 +339,14 @@ def _ramps(counts: np.ndarray) -> np.ndarray:
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def _products(along_x: _Rules, along_y: _Rules) -> Iterator[tuple[np.ndarray, ...]]:
-    """Products of the rules along x and y of some points at a time.
+def _products(grid: Grid, x: np.ndarray, y: np.ndarray, scale: float) -> Iterator[tuple[np.ndarray, ...]]:
+    """Products of the rules along x and y over an element of a grid, for distances (n,), some points at a time.
 
     The points, where the nodes of each start, the nodes' distances along x and along y, and their weights.
     """
+    (dx, dy), one = grid.sides, np.ones(y.size, dtype=int)
+    along_x = _Rules.over(x, dx, scale)
+    along_y = _Rules(np.zeros(1), np.ones(1), one - 1, one) if grid.line else _Rules.over(y, dy, scale)
     sizes = along_x.count * along_y.count
     chunks = np.cumsum(sizes) // _NODES_AT_ONCE
     for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(chunks)) + 1):

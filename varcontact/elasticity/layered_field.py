@@ -20,7 +20,6 @@ from varcontact.elasticity.layered import (
     _carried,
     _kernel_values,
     _products,
-    _Rules,
     _states,
     wave_numbers,
 )
@@ -177,20 +176,15 @@ def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np
         waves = [np.cos(kr), np.sin(kr)] if line else [special.jv(m, kr) for m in range(4)]
         values = np.array([waves[m] @ functions[f] for f, m in used])
         coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
-    along_x, along_y = _Rules.over(x.ravel(), dx, scale), _Rules.over(y.ravel(), dy, scale)
-    if line:
-        along_y = _Rules(np.zeros(1), np.ones(1), np.zeros(x.size, dtype=int), np.ones(x.size, dtype=int))
     forms = np.array([[part[each] for each in used] for part in (cosines, sines)])
     found = np.empty((13, 3, x.size))
     order = [m for _, m in used]
-    for part, starts, from_x, from_y, weights in _products(along_x, along_y):
+    for part, starts, from_x, from_y, weights in _products(grid, x.ravel(), y.ravel(), scale):
         r = np.hypot(from_x, from_y)
         turn = (from_x + 1j * from_y) / np.maximum(r, np.finfo(float).tiny)
         turns = np.array([turn**m for m in range(4)])[order]
         integrals = np.add.reduceat(
             _kernel_values(edges, coefficients, r, [*range(len(used))]) * turns * weights, starts, axis=1
         )
-        found[..., part] = np.einsum("hfl,hp->flp", forms[0], integrals.real) + np.einsum(
-            "hfl,hp->flp", forms[1], integrals.imag
-        )
+        found[..., part] = np.einsum("chfl,chp->flp", forms, [integrals.real, integrals.imag])
     return found.reshape(13, 3, *x.shape)

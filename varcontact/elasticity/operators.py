@@ -141,27 +141,14 @@ class GridOperator:
         Parameters
         ----------
         tractions : ndarray, shape (columns, ny, nx)
+            In single precision (float32), where that is enough.
 
         Returns
         -------
         ndarray, shape (rows, ny, nx)
         """
-        if self.whole is not None:
+        if tractions.dtype != np.float32 and self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
-        return np.ascontiguousarray(self._product(tractions))
-
-    def apply_in_single_precision(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT, in single precision.
-
-        Parameters
-        ----------
-        tractions : ndarray, shape (columns, ny, nx)
-            float32.
-
-        Returns
-        -------
-        ndarray, shape (rows, ny, nx)
-        """
         return np.ascontiguousarray(self._product(tractions))
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
@@ -364,42 +351,33 @@ def influence_operator(
     offsets = tuple(offset + ahead * (lag or 0.0) for ahead, _ in parts)
     small = len(names) * len(parts) * grid.size <= KEPT_NUMBERS
     tables = (_kept_tables if small else _tables_at)(grid, offsets, tuple(names), bodies)
-    found = tables[0]
-    if lag is not None:
-        found = parts[0][1] * found
-        for (_, weight), each in zip(parts[1:], tables[1:], strict=True):
-            found = found + weight * each
+    found = tables[0] if lag is None else sum(weight * each for (_, weight), each in zip(parts, tables, strict=True))
     return GridOperator(grid.shape, found.reshape(len(rows), len(columns), *found.shape[1:]))
 
 
-def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Medium) -> list[np.ndarray]:
-    """Influence numbers (components, 2 ny - 1, 2 nx - 1) by offset of elements, each table at points further along x.
+def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Medium) -> np.ndarray:
+    """Influence numbers (offsets, components, 2 ny - 1, 2 nx - 1) by offset of elements, at points further along x.
 
     Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of the elements, as
     with steps of whole elements, tables share nearly all of theirs: those of one place are made once.
     """
     (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
-    x = np.array([(steps + round(at / dx)) * dx if _whole(at / dx) else steps * dx + at for at in offsets])
+    ahead = np.array(offsets)[:, None] / dx
+    whole = np.abs(ahead - np.round(ahead)) <= 4 * np.finfo(float).eps * np.maximum(np.abs(ahead), 1.0)
+    x = np.where(whole, (steps + np.round(ahead)) * dx, steps * dx + np.array(offsets)[:, None])
     places, index = np.unique(np.abs(x) if medium.even else x, return_inverse=True)
     y = np.arange(grid.rows)[:, None] * dy
     half = medium.influence(grid, places, y, names)
-    index, tables = index.reshape(x.shape), [np.empty((len(names), 2 * grid.rows - 1, x.shape[1])) for _ in offsets]
+    tables = np.empty((len(offsets), len(names), 2 * grid.rows - 1, x.shape[1]))
     for i, name in enumerate(names):
         above = half[name].reshape(grid.rows, -1)
         below = above[:0:-1]
         full = np.concatenate([-below if name.count("y") == 1 else below, above])
-        for k, table in enumerate(tables):
-            table[i] = full[:, index[k]]
-            if medium.even and name.count("x") == 1:
-                table[i, :, x[k] < 0] *= -1
-    for table in tables:
-        table.setflags(write=False)
+        tables[:, i] = full[:, index.reshape(x.shape)].swapaxes(0, 1)
+        if medium.even and name.count("x") == 1:
+            tables[:, i] *= np.where(x < 0, -1.0, 1.0)[:, None]
+    tables.setflags(write=False)
     return tables
 
 
 _kept_tables = lru_cache(maxsize=32)(_tables_at)
-
-
-def _whole(number: float) -> bool:
-    """Whether a number is whole, but for rounding."""
-    return bool(abs(number - round(number)) <= 4 * np.finfo(float).eps * max(abs(number), 1.0))

@@ -17,7 +17,7 @@ incompressible, and they satisfy the surface's conditions exactly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -30,7 +30,6 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import one_blas_thread
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
-_TILE = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,14 +86,17 @@ def field_at(
     """
     potentials = _potentials(grid, reference)
     sums = np.zeros((len(KINDS), 3, points.shape[1]))
-    for rows, columns in _loaded_tiles(tractions):
-        x, y = grid.x[columns], grid.y[rows]
-        weights = np.swapaxes(tractions[:, rows, columns], 1, 2).reshape(3, -1)
+    loaded = np.argwhere(np.any(tractions != 0, axis=0))
+    if loaded.size:
+        bottom, left = loaded.min(axis=0)
+        top, right = loaded.max(axis=0) + 1
+        x, y = grid.x[left:right, None, None], grid.y[None, bottom:top, None]
+        weights = np.swapaxes(tractions[:, bottom:top, left:right], 1, 2).reshape(3, -1)
         at_once = max(1, _PAIRS_AT_ONCE // (x.size * y.size))
         for start in range(0, points.shape[1], at_once):
             part = slice(start, start + at_once)
             px, py, pz = points[:, part]
-            values = potentials(px - x[:, None, None], py - y[None, :, None], pz)
+            values = potentials(px - x, py - y, pz)
             sums[:, :, part] += weights @ values.reshape(len(KINDS), -1, pz.size)
     return _combined(sums, points[2], G, nu)
 
@@ -134,19 +136,6 @@ def field_below(
         np.stack([field.gradient for field in fields], axis=2),
         np.stack([field.stress for field in fields], axis=2),
     )
-
-
-def _loaded_tiles(tractions: np.ndarray) -> Iterator[tuple[slice, slice]]:
-    """Rows and columns of the pieces of the grid, about a thousand elements each, that carry tractions."""
-    loaded = np.any(tractions != 0, axis=0)
-    rows, columns = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
-    if rows.size == 0:
-        return
-    for bottom in range(rows[0], rows[-1] + 1, _TILE):
-        for left in range(columns[0], columns[-1] + 1, _TILE):
-            tile = slice(bottom, min(bottom + _TILE, rows[-1] + 1)), slice(left, min(left + _TILE, columns[-1] + 1))
-            if loaded[tile].any():
-                yield tile
 
 
 def _potentials(grid: Grid, reference: float) -> Callable[[Any, Any, Any], np.ndarray]:

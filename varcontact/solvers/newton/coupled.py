@@ -193,5 +193,5 @@ class CoupledKernel:
         """Displacements by tractions (1 + c, ny, nx), both float32."""
         scale = np.full(self.units.shape, self.load, np.float32)
         scale[0] = 1.0
-        product: np.ndarray = self.operator.apply_in_single_precision(traction * scale) / (self.units * scale)
+        product: np.ndarray = self.operator.apply(traction * scale) / (self.units * scale)
         return product

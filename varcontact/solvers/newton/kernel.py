@@ -133,7 +133,7 @@ class CurvedKernel:
         box = slice(None), slice(self.first, self.first + ny), slice(nx)
         whole = np.zeros((len(traction), *self.operator.shape), np.float32)
         whole[box] = traction / self._unit
-        found: np.ndarray = self.operator.apply_in_single_precision(whole)[box]
+        found: np.ndarray = self.operator.apply(whole)[box]
         return found
 
 
