@@ -126,12 +126,8 @@ class Friction:
 
 
 def _case(lines: words.Lines, before: Case) -> Case:
-    digits, group = lines.digits("PBTNFS", words.WORDS["PBTNFS"], words.SUPPORTED)
-    more, material = lines.digits("VLDCMZE", words.WORDS["VLDCMZE"], words.SUPPORTED)
-    if material.rest and words.number_of(material.rest[0]) not in (None, 0.0):
-        material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
-    digits |= more | lines.digits("XHGIAOWR", words.WORDS["XHGIAOWR"], words.SUPPORTED)[0]
-    words.skip_iterations(lines, digits["G"])
+    group, problem, geometry, solution = words.control_digits(lines, "PBTNFS", words.SUPPORTED, words.SUPPORTED)
+    digits = problem | geometry | solution
     case = {**before, "group": group, "digits": digits, "kinematics": _kinematics(lines, digits)}
     if digits["L"] != 1:
         case["friction"] = read_friction(lines, digits["L"])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -21,33 +21,29 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.system.files import text_of
 
-WORDS = {
-    "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),
-    "VLDCMZE": ("VARFRC", "FRCLAW", "DISCNS", "INFLCF", "MATER", "RZNORM", "EXRHS"),
-    "XHGIAOWR": ("XFLOW", "HEAT", "GAUSEI", "IESTIM", "MATFIL", "OUTPUT", "FLOW", "RETURN"),
-}
-"""The control words of module 3: their letters, and the names of the digits."""
+Supported = dict[str, tuple[str, dict[int, str]]]
+"""By the letter of a control digit its name, and the values that are read."""
 
-SUPPORTED: dict[str, dict[int, str]] = {
-    "P": {0: "continue the previous case", 2: "a new sequence"},
-    "B": {0: "half-space", 2: "elliptic bound of a Hertzian contact"},
-    "T": {0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling"},
-    "N": {0: "approach given", 1: "normal force given"},
-    "F": {0: "creepages given", 1: "FX given", 2: "FX and FY given"},
-    "S": {0: "no stresses", 1: "stresses, not read", 2: "stresses, not read", 3: "stresses, not read"},
-    "V": {0: "one friction law"},
-    "L": {0: "Coulomb", 1: "as before", 2: "linear", 3: "rational", 4: "exponential"},
-    "D": {0: "grid as before", 1: "grid anew", 2: "grid read"},
-    "C": {0: "material as before", 1: "material as before", 2: "half-space"},
-    "M": {0: "elastic"},
-    "Z": {0: "distance as before", 1: "distance anew", 2: "distance read"},
-    "E": {0: "no extra term"},
-    "X": {0: "no debug output"},
-    "H": {0: "no temperatures"},
-    "G": {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver"},
-    "R": {1: "calculate", 3: "skip"},
+SUPPORTED: Supported = {
+    "P": ("PVTIME", {0: "continue the previous case", 2: "a new sequence"}),
+    "B": ("BOUND", {0: "half-space", 2: "elliptic bound of a Hertzian contact"}),
+    "T": ("TANG", {0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling"}),
+    "N": ("NORM", {0: "approach given", 1: "normal force given"}),
+    "F": ("FORCE", {0: "creepages given", 1: "FX given", 2: "FX and FY given"}),
+    "S": ("STRESS", {0: "no stresses", 1: "stresses, not read", 2: "stresses, not read", 3: "stresses, not read"}),
+    "V": ("VARFRC", {0: "one friction law"}),
+    "L": ("FRCLAW", {0: "Coulomb", 1: "as before", 2: "linear", 3: "rational", 4: "exponential"}),
+    "D": ("DISCNS", {0: "grid as before", 1: "grid anew", 2: "grid read"}),
+    "C": ("INFLCF", {0: "material as before", 1: "material as before", 2: "half-space"}),
+    "M": ("MATER", {0: "elastic"}),
+    "Z": ("RZNORM", {0: "distance as before", 1: "distance anew", 2: "distance read"}),
+    "E": ("EXRHS", {0: "no extra term"}),
+    "X": ("XFLOW", {0: "no debug output"}),
+    "H": ("HEAT", {0: "no temperatures"}),
+    "G": ("GAUSEI", {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver"}),
+    "R": ("RETURN", {1: "calculate", 3: "skip"}),
 }
-"""Values of the control digits that are read. I, A, O and W do not change the problem, and may have any."""
+"""Control digits of module 3. I, A, O and W do not change the problem, and may have any value."""
 
 INTEGER = re.compile(r"[+-]?\d+$")
 WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
@@ -137,21 +133,37 @@ class Lines:
             raise SceneError("path", self.name, message=f"{self.name} ends before {count} values of {name}")
         return self.group(*[name] * count)
 
-    def digits(
-        self, word: str, names: Sequence[str], supported: Mapping[str, Mapping[int, str]]
-    ) -> tuple[dict[str, int], Group]:
+    def digits(self, word: str, supported: Supported) -> tuple[dict[str, int], Group]:
         """The next control word as its digits by letter, each of which has a value that is supported."""
         group = self.group(word)
         (text,) = group.values
         if not re.fullmatch(r"\d+", text) or len(text) > len(word):
             group.refuse(word, repr(text), f"is not a control word of at most {len(word)} digits")
         digits = dict(zip(word, map(int, text.zfill(len(word))), strict=True))
-        for letter, name in zip(word, names, strict=True):
-            allowed = supported.get(letter)
-            if allowed is not None and digits[letter] not in allowed:
+        for letter, digit in digits.items():
+            name, allowed = supported.get(letter, ("", {digit: "any"}))
+            if digit not in allowed:
                 choices = ", ".join(f"{value} ({meaning})" for value, meaning in allowed.items())
-                group.refuse(f"{letter} ({name})", digits[letter], f"is not supported; supported: {choices}")
+                group.refuse(f"{letter} ({name})", digit, f"is not supported; supported: {choices}")
         return digits, group
+
+
+def control_digits(
+    lines: Lines, problem: str, supported: Supported, geometry: Supported
+) -> tuple[Group, dict[str, int], dict[str, int], dict[str, int]]:
+    """Where the control words begin, and their digits: of the `problem`, of geometry and material, of the solution."""
+    digits, group = lines.digits(problem, supported)
+    more, material = lines.digits("VLDCMZE", geometry)
+    if material.rest and number_of(material.rest[0]) not in (None, 0.0):
+        material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
+    last, _ = lines.digits("XHGIAOWR", supported)
+    if last["G"] != 1:  # parameters of iterations
+        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
+    if last["G"] in (2, 3):
+        lines.group("OMEGAH", "OMEGAS", "INISLP", "OMGSLP")
+    if last["G"] == 4:
+        lines.group("INISLP", "OMGSLP")
+    return group, digits, more, last
 
 
 MOST_BYTES = 2**28
@@ -171,16 +183,6 @@ def modules(lines: Lines, module: int, meaning: str, others: Mapping[int, str]) 
         if group.rest and number_of(group.rest[0]) is not None:
             group.refuse("MODULE", found, f"with result element {group.rest[0]} is not supported; use one")
         yield group
-
-
-def skip_iterations(lines: Lines, digit: int) -> None:
-    """Pass over the parameters of iterations."""
-    if digit != 1:
-        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
-    if digit in (2, 3):
-        lines.group("OMEGAH", "OMEGAS", "INISLP", "OMGSLP")
-    if digit == 4:
-        lines.group("INISLP", "OMGSLP")
 
 
 def skip_stresses(lines: Lines, digit: int) -> None:

@@ -6,7 +6,6 @@ import base64
 import io
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,6 @@ import numpy as np
 from varcontact.io.html_page import HEAD, html_page
 from varcontact.results.solution import Solution
 from varcontact.scene.units import IN_WORDS
-from varcontact.system.files import begins_with
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,15 +155,11 @@ def _vtk_file(kind: str, body: list[str]) -> bytes:
 
 
 VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
-CSV_HEAD = ",".join(QUANTITIES)
-EXPORTS: dict[str, tuple[Callable[[Solution], bytes], Callable[[Path], bool]]] = {
-    ".csv": (
-        lambda sol: dataframe(sol).to_csv(index=False).encode(),
-        lambda path: begins_with(path, CSV_HEAD.encode()),
-    ),
-    ".vtu": (_to_vtu, lambda path: begins_with(path, VTK_HEAD.encode())),
-    ".vti": (_to_vti, lambda path: begins_with(path, VTK_HEAD.encode())),
-    ".mat": (_to_mat, lambda path: begins_with(path, MAT_HEAD)),
-    ".html": (html_page, lambda path: begins_with(path, HEAD)),
+EXPORTS: dict[str, tuple[Callable[[Solution], bytes], bytes]] = {
+    ".csv": (lambda sol: dataframe(sol).to_csv(index=False).encode(), ",".join(QUANTITIES).encode()),
+    ".vtu": (_to_vtu, VTK_HEAD.encode()),
+    ".vti": (_to_vti, VTK_HEAD.encode()),
+    ".mat": (_to_mat, MAT_HEAD),
+    ".html": (html_page, HEAD),
 }
-"""By the ending of a file the bytes of a solution, and whether a file is one that varcontact wrote."""
+"""By the ending of a file the bytes of a solution, and how a file begins that varcontact wrote."""

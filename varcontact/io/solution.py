@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -157,13 +158,13 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
     """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
-    content, _ = FORMATS[path.suffix.lower()]
-    write_whole(field, path, content(sol))
+    write_whole(field, path, FORMATS[path.suffix.lower()](sol))
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no solution may be written, see `save`."""
-    _, ours = FORMATS.get(path.suffix.lower(), FORMATS[".nc"])
+    _, head = EXPORTS.get(path.suffix.lower(), (None, b""))
+    ours = (lambda each: begins_with(each, head)) if head else is_solution
     check_replaceable(field, path, FORMATS, "solution", ours, overwrite)
 
 
@@ -171,11 +172,9 @@ def is_solution(path: Path) -> bool:
     """Whether the file at `path` says of itself that it holds a solution."""
     import h5py
 
-    try:
-        with h5py.File(path) as file:
-            return str(file.attrs.get("format", "")).startswith("varcontact solution ")
-    except (OSError, ValueError, RuntimeError, UnicodeError):  # whatever else is in the file
-        return False
+    with suppress(OSError, ValueError, RuntimeError), h5py.File(path) as file:  # whatever else is in the file
+        return str(file.attrs.get("format", "")).startswith("varcontact solution ")
+    return False
 
 
 def read(path: str | Path) -> Solution | History:
@@ -204,24 +203,21 @@ def solution_to_bytes(sol: Solution) -> bytes:
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
     """A solution from its file in memory, which was found in the file at `path`."""
     import h5py
-    import xarray as xr
 
     with reading(path):
         whole = without_checksum(content)
-    with reading(path, "cannot be read as netCDF"):
-        h5py.File(io.BytesIO(whole)).close()  # what this refuses, h5netcdf would print a traceback of
-    with (
-        reading(path, "cannot be read as netCDF"),
-        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
-    ):
-        need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
-        data = opened.load()
-    if data.attrs.get("format") != FORMAT:
-        raise OutputError("path", path, f"is not a {FORMAT!r} file")
+    with reading(path, "cannot be read as netCDF"), h5py.File(io.BytesIO(whole)) as file:
+        if file.attrs.get("format") not in (FORMAT, FORMAT.encode()):
+            raise OutputError("path", path, f"is not a {FORMAT!r} file")
+        with reading(path):
+            stored = [file[name] for name in READ if name in file]
+            size = 2.0 * sum(field.size * field.dtype.itemsize for field in stored)
+            need("what the file declares", size, "it is damaged, or another program's")
+            record = json.loads(file["record"][()])
+            found = {field.name[1:]: field[()] for field in stored}
     with reading(path):
-        record = json.loads(str(data["record"].values))
         scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-        return assembled(scene, grid, plan, {name: data[name].values for name in READ if name in data}, record)
+        return assembled(scene, grid, plan, found, record)
 
 
 def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
@@ -335,5 +331,5 @@ def without_checksum(content: bytes) -> bytes:
     return own if mark else content
 
 
-FORMATS = {".nc": (solution_to_bytes, is_solution), **EXPORTS}
-"""By the ending of a file the bytes of a solution, and whether a file is one that varcontact wrote."""
+FORMATS = {".nc": solution_to_bytes} | {ending: content for ending, (content, _) in EXPORTS.items()}
+"""By the ending of a file the function that makes its bytes."""

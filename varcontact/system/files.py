@@ -15,9 +15,9 @@ import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from filelock import FileLock, Timeout
 
@@ -35,14 +35,24 @@ def check_ending(field: str, path: Path, *endings: str) -> None:
 
 
 @contextmanager
-def writing(field: str, path: Path) -> Iterator[None]:
-    """Why a file cannot be written becomes an error that names it."""
+def reading(
+    path: str | Path,
+    wrong: str = "is damaged",
+    field: str = "path",
+    errors: type[Exception] | tuple[Any, ...] = Exception,
+) -> Iterator[None]:
+    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
     try:
         yield
     except OutputError:
         raise
-    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring; ValueError: a null character
-        raise OutputError(field, path, f"cannot be written ({first_line(error)})") from None
+    except errors as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
+        raise OutputError(field, path, f"{wrong} ({first_line(error)})") from None
+
+
+def writing(field: str, path: Path) -> AbstractContextManager[None]:
+    """Why a file cannot be written (links in a ring, a null character in its name) becomes an error that names it."""
+    return reading(path, "cannot be written", field, (OSError, RuntimeError, ValueError))
 
 
 def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Iterable[Path] = ()) -> None:
@@ -50,9 +60,9 @@ def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Itera
     check_ending(field, path, *endings)
     with writing(field, path):
         target = path.resolve()
-        folder = target.parent
-        if not folder.is_dir():
-            raise OutputError(field, path, f"there is no folder {str(folder if path.is_symlink() else path.parent)!r}")
+        if not target.parent.is_dir():
+            folder = target.parent if path.is_symlink() else path.parent
+            raise OutputError(field, path, f"there is no folder {str(folder)!r}")
         there = _is_there(field, path)
         for other in inputs:
             if there and other.exists() and target.samefile(other):
@@ -62,8 +72,7 @@ def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Itera
             raise OutputError(field, path, "may not be written")
         with suppress(FileNotFoundError):
             beside(target, "part").stat()  # where its name is too long
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        tempfile.TemporaryFile(dir=target.parent).close()
 
 
 def check_replaceable(
@@ -164,17 +173,6 @@ def beside(path: Path, ending: str) -> Path:
 
 SCENE_BYTES = 2**24
 """Bytes of a scene file at most. Larger fields belong into files of their own, which it names."""
-
-
-@contextmanager
-def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
-    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
-    try:
-        yield
-    except OutputError:
-        raise
-    except Exception as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
-        raise OutputError("path", path, f"{wrong} ({first_line(error)})") from None
 
 
 def first_line(error: Exception) -> str:

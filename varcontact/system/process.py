@@ -31,12 +31,8 @@ SMALLER = "a grid with fewer elements would fit"
 LITTLE = 2.0**24
 """Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
 VARIABLES = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "BLIS_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-)
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"
+)  # fmt: skip
 """Where one of these is set, its number of threads stays."""
 Result = TypeVar("Result")
 LONGEST = 0.005

@@ -20,8 +20,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_input import read_friction
 from varcontact.io.contact_words import SUPPORTED as BASIC
-from varcontact.io.contact_words import WORDS as BASIC_WORDS
-from varcontact.io.contact_words import Group, Lines, modules, number_of, skip_iterations, skip_stresses
+from varcontact.io.contact_words import Group, Lines, Supported, control_digits, modules, number_of, skip_stresses
 from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
@@ -30,21 +29,25 @@ from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
-PROBLEM = ("CONFIG", "PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS")
-GEOMETRY = ("VARFRC", "FRCLAW", "DISCNS", "INFLCF", "MATER", "ZTRACK", "EWHEEL")
 SIDES: dict[int, Side] = {0: "left", 1: "right"}
-SUPPORTED: dict[str, dict[int, str]] = BASIC | {
-    "C": {0: "left wheel on a track", 1: "right wheel on a track"},
-    "P": {0: "continue", 1: "begin", 2: "no sequence"},
-    "B": {0: "half-space"},
-    "T": {0: "no tangential problem", 3: "steady rolling"},
-    "N": {0: "height of the wheel set given", 1: "vertical force given"},
-    "F": {0: "pitch rate given"},
-    "D": {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"},
-    "Z": {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "new dimensions, profile and deviations"},
-    "E": {0: "as before", 1: "new position", 2: "new position and velocity", 3: "new wheel set, position and velocity"},
+SUPPORTED: Supported = BASIC | {
+    "C": ("CONFIG", {0: "left wheel on a track", 1: "right wheel on a track"}),
+    "P": ("PVTIME", {0: "continue", 1: "begin", 2: "no sequence"}),
+    "B": ("BOUND", {0: "half-space"}),
+    "T": ("TANG", {0: "no tangential problem", 3: "steady rolling"}),
+    "N": ("NORM", {0: "height of the wheel set given", 1: "vertical force given"}),
+    "F": ("FORCE", {0: "pitch rate given"}),
+    "D": ("DISCNS", {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"}),
+    "Z": (
+        "ZTRACK",
+        {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "new dimensions, profile and deviations"},
+    ),
+    "E": (
+        "EWHEEL",
+        {0: "as before", 1: "new position", 2: "new position and velocity", 3: "new wheel set, position and velocity"},
+    ),
 }
-"""Values of the control digits that are read, but for INFLCF: see `BASIC`."""
+"""Control digits that are read, but for INFLCF: see `BASIC`."""
 ANY_HEIGHT = 1.0
 """A depth below the rail top that all rails reach [mm]."""
 
@@ -119,17 +122,12 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
 
 def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     """Change what the case before had by what the next one gives; whether that is to be calculated."""
-    problem, _ = lines.digits("CPBTNFS", PROBLEM, SUPPORTED)
-    digits, material = lines.digits("VLDCMZE", GEOMETRY, SUPPORTED | {"C": BASIC["C"]})
-    if material.rest and number_of(material.rest[0]) not in (None, 0.0):
-        material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
-    last, _ = lines.digits("XHGIAOWR", BASIC_WORDS["XHGIAOWR"], SUPPORTED)
+    _, problem, digits, last = control_digits(lines, "CPBTNFS", SUPPORTED, SUPPORTED | {"C": BASIC["C"]})
     L, C, D, Z, E = (digits[letter] for letter in "LCDZE")
     new = {"friction": L != 1, "bodies": C == 2, "grid": D >= 2, "rail": Z == 3, "wheelset": E == 3}
     for letter, (name, given) in zip("LCDZE", new.items(), strict=True):
         if not given and name not in case:
             group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
-    skip_iterations(lines, last["G"])
     case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
     if new["friction"]:
         case["friction"] = read_friction(lines, L)
