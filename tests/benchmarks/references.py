@@ -113,7 +113,7 @@ def make(runs: Path | None = None, scenes: Mapping[str, Scene] | None = None) ->
             if not _closed(scene):
                 fresh = _solved(name, scene, {(row["cells"], row["position"]) for row in known})
                 if fresh:
-                    table.add(*fresh)
+                    table.write([*table.rows, *fresh])
                 known += fresh
             found[name] = _hertz(scene) if _closed(scene) else _extrapolated(scene, known)
     made = f"{COMMAND}, varcontact {varcontact.__version__}"

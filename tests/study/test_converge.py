@@ -214,12 +214,12 @@ def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
         "import signal, varcontact.cli as cli\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs begin deaf to it
         "from varcontact.study import converge\n"
-        "solve, left = converge._solved, [4]\n"
+        "solve, left = converge.attempted, [4]\n"
         "def counted(*arguments):\n"
         "    left[0] -= 1\n"
         "    if left[0] == 0: signal.raise_signal(signal.SIGINT)\n"
         "    return solve(*arguments)\n"
-        "converge._solved = counted\n"
+        "converge.attempted = counted\n"
         "import sys; sys.argv[1:] = ['converge', 'scene.toml', '--cells', '6,8,10', '--store', 'study.csv']\n"
         "cli.main()\n"
     )

@@ -40,10 +40,14 @@ def compare(
     if not described:
         raise SceneError("scenes", None, "given: name a scene file or give --bank")
     chosen = DEFAULT_METHODS if methods is None else names_of(methods)
-    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
-    if accuracy is None and time_budget is None:
-        options = _accuracy_of_files([settings for _, settings in read.values()])
-    options |= {"tol": tol, "store": out, "workers": workers}
+    if accuracy is None and time_budget is None and read:
+        wanted = {(settings.get("accuracy"), settings.get("time_budget")) for _, settings in read.values()}
+        if len(wanted) > 1:
+            allowed = "the same for all scene files; give it with --accuracy or --time-budget"
+            raise SceneError("accuracy", sorted(wanted, key=str), allowed)
+        ((accuracy, time_budget),) = wanted
+    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget, "tol": tol}
+    options |= {"store": out, "workers": workers}
     study(
         lambda progress: vc.compare(described, chosen, progress=progress, **options),
         table_as_json if as_json else summary,
@@ -53,16 +57,6 @@ def compare(
         vc.plot_comparison,
         plot,
     )
-
-
-def _accuracy_of_files(settings: list[dict[str, Any]]) -> dict[str, Any]:
-    """The accuracy or the time limit of the scene files, which is the same in all of them."""
-    names = ("accuracy", "time_budget")
-    wanted = {tuple(each.get(name) for name in names) for each in settings}
-    if len(wanted) > 1:
-        allowed = "the same for all scene files; give it with --accuracy or --time-budget"
-        raise SceneError("accuracy", sorted(wanted, key=str), allowed)
-    return dict(zip(names, wanted.pop() if wanted else (None, None), strict=True))
 
 
 def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:

@@ -112,7 +112,6 @@ def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], B
 
 def _message(line: bytes) -> dict[str, Any]:
     """The entries of a message."""
-    from varcontact import checks
     from varcontact.io.toml_tables import check_keys
 
     def refuse(word: str) -> None:
@@ -131,9 +130,6 @@ def _message(line: bytes) -> dict[str, Any]:
     wheels = message.get("wheels")
     if not isinstance(wheels, dict) or not 0 < len(wheels) <= MOST_WHEELS:
         raise SceneError("wheels", wheels, f"an object with scenes of 1 to {MOST_WHEELS} wheels by name")
-    for key in ("tol", "accuracy"):
-        if message.get(key) is not None:
-            checks.positive(key, message[key])
     return message
 
 

@@ -86,7 +86,6 @@ def solve(
 
 
 def _read(path: Path, case: int | None) -> tuple[vc.Scene, dict[str, Any]]:
-
     if path.suffix.lower() != ".inp":
         if case is not None:
             raise SceneError("--case", case, "left out: only an input file of CONTACT (.inp) has several scenes")

@@ -24,7 +24,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, step_to_bytes
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, READ, assembled, solution_from_bytes
+from varcontact.io.solution import AS_STORED, READ, SIZES, assembled, solution_from_bytes
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -128,7 +128,7 @@ class Stored(Sequence[Solution]):
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
-            return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
+            return np.zeros([0, *(SIZES[dim] for dim in SERIES[name][0])])
         with _file(self.path) as file, reading(self.path):
             if name != "friction_work" or "power_density" in file.variables:
                 return _native(file.variables[name][:])

@@ -175,8 +175,11 @@ def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[st
     if "y" in value:
         dims = {**dims, "h": 2, "height": 2}
     entries = {inner: _made(f"{name}.{inner}", inner, each, folder, dims) for inner, each in value.items()}
-    if key == "bodies" and "kind" not in entries:
-        return _elastic(name, entries)
+    if key == "bodies" and "kind" not in entries:  # half-spaces
+        modulus = "E" if "E" in entries else "G"
+        check_keys(name, entries, (modulus, "nu", "E"))
+        values = [needed(name, entries, each) for each in (modulus, "nu")]
+        return Bodies.from_young(*values) if modulus == "E" else Bodies(*values)
     place = PLACES[key]
     kind = place if isinstance(place, type) else _kind(name, entries, place)
     if kind is SampledDistance and "smoothing" in entries:
@@ -197,14 +200,6 @@ def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) ->
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
     return kinds[checks.choice(f"{name}.kind", kind, kinds)]
-
-
-def _elastic(name: str, table: Mapping[str, Any]) -> Bodies:
-    """Half-spaces from a table of G and nu, or of E and nu."""
-    modulus = "E" if "E" in table else "G"
-    check_keys(name, table, (modulus, "nu", "E"))
-    values = [needed(name, table, key) for key in (modulus, "nu")]
-    return Bodies.from_young(*values) if modulus == "E" else Bodies(*values)
 
 
 def bodies_from(table: Mapping[str, Any]) -> Bodies:

@@ -142,10 +142,23 @@ def converge(
 
 def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
     """The one row of a solve; the first of each grid is traced for its memory."""
-    solving = partial(_solved, scene, method, tol)
-    row, memory = traced(solving) if offset == 0 else (solving(), np.nan)
+    assert isinstance(scene.motion, Steady | Shift | None)
+    solving = partial(attempted, scene, method, tol, [scene.motion])
+    (outcome, reason, solutions), memory = traced(solving) if offset == 0 else (solving(), np.nan)
+    row: dict[str, Any] = {}
+    for sol in solutions:
+        row |= {
+            **figures(sol),
+            "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
+            "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
+            "elements": sol.elements["contact"],
+            "seconds": sol.timing["total"],
+            **dict(zip(BOUNDS, map(float, sol.certificate.force_bound), strict=True)),
+        }
+    if scene.motion is None:
+        row = {name: value for name, value in row.items() if name not in TANGENTIAL}
     row |= {"method": method.name, "cells": cells, "offset": offset, "identity": key, "memory": memory}
-    return [row | _staircase(scene)]
+    return [row | {"outcome": outcome, "reason": reason} | _staircase(scene)]
 
 
 def _check_fits(scene: Scene, cells: int, method: Method, offsets: int) -> None:
@@ -193,22 +206,6 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
     elements = cells + more
     spread = _spec(scene, elements).spread((left, left + elements * dx, bottom, bottom + elements * dy))
     return within(spread, scene.surface) if isinstance(scene.surface, SampledDistance) else spread
-
-
-def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    assert isinstance(scene.motion, Steady | Shift | None)
-    outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
-    row: dict[str, Any] = {"outcome": outcome, "reason": reason}
-    for sol in solutions:
-        row |= {
-            **figures(sol),
-            "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
-            "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
-            "elements": sol.elements["contact"],
-            "seconds": sol.timing["total"],
-            **dict(zip(BOUNDS, map(float, sol.certificate.force_bound), strict=True)),
-        }
-    return {name: value for name, value in row.items() if scene.motion is not None or name not in TANGENTIAL}
 
 
 def _staircase(scene: Scene) -> dict[str, float]:

@@ -80,15 +80,16 @@ class Convergence(Reported):
 
         SceneError if there is no such row.
         """
-        rows = self.limits[self.limits["quantity"] == quantity] if len(self.limits) else self.limits
-        if method is not None and len(rows):
-            rows = rows[rows["method"] == method]
+        rows: list[dict[str, Any]] = [
+            row
+            for row in self.limits.to_dict("records")
+            if row["quantity"] == quantity and method in (None, row["method"])
+        ]
         if len(rows) != 1:
             known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
             message = f"quantity {quantity!r}, method {method!r} is not one limit; choose one of {known}"
             raise SceneError("quantity, method", (quantity, method), message=message)
-        row: dict[str, Any] = rows.to_dict("records")[0]
-        return row
+        return rows[0]
 
     def plot(self, quantities: Sequence[str] | None = None) -> Figure:
         """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid.
@@ -136,13 +137,9 @@ def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | 
     known = answers[answers[quantity].notna()]
     if known.empty:
         return None
-    scale = 0.0  # how large the quantity might be, where symmetry makes it zero
-    if quantity in ("Fx", "Fy"):
-        scale = float(known["normal_force"].max())
-    elif quantity == "Mz":
-        scale = float((known["normal_force"] * np.sqrt(known["contact_area"])).max())
-    elif quantity in ("vx", "vy"):
-        scale = float(known[["vx", "vy"]].abs().to_numpy().max())
+    force, creepage = known["normal_force"], known[["vx", "vy"]].abs().max(axis=1)
+    sizes = {"Fx": force, "Fy": force, "Mz": force * np.sqrt(known["contact_area"]), "vx": creepage, "vy": creepage}
+    scale = float(sizes[quantity].max()) if quantity in sizes else 0.0  # where symmetry makes the quantity zero
     staircase = known[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
     h, values = 1 / known["cells"].to_numpy(dtype=float), known[quantity].to_numpy(dtype=float)
     limit = extrapolate(h, values, staircase, scale)

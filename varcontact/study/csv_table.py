@@ -77,9 +77,6 @@ class Table:
             file.write(content)
         self._content = content
 
-    def add(self, *rows: dict[str, Any]) -> None:
-        self.write([*self.rows, *rows])
-
     def fill(
         self,
         work: Callable[..., list[dict[str, Any]]],
@@ -97,7 +94,7 @@ class Table:
             with opened(executor, workers) as pool:
                 for _, rows in results(work, tasks, pool, progress):
                     if rows:
-                        self.add(*rows)
+                        self.write([*self.rows, *rows])
                     done += 1
         except KeyboardInterrupt:
             raise Interrupted(made(self.rows), f" after {done} of {total} {what}") from None

@@ -202,7 +202,7 @@ def sweep(
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(1, records.dtype)
         tasks = {first: (options, records.dtype, every[first : first + chunk]) for first in firsts}
-        started, before = time.monotonic(), int(np.sum(records["outcome"] != b""))
+        started, before = time.monotonic(), int(np.count_nonzero(records["outcome"]))
         try:
             report(_standing(records, before, 0.0))
             for first, solved in results(_solved, tasks, pool):
@@ -212,7 +212,7 @@ def sweep(
                 report(_standing(records, before, time.monotonic() - started))
         except (KeyboardInterrupt, WorkersLost) as stopped:
             partial = tabulated(records, coordinates, described)
-            so_far = f" after {np.sum(records['outcome'] != b'')} of {len(records)} scenes"
+            so_far = f" after {np.count_nonzero(records['outcome'])} of {len(records)} scenes"
             if isinstance(stopped, KeyboardInterrupt):
                 raise Interrupted(partial, so_far) from None
             stopped.args, stopped.partial = (f"{stopped}{so_far}",), partial
@@ -255,8 +255,8 @@ def read_sweep(path: str | Path) -> xr.Dataset:
 
 
 def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
-    done = int(np.sum(records["outcome"] != b""))
-    failed = done - int(np.sum(np.isin(records["outcome"], [b"solved", b"approximate"])))
+    done = int(np.count_nonzero(records["outcome"]))
+    failed = done - int(np.count_nonzero(np.isin(records["outcome"], [b"solved", b"approximate"])))
     left = seconds / (done - before) * (len(records) - done) if done > before else None
     return Standing(done, len(records), failed, left)
 

@@ -171,9 +171,9 @@ def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
         found += accuracies if name == "accuracy" else [Way(cells=n, options=options) for n in numbers]
     if not found:
         raise SceneError("methods", [], "at least one name")
-    by_name: dict[str, Way] = {}
+    by_name = {str(way): way for way in found}
     for way in found:
-        if by_name.setdefault(str(way), way) != way:
+        if by_name[str(way)] != way:
             allowed = "one way of this name: what tells two of them apart is not in their names"
             raise SceneError("methods", str(way), allowed)
     return list(by_name.values())
