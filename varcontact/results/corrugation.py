@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.stick_slip import SLIP
 from varcontact.errors import SceneError
-from varcontact.results.linearised import Linearised, linearise, unit_shifts
+from varcontact.results.linearised import Linearised, linearise, one_dimensional, unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
 from varcontact.system.process import one_blas_thread
@@ -85,15 +84,12 @@ def corrugation_growth(
     if sol.grid.edge != "centres":
         raise SceneError("grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid')
     problem = linearise(sol)
-    lengths = np.atleast_1d(checks.numbers("wavelengths", wavelengths))
-    if lengths.ndim != 1 or lengths.size == 0:
-        raise SceneError("wavelengths", wavelengths, "one length or a one-dimensional array")
-    for each in lengths[lengths < problem.shortest * (1 - 1e-12)]:
-        raise SceneError("wavelengths", float(each), f"at least {problem.shortest:.6g}, two elements")
-    slips = (sol.state == SLIP).ravel()[problem.with_friction]
-    if "roughness" not in problem.inputs or not slips.any():
+    shortest = problem.shortest
+    allowed = f"at least {shortest:.6g}, two elements"
+    lengths = one_dimensional("wavelengths", wavelengths, allowed, shortest * (1 - 1e-12))
+    if "roughness" not in problem.inputs or problem.slip.size == 0:
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
-    if problem.disc.K != 0 and problem.with_pressure.size != problem.with_friction.size:
+    if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     k, moves = 2 * np.pi / lengths, wheel is not None or track is not None
     if moves and speed is None:
@@ -102,23 +98,21 @@ def corrugation_growth(
     speed = speed if moves else None  # under a constant load nothing depends on it
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
     grid, scales, step = sol.grid, problem.disc.scales, problem.step
-    iy, ix = np.divmod(problem.with_friction, grid.nx)
-    rows = (np.arange(grid.rows)[:, None] == iy) * grid.sides[0] / step * scales.pressure * scales.displacement
-    traction = sol.traction[:, iy, ix] / scales.pressure
+    of_row = grid.sides[0] / step * scales.pressure * scales.displacement
+    traction = sol.traction.reshape(2, -1) / scales.pressure
     smooth = sol.power_density.sum(axis=1) * grid.sides[0]
     motion = problem.disc.loading.motion
     assert isinstance(motion, Steady)
-    shifts = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
-    rigid = shifts[:, :, problem.with_friction].reshape(len(shifts), -1).T
-    steady = np.concatenate([*traction, sol.pressure.ravel()[problem.with_pressure] / scales.pressure, [0.0]])[:, None]
-    given = np.nan_to_num(sol.creepage)[: rigid.shape[1], None]
-    shift = (rigid @ given + _mean_shift(problem, 0.0, steady)).real.reshape(2, -1)
+    rigid = unit_shifts(problem.disc.with_loading(motion=replace(motion, spin_offset=0.0)))
+    steady = np.concatenate([traction, sol.pressure.reshape(1, -1) / scales.pressure])
+    given = np.nan_to_num(sol.creepage)[: len(rigid)]
+    shift = (np.tensordot(given, rigid, axes=1) + _mean_shift(problem, 0.0, steady)).real
     names, sums = problem.resultants()
     load = len(problem.inputs) - 2
     wear = np.empty((*receptance.shape, grid.rows), complex)
     loads = np.empty(receptance.shape, complex)
     for i, changes in problem.responses(k):
-        resultants = dict(zip(names, sums @ changes, strict=True))
+        resultants = dict(zip(names, sums @ changes.T, strict=True))
         constant = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
         for j, compliance in enumerate(receptance[i]):
             closed = {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
@@ -128,11 +122,11 @@ def corrugation_growth(
             if free:
                 matrix = np.array(list(equations.values()))
                 amplitudes[free] = np.linalg.solve(matrix[:, free], -matrix[:, -1])
-            swing = changes @ amplitudes[:, None]
-            creepages = amplitudes[: rigid.shape[1], None] * problem.mean(k[i]).real
-            slip = (rigid @ creepages + _mean_shift(problem, k[i], swing)).reshape(2, -1)
-            work = swing[: traction.size].reshape(2, -1) * shift + traction * slip
-            wear[i, j] = -rows @ (work.sum(axis=0) * np.exp(-1j * k[i] * grid.x[ix]))
+            swing = (amplitudes @ changes)[:-1].reshape(3, -1)
+            creepages = amplitudes[: len(rigid)] * problem.mean(k[i]).real
+            slip = np.tensordot(creepages, rigid, axes=1) + _mean_shift(problem, k[i], swing)
+            work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)
+            wear[i, j] = -of_row * (work @ np.exp(-1j * k[i] * grid.x))
             loads[i, j] = resultants["Fz"] @ amplitudes
     several = moves and np.ndim(speed) > 0
     dims, shape = (("wavelength", "speed"), receptance.shape) if several else (("wavelength",), k.shape)
@@ -146,10 +140,10 @@ def corrugation_growth(
     return dataset.assign(wear=((*dims, "y"), by_rows), smooth=("y", smooth))
 
 
-def _mean_shift(problem: Linearised, k: float, changes: np.ndarray) -> np.ndarray:
-    """Elastic shift (2 n, 1), mean of the step that ends and that which begins: with it work sums to that put in."""
-    phases = problem.phases(k)
-    return (problem.shifting(phases)(changes) - problem.shifting(phases.conj(), way=-1)(changes)) / 2
+def _mean_shift(problem: Linearised, k: float, fields: np.ndarray) -> np.ndarray:
+    """Elastic shift (2, N), mean of the step that ends and that which begins: with it work sums to that put in."""
+    phases, given = problem.phases(k), fields[None].astype(complex)
+    return (problem.shifting(phases)(given)[0] - problem.shifting(phases.conj(), way=-1)(given)[0]) / 2
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: Any) -> np.ndarray:

@@ -148,11 +148,11 @@ class FrequencyResponse:
 def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
     """Derivatives of the forces by what swings, see `Solution.frequency_response`."""
     problem = linearise(sol)
-    k = problem.check(wave_number)
+    k = problem.wave_numbers("wave_number", wave_number)
     outputs, sums = problem.resultants()
     values = np.empty((k.size, len(outputs), len(problem.inputs)), complex)
     for i, changes in problem.responses(k):
-        values[i] = sums @ changes
+        values[i] = sums @ changes.T
     return FrequencyResponse(k, values, outputs, problem.inputs, sol.scene)
 
 
@@ -196,12 +196,13 @@ class HarmonicSolution:
 def harmonic_solution(scene: Scene, free_rolling: Any) -> HarmonicSolution:
     """Amplitudes under a `Harmonic`, about the contact in free rolling."""
     problem, motion = linearise(free_rolling), scene.motion
-    k = problem.check(motion.wave_number, "motion.wave_number")
+    k = problem.wave_numbers("motion.wave_number", motion.wave_number)
     ((_, responses),) = problem.responses(k)
-    changes = responses @ np.array([motion.vx, motion.vy, motion.spin])[: responses.shape[1]]
+    creepages = np.array([motion.vx, motion.vy, motion.spin])[: len(problem.shifts)]
+    changes = creepages @ responses[: len(creepages)]
     names, sums = problem.resultants()
     resultants = dict(zip(names, (sums @ changes).tolist(), strict=True))
-    fields = problem.fields(changes[:, None])[:, 0] * problem.disc.scales.pressure
+    fields = changes[:-1].reshape(3, *free_rolling.grid.shape) * problem.disc.scales.pressure
     Fx, Fy, Mz = (resultants.get(name, 0j) for name in ("Fx", "Fy", "Mz"))
     return HarmonicSolution(scene, free_rolling, fields[:2], fields[2], Fx, Fy, Mz)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,30 +34,29 @@ Shifts = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem about a solution: n elements with friction, m with pressure; dimensionless.
+    """The problem about a solution on the N elements of the grid, m of them with pressure; dimensionless.
 
     Unknowns are changes of traction along x and along y of the elements that `stick`, and those `across` the traction
     (2, s) of those that `slip`. Equations: no slip along both where it sticks; across it where it slips, with the
-    change times the `turning` (s,). Changes (tractions, pressures, approach: 2 n + m + 1) are these, and what distances
+    change times the `turning` (s,). Changes (k, 3 N + 1: tractions, pressures, approach) are these, and what distances
     and the load change by themselves. k steps ago everything was ``exp(-i k Omega)`` of now: shifts are those of steady
     rolling plus those at each term of the slip's difference times ``z_k = weight_k (exp(-i k Omega) - 1)``. Where the
-    pressure changes, tractions grow with it by `growing` (2, n), and `entering` where particles enter.
+    pressure changes, tractions grow with it by `growing` (2, N), and `entering` where particles enter.
     """
 
     disc: Discretisation
-    with_friction: np.ndarray
-    with_pressure: np.ndarray
-    stick: np.ndarray  # places among the n
+    stick: np.ndarray  # places on the grid
     slip: np.ndarray
     across: np.ndarray
     turning: np.ndarray
     inputs: tuple[str, ...]
-    shifts: np.ndarray  # (2 n, creepages)
+    shifts: np.ndarray  # by unit creepages, (creepages, 2, N)
+    with_pressure: np.ndarray  # places on the grid
     normal: tuple[np.ndarray, np.ndarray] | None  # LU factors (m + 1, m + 1); None where no pressure changes
     growing: np.ndarray
     entering: np.ndarray
-    leading: np.ndarray  # of the 2 n: shifts of elements there
-    thin: np.ndarray  # bool (n,): elements there that slip since the contact covers so little of them
+    leading: np.ndarray  # bool (N,): elements there that stick
+    thin: np.ndarray  # bool (N,): elements there that slip since the contact covers so little of them
 
     @property
     def step(self) -> float:
@@ -75,32 +73,22 @@ class Linearised:
         """Shortest wave that elements and step resolve: two of them [length]."""
         return 2 * max(self.step, self.disc.grid.sides[0])
 
-    @cached_property
-    def places(self) -> np.ndarray:
-        """Places of the n elements among the m."""
-        return np.searchsorted(self.with_pressure, self.with_friction)
-
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
-        """Names of the resultants, and what they are of the changes, physical: (outputs, 2 n + m + 1)."""
-        disc, n = self.disc, self.with_friction.size
-        iy, ix = np.divmod(self.with_friction, disc.grid.nx)
-        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 2 * n + self.with_pressure.size + 1))
-        sums[0, :n] = sums[1, n : 2 * n] = sums[3, 2 * n : -1] = force
-        sums[2, :n], sums[2, n : 2 * n] = -disc.grid.y[iy] * force, disc.grid.x[ix] * force
+        """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N + 1)."""
+        disc, N = self.disc, self.disc.grid.size
+        x, y = (places.ravel() for places in np.meshgrid(disc.grid.x, disc.grid.y))
+        force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 3 * N + 1))
+        sums[0, :N] = sums[1, N : 2 * N] = sums[3, 2 * N : -1] = force
+        sums[2, :N], sums[2, N : 2 * N] = -y * force, x * force
         sums[4, -1] = disc.scales.displacement
         there = [0, 1, 3, 4] if disc.grid.line else [0, 1, 2, 3, 4]
         return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
 
-    def check(self, wave_number: Any, field: str = "wave_number") -> np.ndarray:
+    def wave_numbers(self, field: str, given: Any) -> np.ndarray:
         """Wave numbers of which the elements and the step resolve each, as an array (n,)."""
-        k = np.atleast_1d(checks.numbers(field, wave_number))
         largest = 2 * np.pi / self.shortest
         allowed = f"from 0 to {largest:.6g}, a wave of two elements"
-        if k.ndim != 1 or k.size == 0:
-            raise SceneError(field, wave_number, "one number or a one-dimensional array")
-        for each in k[(k < 0) | (k > largest * (1 + 1e-12))]:
-            raise SceneError(field, float(each), allowed)
-        return k
+        return one_dimensional(field, given, allowed, 0.0, largest * (1 + 1e-12))
 
     def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """For each wave number, in an order that halves their range, its place and the changes by unit inputs.
@@ -114,14 +102,15 @@ class Linearised:
         halving = np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(len(wave_numbers))])
         for i in np.argsort(wave_numbers)[halving]:
             k, phases = wave_numbers[i], self.phases(wave_numbers[i])
-            shifts = self.shifting(phases)
-            rigid, normal = self._loads(k)
-            given = self.changes(np.zeros((self.size, len(self.inputs)), complex), normal)
-            given += self._with_pressure((self.entering - self.growing) * self.thin, given)
-            right = rigid + shifts(given)
+            shifts, loads = self.shifting(phases), self._loads(k)
+            given = self.changes(np.zeros((self.size, len(loads)), complex), loads)
+            fields = self.fields(given)
+            fields[:, :2] += (self.entering - self.growing) * self.thin * fields[:, 2:]
+            right = shifts(fields)
+            right[: len(self.shifts)] += self.shifts * self.mean(k)
             if self.normal is not None:
-                before = shifts(self._with_pressure(self.entering, given))
-                right[self.leading] += before[self.leading - 1] - before[self.leading]
+                before = shifts(self.entering * fields[:, 2:])
+                right += self.leading * (np.roll(before, 1, axis=-1) - before)
             combined = np.tensordot(phases, images, axes=1)
             basis, parts = self._solved(phases, -self.equations(right), known, combined)
             yield i, given + self.changes(basis @ parts)
@@ -161,47 +150,51 @@ class Linearised:
         return 2 * self.stick.size + self.slip.size
 
     def equations(self, shifts: np.ndarray) -> np.ndarray:
-        """Left-hand sides (size, k) by shifts (2 n, k), but for the turning."""
-        both = shifts.reshape(2, self.with_friction.size, shifts.shape[1])
-        turned = (self.across[:, :, None] * both[:, self.slip]).sum(axis=0)
-        return np.concatenate([*both[:, self.stick], turned])
+        """Left-hand sides (size, k) by shifts (k, 2, N), but for the turning."""
+        stuck = shifts[:, :, self.stick].reshape(len(shifts), -1)
+        turned = (self.across * shifts[:, :, self.slip]).sum(axis=1)
+        return np.concatenate([stuck, turned], axis=1).T
 
-    def changes(self, unknowns: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
-        """Changes (2 n + m + 1, k) by the unknowns, and by those of distances and of the load (m + 1, k), if any."""
-        found = np.zeros((2 * self.with_friction.size + self.with_pressure.size + 1, unknowns.shape[1]), complex)
-        tractions = found[: 2 * self.with_friction.size]
-        count, turned = unknowns.shape[1], 2 * self.stick.size
-        both = tractions.reshape(2, self.with_friction.size, count)
-        both[:, self.stick] = unknowns[:turned].reshape(2, self.stick.size, count)
-        both[:, self.slip] = self.across[:, :, None] * unknowns[turned:]
-        if self.normal is None or (normal is None and self.disc.K == 0):
+    def changes(self, unknowns: np.ndarray, loads: np.ndarray | None = None) -> np.ndarray:
+        """Changes (k, 3 N + 1) by the unknowns, and by those of distances and of the load (k, m + 1), if any."""
+        count, stuck = unknowns.shape[1], 2 * self.stick.size
+        found = np.zeros((count, 3 * self.disc.grid.size + 1), complex)
+        fields = self.fields(found)
+        fields[:, :2, self.stick] = unknowns[:stuck].T.reshape(count, 2, -1)
+        fields[:, :2, self.slip] = self.across * unknowns[stuck:].T[:, None]
+        if self.normal is None or (loads is None and self.disc.K == 0):
             return found
-        right = np.zeros_like(found[len(tractions) :]) if normal is None else normal.copy()
+        right = np.zeros((self.with_pressure.size + 1, count), complex)
+        if loads is not None:
+            right += loads.T
         if self.disc.K != 0:
-            distances = _filtered(self._symbol(self.disc.operators.traction_to_distance.table), self.fields(found)[:2])
-            right[:-1] -= distances.reshape(right.shape[1], -1)[:, self.with_pressure].T
-        solved = lu_solve(self.normal, right.view(float))
-        found[len(tractions) :] = np.ascontiguousarray(solved).view(complex)
-        return found + self._with_pressure(self.growing, found)
+            symbol = self._symbol(self.disc.operators.traction_to_distance.table)
+            right[:-1] -= self._filtered(symbol, fields[:, :2])[:, 0, self.with_pressure].T
+        solved = np.ascontiguousarray(lu_solve(self.normal, right.view(float))).view(complex)
+        fields[:, 2, self.with_pressure], found[:, -1] = solved[:-1].T, solved[-1]
+        fields[:, :2] += self.growing * fields[:, 2:]
+        return found
+
+    def fields(self, changes: np.ndarray) -> np.ndarray:
+        """Tractions along x and y, and pressures, of changes: a view (k, 3, N)."""
+        return changes[:, :-1].reshape(len(changes), 3, -1)
 
     def phases(self, k: float) -> np.ndarray:
         """Factors of the steady shifts, and of the displacements at each term, at a wave number, (1 + terms,)."""
         return np.array([1.0, *(weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms)])
 
     def shifting(self, phases: np.ndarray, way: int = 1) -> Shifts:
-        """Shifts in a step (2 n, k) by changes, with phases.
+        """Shifts in a step (k, 2, N) by fields (k, 2 or 3, N), with phases.
 
         With a `way` of -1 those of particles that go the other way: the transposed operators of elastic bodies.
         """
-        disc, symbol = self.disc, self._symbol(self._table(phases, way))
+        symbol, compliance = self._symbol(self._table(phases, way)), self.disc.edge_compliance
 
-        def shifts(changes: np.ndarray) -> np.ndarray:
-            fields = self.fields(changes)[: symbol.shape[1]]
-            found = _filtered(symbol, fields)
-            if disc.edge_compliance is not None:
-                found += phases[0] * disc.edge_compliance[:, None] * fields[:2]
-            there = found.reshape(2, changes.shape[1], -1)[..., self.with_friction]
-            return np.moveaxis(there, 1, 2).reshape(-1, changes.shape[1])
+        def shifts(fields: np.ndarray) -> np.ndarray:
+            found = self._filtered(symbol, fields[:, : symbol.shape[1]])
+            if compliance is not None:
+                found += phases[0] * compliance.reshape(2, -1) * fields[:, :2]
+            return found
 
         return shifts
 
@@ -223,23 +216,18 @@ class Linearised:
 
     def _images(self, phases: np.ndarray, shifts: Shifts, unknowns: np.ndarray) -> np.ndarray:
         """Left-hand sides (unknowns, k) by unknowns."""
-        found, turned = self.equations(shifts(self.changes(unknowns))), 2 * self.stick.size
+        found, turned = self.equations(shifts(self.fields(self.changes(unknowns)))), 2 * self.stick.size
         found[turned:] += phases[0] * self.turning[:, None] * unknowns[turned:]
         return found
 
-    def fields(self, changes: np.ndarray) -> np.ndarray:
-        """Tractions along x and y, and pressures, on the whole grid, (3, k, ny, nx)."""
-        grid, n = self.disc.grid, self.with_friction.size
-        fields = np.zeros((3, changes.shape[1], grid.size), complex)
-        fields[:2, :, self.with_friction] = np.moveaxis(changes[: 2 * n].reshape(2, n, changes.shape[1]), 1, 2)
-        fields[2][:, self.with_pressure] = changes[2 * n : -1].T
-        return fields.reshape(3, -1, *grid.shape)
+    def _filtered(self, symbol: np.ndarray, fields: np.ndarray) -> np.ndarray:
+        """Product (k, rows, N) of a symbol (rows, columns) on a periodic box with complex fields (k, columns, N)."""
+        from scipy.fft import fft2, ifft2
 
-    def _with_pressure(self, by_pressure: np.ndarray, changes: np.ndarray) -> np.ndarray:
-        """Changes (2 n + m + 1, k) of tractions alone, that grow by pressure (2, n) with the pressures of changes."""
-        pressures, found = changes[2 * self.with_friction.size : -1][self.places], np.zeros_like(changes)
-        found[: 2 * self.with_friction.size] = (by_pressure[:, :, None] * pressures).reshape(-1, changes.shape[1])
-        return found
+        ny, nx = self.disc.grid.shape
+        spectrum = fft2(fields.reshape(*fields.shape[:2], ny, nx), symbol.shape[2:])
+        product = sum(symbol[:, i] * spectrum[:, None, i] for i in range(fields.shape[1]))
+        return np.asarray(ifft2(product, overwrite_x=True)[..., :ny, :nx]).reshape(len(fields), -1, ny * nx)
 
     def _preconditioner(self, phases: np.ndarray) -> Shifts:
         """Nearly the unknowns by left-hand sides: the operator's inverse on a periodic box, element by element in slip.
@@ -255,16 +243,15 @@ class Linearised:
         window = parzen(y / rows)[:, None] * parzen(x / columns) * CAUSAL ** (-x / columns)
         symbol = np.moveaxis(fft2(wrapped(table * window, box)), (0, 1), (2, 3))
         inverse = np.moveaxis(np.linalg.inv(symbol + STICK_SHIFT * own * np.eye(2)), (2, 3), (0, 1))
-        growth, turned = CAUSAL ** (np.arange(nx) / columns), 2 * self.stick.size
-        sticks = self.with_friction[self.stick]
+        growth, turned = np.tile(CAUSAL ** (np.arange(nx) / columns), ny), 2 * self.stick.size
 
         def solved(right: np.ndarray) -> np.ndarray:
             k = right.shape[1]
-            fields = np.zeros((2, k, ny * nx), complex)
-            fields[:, :, sticks] = np.moveaxis(right[:turned].reshape(2, sticks.size, k), 1, 2)
-            found = _filtered(inverse, fields.reshape(2, k, ny, nx) / growth) * growth
-            stuck = np.moveaxis(found.reshape(2, k, ny * nx)[:, :, sticks], 1, 2)
-            return np.concatenate([stuck.reshape(turned, k), right[turned:] / (own + self.turning)[:, None]])
+            fields = np.zeros((k, 2, ny * nx), complex)
+            fields[:, :, self.stick] = right[:turned].T.reshape(k, 2, -1)
+            found = self._filtered(inverse, fields / growth) * growth
+            stuck = found[:, :, self.stick].reshape(k, -1).T
+            return np.concatenate([stuck, right[turned:] / (own + self.turning)[:, None]])
 
         return solved
 
@@ -272,18 +259,24 @@ class Linearised:
         """Mean of a swing over the step, by that at its end."""
         return complex(self.phases(k)[1:].sum() / (1j * k * self.step)) if k else 1.0
 
-    def _loads(self, k: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rigid shifts (2 n, inputs), and changes of distances and of the load (m + 1, inputs), by unit inputs."""
-        scales, creepages = self.disc.scales, self.shifts.shape[1]
-        rigid = np.zeros((len(self.shifts), len(self.inputs)), complex)
-        rigid[:, :creepages] = self.shifts * self.mean(k)
-        normal = np.zeros((self.with_pressure.size + 1, len(self.inputs)), complex)
-        if len(self.inputs) > creepages:
+    def _loads(self, k: float) -> np.ndarray:
+        """Changes of distances and of the load (inputs, m + 1), by unit inputs."""
+        scales, loads = self.disc.scales, np.zeros((len(self.inputs), self.with_pressure.size + 1), complex)
+        if len(self.inputs) > len(self.shifts):
             force = self.disc.loading.normal_force is not None
-            normal[-1, -2] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
+            loads[-2, -1] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
             x = self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
-            normal[:-1, -1] = np.exp(1j * k * x) / scales.displacement
-        return rigid, normal
+            loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
+        return loads
+
+
+def one_dimensional(field: str, given: Any, allowed: str, least: float, most: float = np.inf) -> np.ndarray:
+    """A number or several, each from `least` to `most`, as an array (n,)."""
+    values = checks.numbers(field, given)
+    if values.ndim > 1 or values.size == 0:
+        raise SceneError(field, given, "one number or a one-dimensional array")
+    checks.require_all(field, values, (values >= least) & (values <= most), allowed)
+    return np.atleast_1d(values)
 
 
 @one_blas_thread()
@@ -291,7 +284,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
     """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at their solution."""
     problem = linearise(sol, swings=False)
     ((_, changes),) = problem.responses(np.zeros(1))
-    slopes = (problem.resultants()[1][:2] @ changes).real
+    slopes = (problem.resultants()[1][:2] @ changes.T).real
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
@@ -319,7 +312,7 @@ def check_linear(sol: Solution, swings: bool) -> None:
 
 
 def unit_shifts(disc: Discretisation) -> np.ndarray:
-    """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
+    """Rigid shifts by unit creepages, (3, 2, N) (2 of them in line contact), dimensionless."""
     motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
     assert motion is not None
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
@@ -332,19 +325,18 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
 def linearise(sol: Solution, swings: bool = True) -> Linearised:
     """The problem about a solution: of steady rolling for what swings, also the load and a height."""
     check_linear(sol, swings)
-    with_friction = np.flatnonzero((sol.state != EXTERIOR) & (np.nan_to_num(sol.traction_bound, posinf=1.0) > 0))
-    with_pressure = np.flatnonzero(sol.pressure > 0)
-    if swings and with_friction.size == 0:
+    contact = (sol.state != EXTERIOR) & (np.nan_to_num(sol.traction_bound, posinf=1.0) > 0)
+    if swings and not contact.any():
         raise SceneError("solution", "no traction", "a contact with friction")
     disc = with_subgrid(discretise(sol.scene, sol.grid), sol.pressure_on_parts)
-    state, scales, shifts = sol.state.ravel()[with_friction], disc.scales, unit_shifts(disc)
-    slip, rolled = np.flatnonzero(state == SLIP), (disc.step or 1.0 / scales.length) * scales.length
-    at = with_friction[slip]
-    traction, shift = sol.traction.reshape(2, -1)[:, at] / scales.pressure, sol.slip.reshape(2, -1)[:, at] * rolled
+    scales, shifts, with_pressure = disc.scales, unit_shifts(disc), np.flatnonzero(sol.pressure > 0)
+    stick, slip = (np.flatnonzero(contact & (sol.state == state)) for state in (STICK, SLIP))
+    rolled = (disc.step or 1.0 / scales.length) * scales.length
+    traction, shift = sol.traction.reshape(2, -1)[:, slip] / scales.pressure, sol.slip.reshape(2, -1)[:, slip] * rolled
     size = np.hypot(*traction)
     across, turning = np.array([-traction[1], traction[0]]) / size, np.hypot(*shift) / scales.displacement / size
-    growing = np.zeros((2, with_friction.size))
-    growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[at]
+    growing = np.zeros((2, sol.grid.size))
+    growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[slip]
     inputs, force = ("vx", "vy", "spin")[: len(shifts)], disc.loading.normal_force is not None
     if swings and not disc.loading.no_slip and sol.grid.edge == "centres":  # parts do not follow a moving edge
         inputs += ("normal_force" if force else "approach", "roughness")
@@ -356,50 +348,29 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
         system[:m, :m], system[:m, m] = disc.operators.normal.dense(with_pressure), -1.0
         system[m, slice(0, m) if force else m] = 1.0
         if disc.K != 0:
-            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, with_friction).reshape(m, 2, -1)
-            system[:m, np.searchsorted(with_pressure, with_friction)] += np.einsum("min,in->mn", by_tractions, growing)
+            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, slip).reshape(m, 2, -1)
+            grown = np.einsum("min,in->mn", by_tractions, growing[:, slip])
+            system[:m, np.searchsorted(with_pressure, slip)] += grown
         normal = lu_factor(system, overwrite_a=True)
-    return Linearised(
-        disc,
-        with_friction,
-        with_pressure,
-        np.flatnonzero(state == STICK),
-        slip,
-        across,
-        turning,
-        inputs,
-        shifts[:, :, with_friction].reshape(len(shifts), -1).T,
-        normal,
-        growing,
-        *_entering(sol, with_friction),
-    )
+    edge = _entering(sol, contact)
+    return Linearised(disc, stick, slip, across, turning, inputs, shifts, with_pressure, normal, growing, *edge)
 
 
-def _entering(sol: Solution, with_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tractions (2, n) by pressure as particles bring them along at the leading edge; `leading` and `thin` elements.
+def _entering(sol: Solution, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tractions (2, N) by pressure as particles bring them along at the leading edge; `leading` and `thin` elements.
 
     Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
     there. Particles enter such tractions without slip, which a difference over an element does not see: it is taken an
     element further on. The squares of both rise linearly from the edge, wherever that is in its element: the ratio is
     that of their slopes.
     """
-    iy, ix = np.divmod(with_friction, sol.grid.nx)
-    edge = sol.grid.nx - 1 - np.argmax(sol.pressure[:, ::-1] > 0, axis=1)[iy]  # of each row
+    rows, size, pressure = np.arange(sol.grid.rows), np.hypot(*sol.traction), sol.pressure
+    edge = sol.grid.nx - 1 - np.argmax(pressure[:, ::-1] > 0, axis=1)  # of each row
     near, far = np.maximum(edge - 1, 0), np.maximum(edge - 2, 0)
-    size, pressure = np.hypot(*sol.traction), sol.pressure
-    rise, of = size[iy, far] ** 2 - size[iy, near] ** 2, pressure[iy, far] ** 2 - pressure[iy, near] ** 2
-    direction = sol.traction[:, iy, near] / np.where(size[iy, near] > 0, size[iy, near], 1.0)
+    rise, of = size[rows, far] ** 2 - size[rows, near] ** 2, pressure[rows, far] ** 2 - pressure[rows, near] ** 2
+    direction = sol.traction[:, rows, near] / np.where(size[rows, near] > 0, size[rows, near], 1.0)
     ratio = direction * np.sqrt(np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0))
-    first, stick = ix == edge, sol.state.ravel()[with_friction] == STICK
-    thin = first & ~stick & (sol.state[iy, near] == STICK)
-    return ratio, np.flatnonzero(np.tile(first & stick & (sol.state[iy, near] != 0), 2)), thin
-
-
-def _filtered(symbol: np.ndarray, fields: np.ndarray) -> np.ndarray:
-    """Product of a symbol (rows, columns) on a periodic box with complex fields (columns, k, ny, nx)."""
-    from scipy.fft import fft2, ifft2
-
-    ny, nx = fields.shape[2:]
-    spectrum = fft2(fields, symbol.shape[2:])
-    product = np.array([sum(map(np.multiply, row, spectrum)) for row in symbol])
-    return np.asarray(ifft2(product, overwrite_x=True)[..., :ny, :nx])
+    first, stick = contact & (np.arange(sol.grid.nx) == edge[:, None]), sol.state == STICK
+    behind = sol.state[rows, near][:, None]
+    thin, leading = first & ~stick & (behind == STICK), first & stick & (behind != EXTERIOR)
+    return (ratio[:, :, None] * contact).reshape(2, -1), leading.ravel(), thin.ravel()
