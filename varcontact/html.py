@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from html import escape
 
 
@@ -35,12 +34,10 @@ def html_text(text: str) -> str:
     return f"<pre>{escape(text)}</pre>"
 
 
-class Reported(ABC):
+class Reported:
     """What prints as its report, in notebooks too."""
 
-    @abstractmethod
-    def report(self) -> str:
-        """The report."""
+    report: Callable[[], str]
 
     def __str__(self) -> str:
         return self.report()

@@ -113,14 +113,18 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     refusal = not_measurable(answer.scene)
     if refusal is not None:
         raise refusal
-    if not isinstance(answer, History):
-        return units_of(answer, list(values(answer)))
-    single = {k: units_of(answer[k], list(values(answer[k]))) for k in steps_that_count(len(answer), steps)}
-    largest: dict[str, float] = {}
-    for units_of_step in single.values():
-        for name, unit in units_of_step.items():
-            largest[name] = max(largest.get(name, 0.0), unit)
-    return {f"{name}[{k}]": largest[name] for k, units_of_step in single.items() for name in units_of_step}
+    if isinstance(answer, History):
+        single = {k: units(answer[k]) for k in steps_that_count(len(answer), steps)}
+        largest: dict[str, float] = {}
+        for of_step in single.values():
+            for name, unit in of_step.items():
+                largest[name] = max(largest.get(name, 0.0), unit)
+        return {f"{name}[{k}]": largest[name] for k, of_step in single.items() for name in of_step}
+    found = _normal(answer)
+    if not answer.scene.frictionless and answer.pressure.any():  # without contact those of forces are zero
+        scene = answer.scene
+        found |= frictional_units(friction_limit(answer), *semi_axes(answer), scene.bodies, scene.line)
+    return {name: abs(found.get(name, 0.0)) for name in values(answer)}
 
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
@@ -160,14 +164,6 @@ def creepage_names(sol: Solution) -> tuple[str, str, str]:
 def _normal(sol: Solution) -> dict[str, float]:
     load = {"approach": sol.approach} if sol.scene.approach is None else {"normal_force": sol.normal_force}
     return load | {"peak_pressure": sol.max_pressure}
-
-
-def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
-    """What an error of one is, of quantities named as by `values`, with finite friction; zero without contact."""
-    found = _normal(sol)
-    if not sol.scene.frictionless and sol.pressure.any():
-        found |= frictional_units(friction_limit(sol), *semi_axes(sol), sol.scene.bodies, sol.scene.line)
-    return {name: abs(found.get(name, 0.0)) for name in names}
 
 
 def frictional_units(limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import asdict, is_dataclass
 from typing import Any
@@ -20,15 +21,12 @@ from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.transient import Transient
 
 
-def report(sol: Solution) -> str:
+def report(sol: Solution, with_doubts: bool = True) -> str:
     """The printed report of a solution, see `Solution.report`."""
-    return "\n".join([*(f"WARNING: {doubt}" for doubt in sol.scene.doubts), _body(sol)])
-
-
-def _body(sol: Solution) -> str:
-    rows = report_rows(sol)[len(sol.scene.doubts) :]
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in rows]
-    return "\n".join([headline(sol), "", *lines])
+    doubts = sol.scene.doubts
+    above = [f"WARNING: {doubt}" for doubt in doubts if with_doubts]
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)[len(doubts) :]]
+    return "\n".join([*above, headline(sol), "", *lines])
 
 
 def report_rows(sol: Solution) -> list[tuple[str, str]]:
@@ -56,13 +54,13 @@ def headline(sol: Solution) -> str:
 
 
 def _loads(sol: Solution) -> list[tuple[str, str]]:
-    unit, bars = _unit(sol), {} if sol.error_estimate is None else sol.error_estimate.bars
-    load, peak = with_bar(sol.normal_force, bars.get("normal_force", 0.0)), f"{sol.max_pressure:.4g}"
+    unit, bars = _unit(sol), defaultdict(float, {} if sol.error_estimate is None else sol.error_estimate.bars)
+    load, peak = with_bar(sol.normal_force, bars["normal_force"]), f"{sol.max_pressure:.4g}"
     if sol.error_estimate is not None and "peak_pressure" in bars:
         peak = with_bar(sol.error_estimate.values["peak_pressure"], bars["peak_pressure"])
     rows = [
         ("normal force", f"{load}{unit('force')}, largest pressure {peak}{unit('pressure')}"),
-        ("approach", _sized(sol.approach, unit("length"), bars.get("approach", 0.0))),
+        ("approach", _sized(sol.approach, unit("length"), bars["approach"])),
     ]
     motion = sol.motion
     if motion is None:
@@ -70,19 +68,19 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     first, second, third = sol.creepage
     if motion.rolls:
         words, turn = "creepage", f", spin = {third:.6g}{unit('spin')}"
-        rigid = [f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in (("vx", first), ("vy", second))]
+        rigid = [f"{name} = {with_bar(value, bars[name])}" for name, value in (("vx", first), ("vy", second))]
     else:
         words, turn, values = "rigid shift", f", rotation = {third:.6g}", (("ux", first), ("uy", second))
-        rigid = [f"{name} = {_sized(value, unit('length'), bars.get(name, 0.0))}" for name, value in values]
+        rigid = [f"{name} = {_sized(value, unit('length'), bars[name])}" for name, value in values]
     rows.append((words, ", ".join(rigid) + ("" if sol.scene.line else turn)))
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     Fx, Fy = (_without_noise(F, limit) for F in sol.force)
     part = f", {100 * np.hypot(Fx, Fy) / limit:.4g} % of the friction limit" if 0 < limit < np.inf else ""
     forces = (("Fx", _without_noise(Fx, Fy)), ("Fy", _without_noise(Fy, Fx)))
-    words = ", ".join(f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in forces)
+    words = ", ".join(f"{name} = {with_bar(value, bars[name])}" for name, value in forces)
     rows.append(("tangential force", f"{words}{unit('force')}{part}"))
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
-    known = f"Mz = {with_bar(moment, bars.get('Mz', 0.0))}{unit('moment')}" if sol.plan.has_moment else ""
+    known = f"Mz = {with_bar(moment, bars['Mz'])}{unit('moment')}" if sol.plan.has_moment else ""
     rows.append(("twisting moment", known or f"none by {sol.plan.tangential}"))
     if not known and third:
         rows.append(("work", f"unknown: {sol.plan.tangential} has no moment, which spin works against"))
@@ -250,7 +248,7 @@ def _unit(sol: Solution) -> Callable[[str], str]:
     return lambda quantity: f" {units.of(quantity, line)}" if units is not None else ""
 
 
-def _sized(displacement: float, unit: str, bar: float = 0.0) -> str:
+def _sized(displacement: float, unit: str, bar: float) -> str:
     return "undefined (no reference depth)" if np.isnan(displacement) else f"{with_bar(displacement, bar)}{unit}"
 
 
@@ -285,7 +283,7 @@ def report_history(history: History) -> str:
             largest[kind] = max(largest.get(kind, 0.0), error)
         errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
         lines += ["", f"Estimated errors against the continuum, with steps of this length: {errors}, over all steps."]
-    return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
+    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1], with_doubts=False)}"])
 
 
 AS_THEY_ARE = (

@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
-from varcontact.html import html_table
+from varcontact.html import Reported, html_table
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
@@ -42,7 +42,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
     Attributes
@@ -316,9 +316,6 @@ class Solution:
         from varcontact.results.report import report
 
         return report(self)
-
-    def __str__(self) -> str:
-        return self.report()
 
     def _repr_html_(self) -> str:
         from varcontact.results.report import headline, report_rows

@@ -11,7 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.elasticity.layered import Stack
 from varcontact.elasticity.layered_field import layered_field_at, layered_field_below
-from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
+from varcontact.elasticity.subsurface import field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
@@ -152,8 +152,7 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
         allowed = f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)"
         raise SceneError(f"points[{place}]", given.reshape(3, -1)[:, outside[0]].tolist(), allowed)
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
-    field = _field(flat, solution, side, below=False)
-    return _of_body(solution, side, given, field)
+    return _field(solution, side, given, flat, below=False)
 
 
 def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
@@ -199,9 +198,8 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
         raise SceneError("depths", float(below.min()), "zero or positive: distances from the surface")
     smaller = "fewer depths at a time would fit" if below.size > 1 else SMALLER
     need("the stress below the surface", solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size), smaller)
-    field = _field(below, solution, side, below=True)
     z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
-    return _of_body(solution, side, np.stack([x, y, z]), field)
+    return _field(solution, side, np.stack([x, y, z]), below, below=True)
 
 
 def one_solution(given: Any) -> Solution:
@@ -218,31 +216,27 @@ def side_of(body: int | str) -> int:
     return BODIES[body if isinstance(body, str) else int(body)]
 
 
-def _field(where: np.ndarray, solution: Solution, side: int, *, below: bool) -> ElasticField:
-    """The field of a body, `below` all elements at depths or at points; the lower is seen in the mirror z -> -z."""
-    grid, bodies = solution.grid, solution.scene.bodies
+def _field(solution: Solution, side: int, points: np.ndarray, where: np.ndarray, *, below: bool) -> SubsurfaceStress:
+    """The field of a body at points, `where` upwards into it: `below` all elements the depths; the lower mirrored."""
+    grid, scene, bodies = solution.grid, solution.scene, solution.scene.bodies
     tangential = solution.traction if side == 1 else -solution.traction
     tractions = np.concatenate([tangential, solution.pressure[None]])
     body: Any = bodies if isinstance(bodies, Bodies) else (bodies.upper, bodies.lower)[side - 1]
     if isinstance(body, Bodies):
         G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
-        constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
-        return (field_below if below else field_at)(where, grid, tractions, **constants)
-    if not isinstance(body, Layered):
+        constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": scene.reference_depth or 1.0}
+        field = (field_below if below else field_at)(where, grid, tractions, **constants)
+    elif isinstance(body, Layered):
+        base = body.base if isinstance(body.base, str) else body.base[:2]
+        stack = Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
+        field = (layered_field_below if below else layered_field_at)(where, grid, tractions, stack=stack)
+    else:
         allowed = "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
         raise SceneError("body", side, allowed)
-    base = body.base if isinstance(body.base, str) else body.base[:2]
-    stack = Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
-    return (layered_field_below if below else layered_field_at)(where, grid, tractions, stack=stack)
-
-
-def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticField) -> SubsurfaceStress:
-    trailing = points.shape[1:]
-    mirror = np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
+    trailing, mirror = points.shape[1:], np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
     vector = mirror.reshape(3, *(1,) * len(trailing))
-    tensor = np.multiply.outer(mirror, mirror).reshape(3, 3, *(1,) * len(trailing))
-    layered = not isinstance(solution.scene.bodies, Bodies)
-    undetermined = solution.scene.shift_undetermined or (solution.scene.line and layered)
+    tensor = vector[:, None] * vector
+    undetermined = scene.shift_undetermined or (scene.line and not isinstance(bodies, Bodies))
     return SubsurfaceStress(
         body=side,
         points=points,
