@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NAMES = {"Fx": "F_x", "Fy": "F_y", "Mz": "M_z", "Fz": "F_z", "vx": "v_x", "vy": "v_y", "spin": r"\varphi"}
-POWERS = {"Fx": "force", "Fy": "force", "Fz": "force"}
+NAMES |= {"normal_force": "N", "roughness": "r", "approach": r"\delta"}
 
 
 def plot_response(
@@ -24,11 +24,10 @@ def plot_response(
 ) -> Figure:
     """Size and phase over the wave number, and Nyquist's diagram."""
     values, k = response.of(output, by), response.wave_number
-    creepage = by in ("vx", "vy")
-    measured = measure(response.scene, POWERS.get(output, "1") if creepage else "1", np.abs(values))
+    force = output in ("Fx", "Fy", "Fz") and by in ("vx", "vy")
+    measured = measure(response.scene, "force" if force else "1", np.abs(values))
     waves = measure(response.scene, "spin", k)
-    name = rf"$\partial {NAMES.get(output, output)}/\partial {NAMES.get(by, by)}$"
-    name = name.replace("normal_force", "N").replace("roughness", "r").replace("approach", r"\delta")
+    name = rf"$\partial {NAMES[output]}/\partial {NAMES[by]}$"
     with style.styled():
         figure = style.empty_figure(style.figure_size(figsize, (style.PAGE, 0.5 * style.PAGE)))
         panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])

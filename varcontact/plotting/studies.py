@@ -99,16 +99,16 @@ def plot_curve(
     several = len(curves) > 1
     y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
     with style.panel(ax, figsize, (style.COLUMN * 1.15, 2.9)) as ax:
-        for i, (name, (x, forces)) in enumerate(curves.items()):
-            number = i if several else None
+        for number, (name, (x, forces)) in enumerate(curves.items()):
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
             if len(shown) == 2 and total:
                 lines.append(("$|F|$", np.hypot(*forces.T)))
             for j, (part, values) in enumerate(lines):
-                k = j if number is None else number
                 words = f"{name}: {part}" if name and len(lines) > 1 else name or part
                 every = max(1, len(x) // 12)
-                ax.plot(x, values, **style.look(k), linestyle=STYLES[j], markevery=every, label=words)
+                ax.plot(
+                    x, values, **style.look(number if several else j), linestyle=STYLES[j], markevery=every, label=words
+                )
         if normalised:
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
         ax.axhline(0.0, color="k", linewidth=0.5)
@@ -145,11 +145,8 @@ def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curve
     force = Measure(1.0, "") if normalised else measure(scene, "force", [sol.force for sol in every])
     curves = {}
     for label, curve in given.items():
-        forces = np.array([-sol.force for sol in curve])
-        if normalised:
-            limits = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in curve])
-            loads = np.array([sol.normal_force for sol in curve])
-            forces /= np.where((limits > 0) & (limits < np.inf), limits, loads)[:, None]
+        loads = [sol.normalised if normalised else sol for sol in curve]
+        forces = -np.array([(each.Fx, each.Fy) for each in loads])
         curves[str(label)] = along([getattr(sol, name) for sol in curve]), force(forces)
     limit = "normal force" if scene.no_slip or scene.frictionless else "friction limit"
     return curves, along.label(words), force, limit
@@ -273,12 +270,15 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     """Errors of methods over processor seconds: the largest of each class of scenes, and the front; a panel a class."""
     kinds, families = (list(dict.fromkeys(study.classes[name])) for name in ("kind", "family"))
     with style.styled():
+        looks = {name: style.look(i) | {"markersize": 3.5, "linestyle": ""} for i, name in enumerate(families)}
+        if "accuracy" in looks:  # hollow: the grid was found for it
+            looks["accuracy"] |= {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0}
         figure, axes = style.new_panels(len(kinds), 2.8)
         for ax, kind in zip(axes, kinds, strict=True):
             part = study.classes[study.classes["kind"] == kind]
             for family, methods in part.groupby("family", sort=False):
                 error = np.maximum(100 * methods["largest_error"], LEAST_ERROR)
-                ax.plot(methods["processor_seconds"], error, **_look(families, str(family)))
+                ax.plot(methods["processor_seconds"], error, **looks[str(family)])
             front = study.front(kind)
             error = np.maximum(100 * front["largest_error"], LEAST_ERROR)
             ax.plot(front["processor_seconds"], error, color="0.3", lw=0.8, zorder=0)
@@ -290,15 +290,8 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
         for ax in axes[-3:]:
             ax.set_xlabel("processor time [s]")
         if kinds:
-            key = [Line2D([], [], label=family, **_look(families, family)) for family in families]
+            key = [Line2D([], [], label=family, **look) for family, look in looks.items()]
             key.append(Line2D([], [], color="0.3", lw=0.8, label="front"))
             figure.legend(handles=key, ncols=3, loc="outside lower left")
         figure.draw_without_rendering()
     return figure
-
-
-def _look(families: list[str], family: str) -> dict[str, Any]:
-    """Hollow where the grid was found for an accuracy."""
-    if family == "accuracy":
-        return {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0, "linestyle": ""}
-    return style.look(families.index(family)) | {"markersize": 3.5, "linestyle": ""}

@@ -96,13 +96,18 @@ class Linearised:
         The unknowns are found without a matrix of all elements, by Galerkin's method: in the space of those at the wave
         numbers before, and of preconditioned residuals.
         """
+        scales, x = self.disc.scales, self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
         known = np.zeros((self.size, 0), complex)
         images = [known] * (1 + len(self.terms))
         bits = len(wave_numbers).bit_length()
         halving = np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(len(wave_numbers))])
         for i in np.argsort(wave_numbers)[halving]:
             k, phases = wave_numbers[i], self.phases(wave_numbers[i])
-            shifts, loads = self.shifting(phases), self._loads(k)
+            shifts, loads = self.shifting(phases), np.zeros((len(self.inputs), self.with_pressure.size + 1), complex)
+            if len(self.inputs) > len(self.shifts):
+                force = self.disc.loading.normal_force is not None
+                loads[-2, -1] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
+                loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
             given = self.changes(np.zeros((self.size, len(loads)), complex), loads)
             fields = self.fields(given)
             fields[:, :2] += (self.entering - self.growing) * self.thin * fields[:, 2:]
@@ -258,16 +263,6 @@ class Linearised:
     def mean(self, k: float) -> complex:
         """Mean of a swing over the step, by that at its end."""
         return complex(self.phases(k)[1:].sum() / (1j * k * self.step)) if k else 1.0
-
-    def _loads(self, k: float) -> np.ndarray:
-        """Changes of distances and of the load (inputs, m + 1), by unit inputs."""
-        scales, loads = self.disc.scales, np.zeros((len(self.inputs), self.with_pressure.size + 1), complex)
-        if len(self.inputs) > len(self.shifts):
-            force = self.disc.loading.normal_force is not None
-            loads[-2, -1] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
-            x = self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
-            loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
-        return loads
 
 
 def one_dimensional(field: str, given: Any, allowed: str, least: float, most: float = np.inf) -> np.ndarray:
