@@ -27,6 +27,10 @@ class NormalProblem:
     approach: float | None
     symmetric: bool = True  # whether A is: not of viscoelastic bodies
 
+    def shift(self, pressure: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """Deformed distance e = h + A p - d under pressures (n,), with the approach d (1,)."""
+        return self.distance - rigid[0] + self.operator.apply(pressure[None])[0]
+
     def reachable(self) -> NormalProblem:
         """The problem on the elements that can come into contact at all.
 

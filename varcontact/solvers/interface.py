@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.residuals import normal_residual, tangential_residual
 
 LONGEST = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -149,3 +150,17 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
         return replace(raw, solver=raw.solver or name)
 
     return solve
+
+
+def natural_residual(problem: NormalProblem | TangentialProblem, raw: RawSolution) -> float:
+    """Residual of the natural map, relative to the largest traction."""
+    if isinstance(problem, NormalProblem):
+        return normal_residual(problem, raw.traction, raw.rigid)
+    return tangential_residual(problem, raw.traction, raw.rigid)
+
+
+def better(problem: NormalProblem | TangentialProblem, one: RawSolution | None, other: RawSolution) -> RawSolution:
+    """The answer with the smaller residual, or the only one."""
+    if one is None or not one.finite:
+        return other
+    return other if natural_residual(problem, other) < natural_residual(problem, one) else one

@@ -59,7 +59,7 @@ def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
         return traction - conditions.projected(traction - shift), shift
 
     error, shift = natural(traction)
-    system = conditions.linearised(traction, shift, traction - shift, 0.0)
+    system = conditions.linearised(traction, shift, traction - shift)
     change = (natural(traction + 1e-7 * step)[0] - natural(traction - 1e-7 * step)[0]) / 2e-7
     image = scaled.shift(traction + step, there) - shift
     slip = ~system.tangential.stick & system.tangential.conditions.contact

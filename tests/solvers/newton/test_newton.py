@@ -116,7 +116,7 @@ def astray(monkeypatch, good, size):
         if right[-1]:
             return step
         noise = size * rng.normal(size=system.right.shape)
-        noise *= getattr(system.conditions, "contact", getattr(system.conditions, "within", None))
+        noise *= system.conditions.contact
         return dataclasses.replace(
             step, traction=noise, shift=system.conditions.kernel(noise.astype(np.float32)).astype(float)
         )

@@ -86,10 +86,10 @@ class CoupledConditions(Conditions):
         pressure = self.normal.admissible(traction[:1], trial[:1])
         return np.concatenate([pressure, self.under(pressure[0]).projected(traction[1:])])
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> CoupledSystem:
-        normal = self.normal.linearised(traction[:1], shift[:1], trial[:1], damping)
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> CoupledSystem:
+        normal = self.normal.linearised(traction[:1], shift[:1], trial[:1])
         under = self.under(trial[0])
-        tangential = under.linearised(traction[1:], shift[1:], trial[1:], damping)
+        tangential = under.linearised(traction[1:], shift[1:], trial[1:])
         bound = self.friction * traction[0]
         right = tangential.right + (bound - under.bound) * tangential.along  # the bound of the pressure to be found
         right = np.where(under.contact, right, -traction[1:])
@@ -150,20 +150,20 @@ class ScaledCoupled(Problem[CoupledConditions]):
         units[0] = unit(problem.normal)
         displacement, part = units * load, float(load[-1, 0, 0] / load[0, 0, 0])
         fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
-        known, within = np.concatenate(fields) / displacement, np.ones(shape, dtype=bool)
+        known, within = np.concatenate(fields) / displacement, np.ones(shape)
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
         blocks = [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
-        split = int(0 in free)
+        split, normal, tangential = int(0 in free), kernel(problem.normal, shape), kernel(problem.tangential, shape)
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
             CoupledKernel(in_blocks(blocks), units.astype(np.float32), part),
             known,
             Forces(tuple(free), sums, weight, shares=shares),
-            NormalConditions(kernel(problem.normal, shape), known[:1], normal_forces, within),
-            TangentialConditions(kernel(problem.tangential, shape), known[1:], tangential_forces, within * 0.0),
+            NormalConditions(normal, known[:1], normal_forces, within, normal),
+            TangentialConditions(tangential, known[1:], tangential_forces, within * 0.0, tangential),
             problem.friction / part,
         )
         return cls(conditions, problem, load, displacement, residual)

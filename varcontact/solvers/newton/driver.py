@@ -1,23 +1,26 @@
 """Newton's method on the natural map of a contact problem, inexact and without a matrix: from a start or coarse grids.
 
-Each step's linear equations are solved by GCR to a rough residual; a line search and damping keep it converging.
-Small problems that it leaves unsolved go to dense active sets.
+Each step's linear equations are solved by GCR to a rough residual; a line search keeps it converging. Small problems
+that it leaves unsolved go to dense active sets.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Generic, TypeVar
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution
-from varcontact.solvers.interface import Settings, check_time
-from varcontact.solvers.newton.gcr import gcr, room_for
-from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured, next_damping
-from varcontact.solvers.newton.hierarchy import Box
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.solvers.interface import Settings, better, check_time
+from varcontact.solvers.newton.gcr import Forces, gcr, room_for
+from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
+from varcontact.solvers.newton.kernel import Kernel
 
 MAX_STEPS, PATIENCE = 100, 40
 """Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below
@@ -41,6 +44,7 @@ NOISE, EXACT = 3e-7, 1e-15
 """Error of the shift in single and in double precision, by the largest traction."""
 
 C = TypeVar("C", bound=Conditions)
+G = TypeVar("G", bound="GridConditions")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,40 +67,82 @@ class Problem(ABC, Generic[C]):
 
 
 @dataclass(frozen=True, eq=False)
-class GridProblem(Problem[C]):
-    """One that coarser grids lead to, and that dense active sets solve, too.
+class GridConditions(Conditions):
+    """Those of one of the two problems: `bound` (ny, nx) is zero where nothing can act; `plain` has equal elements."""
 
-    `load` is the traction, `displacement` the distance or shift that counts as one.
+    bound: np.ndarray
+    plain: Kernel
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """Where tractions can act."""
+        return self.bound > 0
+
+    @property
+    def coarsens(self) -> bool:
+        """Whether coarse grids lead to a solution sooner."""
+        return has_coarser(self.bound.shape) and not self.linear
+
+    def coarser(self: G) -> G:
+        """With elements twice as large, in units of displacement that are so, too.
+
+        In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
+        """
+        each, scale = parts(self.bound.shape), self.forces.scale
+        known = halved_mean(self.known / scale, self.contact) * (1.0 if self.plain.circulant.rolling else 0.5)
+        bound = halved(self.bound * scale) / each
+        forces = Forces(self.forces.components, self.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound)))
+        plain = self.plain.halved
+        return replace(self, kernel=plain, known=known, forces=forces, bound=bound, plain=plain)
+
+    def first(self) -> Point:
+        """Where the coarsest grid begins: without tractions."""
+        return point(self, np.zeros_like(self.known), np.zeros((len(self.known), 1, 1)))
+
+    def refined(self, at: Point, coarse: GridConditions) -> Point:
+        """A point of a coarser grid."""
+        traction = doubled(at.traction, coarse.contact, self.bound.shape)
+        return point(self, self.projected(traction), at.rigid * (1.0 if self.plain.circulant.rolling else 2.0))
+
+
+@dataclass(frozen=True, eq=False)
+class GridProblem(Problem[G]):
+    """One of the two problems, on the box around its elements.
+
+    `load` is the traction, `displacement` the distance or shift that counts as one; rigid shifts are `sign` times those
+    of the problem.
     """
 
+    problem: NormalProblem | TangentialProblem
     box: Box
     load: float
     displacement: float
-    settings: Settings
+    sign: float = 1.0
 
-    @abstractmethod
     def initial_guess(self, start: RawSolution) -> Point:
-        """Where a start leads."""
+        """From given tractions, which may be near the solution: their shift is in double precision."""
+        scale, forces = self.conditions.forces.scale, self.conditions.forces
+        traction = self.box.field(np.atleast_2d(start.traction)) / (self.load * scale)
+        traction = self.conditions.admissible(traction, traction)
+        known = self.sign * start.rigid[list(forces.components)] / self.displacement
+        rigid = forces.spread(known, len(traction))
+        return Point(traction, self.shift(traction, rigid), rigid, EXACT)
 
-    @abstractmethod
-    def coarser(self, fine: C) -> C | None:
-        """The problem with elements twice as large, if that is fine enough to help."""
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        shift = np.atleast_2d(self.problem.shift(*self.physical(traction, rigid)))
+        return self.box.field(shift) / self.displacement * self.conditions.forces.scale
 
-    @abstractmethod
-    def first(self, coarsest: C) -> Point:
-        """Where the coarsest grid begins."""
-
-    @abstractmethod
-    def finer(self, at: Point, coarse: C, fine: C) -> Point: ...
-
-    @abstractmethod
-    def residual(self, raw: RawSolution) -> float: ...
-
-    @abstractmethod
-    def by_active_sets(self, near: RawSolution) -> RawSolution: ...
+    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values = self.box.values(traction * self.conditions.forces.scale) * self.load
+        return values, self.sign * rigid.ravel() * self.displacement
 
 
-def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings) -> RawSolution:
+def solve(
+    problem: GridProblem[G],
+    start: RawSolution | None,
+    settings: Settings,
+    active_sets: Callable[[RawSolution], RawSolution],
+) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets."""
     tol, spent, raw = ROUNDED * settings.tol, 0, None
     small = len(problem.box.places) <= DENSE
@@ -105,38 +151,30 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
         raw = solve_from(problem, problem.initial_guess(start), tol, settings, most)
         spent = raw.iterations
     if raw is None or not raw.solved:
-        at, steps = _from_coarse_grids(problem, settings)
+        grids = [problem.conditions]
+        while grids[-1].coarsens:
+            grids.append(grids[-1].coarser())
+        at = grids[-1].first()
+        for coarse, fine in pairwise(reversed(grids)):
+            at, _, steps = newton(coarse, at, COARSE_TOL, settings)
+            at, spent = fine.refined(at, coarse), spent + steps
         raw = solve_from(problem, at, tol, settings, most)
-        spent += steps + raw.iterations
+        spent += raw.iterations
     raw = replace(raw, iterations=spent)
     if not small or (raw.solved and settings.loose_tolerance):
         return raw
     if raw.solved:
-        fine = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
-        if not problem.residual(fine) < problem.residual(raw):
-            return raw
-        return replace(fine, iterations=spent + fine.iterations, status=raw.status, solved=True)
-    other = problem.by_active_sets(raw)
-    if not (other.finite and problem.residual(other) < problem.residual(raw)):
-        return raw
-    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
+        found = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
+        refined = replace(found, iterations=spent + found.iterations, status=raw.status, solved=True)
+        return better(problem.problem, raw, refined)
+    other = active_sets(raw)
+    reason = f"newton missed the tolerance, {other.solver} was used"
+    return better(problem.problem, raw, replace(other, iterations=spent, reason=reason))
 
 
 def solve_from(problem: Problem[C], at: Point, tol: float, settings: Settings, most: int) -> RawSolution:
     at, status, steps = newton(problem.conditions, at, tol, settings, problem, most)
     return RawSolution(*problem.physical(at.traction, at.rigid), steps, status, status == "Solved")
-
-
-def _from_coarse_grids(problem: GridProblem[C], settings: Settings) -> tuple[Point, int]:
-    """Where coarser grids lead, and the Newton steps taken there."""
-    grids = [problem.conditions]
-    while (coarser := problem.coarser(grids[-1])) is not None:
-        grids.append(coarser)
-    at, steps = problem.first(grids[-1]), 0
-    for coarse, fine in pairwise(reversed(grids)):
-        at, _, count = newton(coarse, at, COARSE_TOL, settings)
-        at, steps = problem.finer(at, coarse, fine), steps + count
-    return at, steps
 
 
 def newton(
@@ -152,20 +190,16 @@ def newton(
     With `finest` the answer is judged in double precision; else single precision is enough. Also "Solved",
     "MaxIterations" or "NotANumber", and the steps.
     """
-    goal, damping = tol, 0.0
-    best, least, before = at, np.inf, 0.0
-    forces, now = conditions.forces, measured(conditions, at)
-    room = room_for(at.traction.size, forces)
+    goal, forces = tol, conditions.forces
+    if forces.components and not conditions.linear and np.isfinite(at.shift).all():
+        at = balanced(conditions, at)
+    best, least, before, idle = at, np.inf, 0.0, 0
+    now, room = measured(conditions, at), room_for(at.traction.size, forces)
     for count in range(most):
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
             at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
             now = measured(conditions, at)
-        if forces.components and not conditions.linear and (count == 0 or damping > 0) and np.isfinite(now.merit):
-            there = balanced(conditions, at)
-            then = measured(conditions, there)
-            if count == 0 or then.merit < now.merit:
-                at, now = there, then
         if not np.isfinite(now.merit):
             return best, "NotANumber", count
         ny, nx = at.traction.shape[1:]
@@ -185,15 +219,16 @@ def newton(
         left, before = now.residual / before if before else 1.0, now.residual
         near = conditions.linear or now.residual <= NEAR * goal
         enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
-        system, lacking = conditions.linearised(at.traction, at.shift, now.trial, damping), forces.lacking(at.traction)
+        system, lacking = conditions.linearised(at.traction, at.shift, now.trial), forces.lacking(at.traction)
         step = gcr(system, conditions.kernel, forces, lacking, enough, room)
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             break
         noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
-        at, then, part = line_search(conditions, at, step, now)
-        at = replace(at, noise=noise)
-        damping = next_damping(damping, part, then.merit / now.merit)
-        now = then
+        at, then = line_search(conditions, at, step, now)
+        idle = idle + 1 if then is now else 0
+        if idle == 2:
+            break  # no part of a step leads down
+        at, now = replace(at, noise=noise), then
     return _admissible(conditions, best, finest), "MaxIterations", most
 
 

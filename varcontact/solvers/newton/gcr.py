@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
+from varcontact.solvers.newton.kernel import Product
 
 FEWEST, MOST = 60, 240
 """Directions, at most: of very large problems, and of all others."""
@@ -39,14 +40,14 @@ class System(ABC):
 class Forces:
     """Prescribed sums (k,) of traction components; a uniform rigid shift along each is unknown.
 
-    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one, if not one.
+    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one.
     Where the first sum is that of parts of all components, `shares` (c, ny, nx) are these.
     """
 
     components: tuple[int, ...]
     sums: np.ndarray
     weight: float
-    scale: np.ndarray | None = None
+    scale: np.ndarray | float = 1.0
     shares: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
@@ -55,15 +56,14 @@ class Forces:
 
     def of(self, traction: np.ndarray) -> np.ndarray:
         """The sums of tractions, in double precision (k,)."""
-        scale = 1.0 if self.scale is None else self.scale
-        sums = np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
+        sums = np.array([(traction[i] * self.scale).sum(dtype=float) for i in self.components])
         if self.shares is not None:
             sums[0] = (self.shares * traction).sum(dtype=float)
         return sums
 
     def displacement(self, rigid: np.ndarray) -> np.ndarray:
         """Displacements by rigid shifts (c, 1, 1), as elements count them."""
-        return rigid if self.scale is None else rigid * self.scale
+        return rigid * self.scale
 
     def spread(self, values: np.ndarray, components: int) -> np.ndarray:
         """Rigid shifts (c, 1, 1) from those of the prescribed forces (k,), zero elsewhere."""
@@ -83,8 +83,6 @@ class Step:
 
 
 Room = tuple[np.ndarray, np.ndarray, np.ndarray]
-Product = Callable[[np.ndarray], np.ndarray]
-"""M times tractions (c, ny, nx), both float32."""
 
 
 def room_for(size: int, forces: Forces) -> Room:
@@ -109,13 +107,27 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     directions, products, images = room
     most = len(images)
     rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
-    bordered = _Bordered(system, forces)
+
+    def sums(step: np.ndarray) -> np.ndarray:
+        return (forces.weight * forces.of(step)).astype(np.float32)
+
+    borders = [system.border(i) for i in forces.components]
+    steps = [system.precondition(border) for border in borders]
+    complement = np.array([sums(step) for step in steps], dtype=float).reshape(k, k).T
+    finite = bool(np.isfinite(complement).all())
+    inverse = np.linalg.pinv(complement) if finite else np.full_like(complement, np.nan)
     count = 0
     while count < most and float(np.linalg.norm(residual)) > enough:
-        direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
+        direction = system.precondition(residual[:size].reshape(shape))
+        shifts = inverse @ (sums(direction) - residual[size:])
+        for shift, step in zip(shifts, steps, strict=True):
+            direction = direction - np.float32(shift) * step
         product = kernel(direction)
+        rows = system.rows(product, direction)
+        for shift, border in zip(shifts, borders, strict=True):
+            rows += np.float32(shift) * border
         image, old = images[count], images[:count]
-        image[:size], image[size:] = bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)
+        image[:size], image[size:] = rows.ravel(), sums(direction)
         known = old @ image
         image -= known @ old
         own = float(np.linalg.norm(image))
@@ -132,35 +144,3 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
     return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change, count)
-
-
-class _Bordered:
-    """A system with the equations of prescribed forces: bordered by a column and a row for each."""
-
-    def __init__(self, system: System, forces: Forces) -> None:
-        self.system, self.forces = system, forces
-        self.borders = [system.border(i) for i in forces.components]
-        self.steps = [system.precondition(border) for border in self.borders]
-        complement = np.array([self.sums(step) for step in self.steps], dtype=float).T
-        usable = complement.size > 0 and np.isfinite(complement).all()
-        self.inverse = np.linalg.pinv(complement) if usable else np.full_like(complement, np.nan)
-
-    def sums(self, step: np.ndarray) -> np.ndarray:
-        """The forces of a step, weighted, float32."""
-        return (self.forces.weight * self.forces.of(step)).astype(np.float32)
-
-    def precondition(self, right: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nearly the step and the rigid shifts that have these left-hand sides."""
-        step = self.system.precondition(right)
-        if not self.borders:
-            return step, np.zeros(0)
-        shifts = self.inverse @ (self.sums(step) - lacking)
-        for shift, other in zip(shifts, self.steps, strict=True):
-            step = step - np.float32(shift) * other
-        return step, shifts
-
-    def rows(self, image: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-        rows = self.system.rows(image, step)
-        for shift, border in zip(shifts, self.borders, strict=True):
-            rows += np.float32(shift) * border
-        return rows

@@ -1,25 +1,24 @@
-"""What leads Newton's method to the solution: line search, damping, balanced forces."""
+"""What leads Newton's method to the solution: line search, balanced forces."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.solvers.newton.gcr import Forces, Step, System
+from varcontact.solvers.newton.kernel import Product
 
 PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Of a step, tried one after the other."""
-LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING = 0.02, 0.1, 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Conditions(ABC):
     """A contact problem on a box, dimensionless: what Newton's method has to know of it. Fields are (c, ny, nx)."""
 
-    kernel: Callable[[np.ndarray], np.ndarray]
+    kernel: Product
     known: np.ndarray
     forces: Forces
 
@@ -36,8 +35,8 @@ class Conditions(ABC):
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray: ...
 
     @abstractmethod
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> System:
-        """Newton's equations, with a damping added to the diagonal of M."""
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> System:
+        """Newton's equations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,21 +98,14 @@ def measured(conditions: Conditions, at: Point) -> Measure:
     return Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
 
 
-def line_search(conditions: Conditions, at: Point, step: Step, now: Measure) -> tuple[Point, Measure, float]:
-    """The first part of a step that lowers the merit enough, or the best of all; and that part, 0 where none does."""
-    best, least, chosen = at, now, 0.0
+def line_search(conditions: Conditions, at: Point, step: Step, now: Measure) -> tuple[Point, Measure]:
+    """After the first part of a step that lowers the merit enough, or the best of all; where none does, as it was."""
+    best, least = at, now
     for part in PARTS:
         there = at.moved(step, part)
         then = measured(conditions, there)
         if then.merit <= least.merit:
-            best, least, chosen = there, then, part
+            best, least = there, then
         if then.merit < (1 - 0.1 * part) * now.merit:
             break
-    return best, least, chosen
-
-
-def next_damping(damping: float, part: float, ratio: float) -> float:
-    """The damping of the next step, from the part of the last that was taken and the merit's ratio in it."""
-    if part < 0.5 or ratio > 0.9:
-        return min(max(2 * damping, FIRST_DAMPING), LARGEST_DAMPING)
-    return damping / 5 if damping > LEAST_DAMPING else 0.0
+    return best, least

@@ -1,7 +1,6 @@
 """Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT (float32).
 
-Influence numbers are divided by a unit of the operator. In steady rolling on half-spaces those of a grid twice as
-coarse, and a step twice as long, are then the first of the same table.
+Influence numbers are divided by a unit of the operator.
 
 The preconditioner inverts the kernel on a periodic box. A circulant would be exact for a contact that repeats itself;
 a Parzen window takes the kernel to zero at the ends of the box, which keeps the symbol positive.
@@ -9,12 +8,16 @@ a Parzen window takes the kernel to zero at the ends of the box, which keeps the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
 from varcontact.elasticity.conformal import ConformalOperator
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
+
+Product = Callable[[np.ndarray], np.ndarray]
+"""M times tractions (c, ny, nx), both float32."""
 
 KERNELS = 16
 """Kernels that an operator remembers: those of the levels of two or three contacts."""
@@ -70,8 +73,14 @@ class Kernel:
 
     @cached_property
     def halved(self) -> Kernel:
-        """That of elements twice as large, in units of displacement that are so, too: means over the small ones."""
+        """That of elements twice as large, in units of displacement that are so, too: means over the small ones.
+
+        In rolling a step is twice as long, too: on half-spaces the numbers are then the first of these.
+        """
         numbers = self.numbers
+        if self.circulant.rolling:
+            (ny, nx), (rows, columns) = self.shape, ((side + 1) // 2 for side in self.shape)
+            return Kernel(numbers[:, ny - rows : ny + rows - 1, nx - columns : nx + columns - 1])
         for axis in (1, 2) if self.shape[0] > 1 else (2,):
             lines = np.moveaxis(numbers, axis, -1)
             last = lines.shape[-1] // 4 * 2  # even offset of small elements
@@ -101,8 +110,8 @@ class SoftenedKernel:
     kernel: natural maps then treat a soft element as they treat the others.
     """
 
-    def __init__(self, kernel: Kernel | CurvedKernel, softening: np.ndarray) -> None:
-        self.kernel, self.softening, self.circulant = kernel, softening, kernel.circulant
+    def __init__(self, kernel: Product, softening: np.ndarray) -> None:
+        self.kernel = kernel
         self.scale: np.ndarray = 1 / np.sqrt(1 + softening.mean(axis=0))
         self._diagonal = softening * self.scale**2
 
@@ -114,19 +123,11 @@ class SoftenedKernel:
 
 
 class CurvedKernel:
-    """That of a surface whose curvature varies, on a box from a row of its grid; `mean` is that of the mean one."""
+    """That of a surface whose curvature varies, on a box from a row of its grid."""
 
-    def __init__(self, mean: Kernel, operator: ConformalOperator, first: int) -> None:
-        self.mean, self.operator, self.first = mean, operator, first
+    def __init__(self, operator: ConformalOperator, first: int) -> None:
+        self.operator, self.first = operator, first
         self._unit = np.float32(unit(operator))
-
-    @property
-    def circulant(self) -> Circulant:
-        return self.mean.circulant
-
-    @property
-    def halved(self) -> Kernel:
-        return self.mean.halved
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         ny, nx = traction.shape[1:]
@@ -204,12 +205,13 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     return kept[shape]
 
 
-def kernel_on(operator: RestrictedOperator, shape: tuple[int, int]) -> Kernel | CurvedKernel:
+def product_and_plain(operator: RestrictedOperator, shape: tuple[int, int]) -> tuple[Product, Kernel]:
+    """The operator on a box, and its kernel there; of a surface whose curvature varies that of the mean one."""
     whole = operator.grid_operator
-    mean = kernel(whole, shape)
+    plain = kernel(whole, shape)
     if not isinstance(whole, ConformalOperator):
-        return mean
-    return CurvedKernel(mean, whole, int(operator.elements.min()) // whole.shape[1])
+        return plain, plain
+    return CurvedKernel(whole, int(operator.elements.min()) // whole.shape[1]), plain
 
 
 def unit(operator: GridOperator) -> float:

@@ -13,15 +13,15 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding, along_rows, further_along
-from varcontact.discrete.residuals import gap, project, tangential_residual
+from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, GridProblem, point, solve
+from varcontact.solvers.newton.driver import GridConditions, GridProblem, solve
 from varcontact.solvers.newton.gcr import Forces, System
-from varcontact.solvers.newton.globalisation import Conditions, Point, dot
-from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
-from varcontact.solvers.newton.kernel import CurvedKernel, Kernel, SoftenedKernel, kernel, kernel_on, unit
+from varcontact.solvers.newton.globalisation import Point, dot
+from varcontact.solvers.newton.hierarchy import Box
+from varcontact.solvers.newton.kernel import SoftenedKernel, product_and_plain, unit
 
 QUANTILE = 0.6
 """Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
@@ -39,35 +39,36 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
     assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
+    still = RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved")
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
-        return RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "NotANumber", False)
-    scaled = ScaledTangential.of(problem, settings)
+        return replace(still, status="NotANumber", solved=False)
+    scaled = ScaledTangential.of(problem)
     if scaled is None:
-        return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
-    return solve(scaled, start, settings)
+        return still
+
+    def active_sets(near: RawSolution) -> RawSolution:
+        """The safeguarded TANG, from its own start."""
+        with settings.stats.called("tang-safeguarded"):
+            raw = tang_safeguarded(problem, settings=settings)
+            settings.stats.iterated("tang-safeguarded", raw.iterations)
+        return replace(raw, solver="tang-safeguarded")
+
+    return solve(scaled, start, settings, active_sets)
 
 
 @dataclass(frozen=True, eq=False)
-class TangentialConditions(Conditions):
-    """The tangential problem on a box: `known` is W (c, ny, nx), and the bound g (ny, nx), zero out of contact."""
+class TangentialConditions(GridConditions):
+    """The tangential problem on a box: `known` is W (c, ny, nx), `bound` the traction bound g."""
 
-    kernel: Kernel | CurvedKernel | SoftenedKernel
-    bound: np.ndarray
     yielding: Yielding | None = None
-
-    @cached_property
-    def contact(self) -> np.ndarray:
-        """Where tractions can act."""
-        return self.bound > 0
-
-    @property
-    def scale(self) -> np.ndarray | float:
-        """Traction and displacement of each element that count as one, (ny, nx); or one."""
-        return 1.0 if self.forces.scale is None else self.forces.scale
 
     @property
     def linear(self) -> bool:
         return bool(np.isinf(self.bound[self.contact]).all())
+
+    @property
+    def coarsens(self) -> bool:
+        return super().coarsens and self.yielding is None
 
     def under(self, trial: np.ndarray) -> TangentialConditions:
         """With the yield stress that particles have where trial tractions harden them along their rows."""
@@ -92,9 +93,7 @@ class TangentialConditions(Conditions):
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return replace(self, yielding=None).projected(traction)
 
-    def linearised(
-        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
-    ) -> TangentialSystem:
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
         size = _lengths(trial)
         yielding = self.under(trial).yielding
         slip = self.contact & ((size if yielding is None else yielding.sizes(size, 1.0)) > self.bound)
@@ -106,7 +105,7 @@ class TangentialConditions(Conditions):
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
         if self.yielding is None or yielding is None:
-            return TangentialSystem(right, self, stick, along, across, held, damping)
+            return TangentialSystem(right, self, stick, along, across, held)
         image = self.projected(trial)
         direction = trial / np.where(size > 0, size, 1.0)
         stiff, turning = (stick * each for each in yielding.tangent(image))
@@ -114,7 +113,7 @@ class TangentialConditions(Conditions):
         single = [each.astype(np.float32) for each in (stiff, turning, direction, grows)]
         flows = Flows(self.yielding.columns, *single)
         flow = stick * yielding.flow(image) + flows(traction - image)
-        return TangentialSystem(right - flow, self, stick, along, across, held, damping, flows)
+        return TangentialSystem(right - flow, self, stick, along, across, held, flows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,45 +156,38 @@ class TangentialSystem(System):
     along: np.ndarray
     across: np.ndarray
     held: np.ndarray
-    damping: float
     flows: Flows | None = None
 
     @cached_property
-    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """In single precision; the last are the factors of ``t.d`` in its rows."""
-        own = 1 - self.held + self.damping * self.held
-        stick, along, across = (field.astype(np.float32) for field in (self.stick, self.along, self.across))
-        return stick, along, across, self.held.astype(np.float32), own.astype(np.float32)
+    def _single(self) -> list[np.ndarray]:
+        return [field.astype(np.float32) for field in (self.stick, self.along, self.across, self.held)]
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        stick, along, across, held, own = self._single
-        turned = held * dot(across, image) + own * dot(across, step)
-        stuck: np.ndarray = image + np.float32(self.damping) * step if self.damping else image
-        if self.flows is not None:
-            stuck = stuck + self.flows(step)
+        stick, along, across, held = self._single
+        turned = held * dot(across, image) + (1 - held) * dot(across, step)
+        stuck = image if self.flows is None else image + self.flows(step)
         rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
         return rows
 
     def border(self, component: int) -> np.ndarray:
-        stick, _, across, held, _ = self._single
+        stick, _, across, held = self._single
         rows = across * (across[component] * held)
         rows[component] += stick
-        scale = self.conditions.forces.scale
-        return rows if scale is None else rows * scale
+        return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
-        stick, along, across, held, _ = self._single
+        stick, along, across, held = self._single
         inverses, weights, unweights = self._blend
         free = stick * right + (dot(across, right) / held) * across
-        found = self.conditions.kernel.circulant.apply(inverses, free[:, None] * weights)
+        found = self.conditions.plain.circulant.apply(inverses, free[:, None] * weights)
         step = dot(found.swapaxes(0, 1), unweights[:, None])
         return stick * step + dot(across, step) * across + dot(along, right) * along
 
     @cached_property
     def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
-        contact, circulant = self.conditions.contact, self.conditions.kernel.circulant
+        contact, circulant = self.conditions.contact, self.conditions.plain.circulant
         slip = contact & ~self.stick
         if self.flows is not None:
             slip |= self.flows.along > 0
@@ -223,111 +215,42 @@ class ScaledTangential(GridProblem[TangentialConditions]):
     problem: TangentialProblem
 
     @classmethod
-    def of(cls, problem: TangentialProblem, settings: Settings) -> ScaledTangential | None:
+    def of(cls, problem: TangentialProblem) -> ScaledTangential | None:
         """None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
         own = unit(problem.operator.grid_operator)
-        forces = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
-        moved = max(float(np.abs(problem.rigid_shift).max()) / own, *forces, 0.0)
+        means = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
+        moved = max(float(np.abs(problem.rigid_shift).max()) / own, *means, 0.0)
         if moved == 0:
             return None
         load = min(moved, float(problem.bound.max()))
         box, displacement, softening = Box.around(problem.operator), own * load, problem.operator.softening
+        product, plain = product_and_plain(problem.operator, box.shape)
+        scale: np.ndarray | float = 1.0
+        if softening is not None:
+            product = SoftenedKernel(product, (box.field(softening) / own).astype(np.float32))
+            scale = product.scale.astype(float)
         sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
         yielding = problem.yielding
         if yielding is not None:
             stress = np.where(box.field(problem.bound) > 0, box.field(yielding.stress) / load, np.inf)
             hardening = yielding.hardening * displacement / load
             yielding = replace(yielding, stress=stress, hardening=hardening)
-        conditions = _scaled(
-            kernel_on(problem.operator, box.shape),
-            None if softening is None else box.field(softening) / own,
-            box.field(problem.rigid_shift) / displacement,
-            box.field(problem.bound) / load,
-            Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size)),
-            yielding,
+        known = box.field(problem.rigid_shift) / displacement * scale
+        forces = Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size), scale)
+        conditions = TangentialConditions(
+            product, known, forces, box.field(problem.bound) / load / scale, plain, yielding
         )
-        return cls(conditions, box, load, displacement, settings, problem)
-
-    def coarser(self, fine: TangentialConditions) -> TangentialConditions | None:
-        """With elements twice as large, in units of displacement that are so, too.
-
-        In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
-        """
-        if not has_coarser(fine.bound.shape) or np.isinf(self.problem.bound).any() or fine.yielding is not None:
-            return None
-        rolling = fine.kernel.circulant.rolling
-        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if rolling else 0.5)
-        each = parts(fine.bound.shape)
-        bound = halved(fine.bound * fine.scale) / each
-        softening, own = None, fine.kernel
-        if isinstance(own, SoftenedKernel):
-            softening, own = own.softening, own.kernel
-        return _scaled(
-            kernel(self.problem.operator.grid_operator, bound.shape) if rolling else own.halved,
-            None if softening is None else halved_mean(softening, fine.contact),
-            known,
-            bound,
-            Forces(fine.forces.components, fine.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound))),
-        )
-
-    def first(self, coarsest: TangentialConditions) -> Point:
-        """Without traction."""
-        return point(coarsest, np.zeros_like(coarsest.known), np.zeros((len(coarsest.known), 1, 1)))
-
-    def finer(self, at: Point, coarse: TangentialConditions, fine: TangentialConditions) -> Point:
-        """With the same parts of the bound."""
-        part = at.traction / np.where(coarse.contact, coarse.bound, 1.0)
-        traction = doubled(part, coarse.contact, fine.bound.shape) * fine.bound
-        return point(fine, fine.projected(traction), at.rigid * (1.0 if fine.kernel.circulant.rolling else 2.0))
-
-    def initial_guess(self, start: RawSolution) -> Point:
-        """From given tractions, which may be near the solution: their shift is in double precision."""
-        traction = self.box.field(project(start.traction, self.problem.bound)) / (self.load * self.conditions.scale)
-        rigid = np.reshape(start.rigid, (-1, 1, 1)) / self.displacement
-        return Point(traction, self.shift(traction, rigid), rigid, EXACT)
-
-    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        shift = self.box.field(self.problem.shift(*self.physical(traction, rigid))) / self.displacement
-        return shift * self.conditions.scale
+        return cls(conditions, problem, box, load, displacement)
 
     def error(self, at: Point) -> float:
         traction, rigid = self.physical(at.traction, at.rigid)
-        shift = self.box.values(at.shift / self.conditions.scale) * self.displacement
+        shift = self.box.values(at.shift / self.conditions.forces.scale) * self.displacement
         residual = tangential_residual(self.problem, traction, rigid, shift)
         if self.problem.no_slip:
             return residual
         return max(residual, gap(self.problem, traction, rigid, shift)[1])
-
-    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.box.values(traction * self.conditions.scale) * self.load, rigid.ravel() * self.displacement
-
-    def residual(self, raw: RawSolution) -> float:
-        return tangential_residual(self.problem, raw.traction, raw.rigid)
-
-    def by_active_sets(self, near: RawSolution) -> RawSolution:
-        """The safeguarded TANG, from its own start."""
-        with self.settings.stats.called("tang-safeguarded"):
-            raw = tang_safeguarded(self.problem, settings=self.settings)
-            self.settings.stats.iterated("tang-safeguarded", raw.iterations)
-        return replace(raw, solver="tang-safeguarded")
-
-
-def _scaled(
-    of_box: Kernel | CurvedKernel,
-    softening: np.ndarray | None,
-    known: np.ndarray,
-    bound: np.ndarray,
-    forces: Forces,
-    yielding: Yielding | None = None,
-) -> TangentialConditions:
-    """Conditions whose tractions and displacements are scaled as softened elements count them."""
-    if softening is None:
-        return TangentialConditions(of_box, known, forces, bound, yielding)
-    softened = SoftenedKernel(of_box, softening.astype(np.float32))
-    scale = softened.scale.astype(float)
-    return TangentialConditions(softened, known * scale, replace(forces, scale=scale), bound / scale)
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:
