@@ -17,7 +17,7 @@ from varcontact.solvers.conic.programs import normal_program
 from varcontact.solvers.interface import OutOfTime, Settings, SolveStats
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.splitting import refine_normal, refine_tangential
+from varcontact.solvers.splitting import refine
 
 LATE = -math.inf
 
@@ -42,8 +42,8 @@ SOLVERS = {
     "tang-safeguarded": lambda _, tangential, late: tang_safeguarded(tangential, settings=late),
     "newton, pressures": lambda normal, _, late: newton_normal(normal, late),
     "newton, tractions": lambda _, tangential, late: newton_tangential(tangential, late),
-    "splitting, pressures": lambda normal, _, late: refine_normal(normal, late, unsolved(normal)),
-    "splitting, tractions": lambda _, tangential, late: refine_tangential(tangential, late, unsolved(tangential)),
+    "splitting, pressures": lambda normal, _, late: refine(normal, late, unsolved(normal)),
+    "splitting, tractions": lambda _, tangential, late: refine(tangential, late, unsolved(tangential)),
     "clarabel, pressures": lambda normal, _, late: solve_normal("clarabel", normal, late),
     "osqp, pressures": lambda normal, _, late: solve_normal("osqp", normal, late),
     "scs, tractions": lambda _, tangential, late: solve_tangential("scs", tangential, late),

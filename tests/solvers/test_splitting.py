@@ -11,7 +11,7 @@ from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.splitting import refine_tangential
+from varcontact.solvers.splitting import refine
 
 MOTIONS = [
     vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -36,7 +36,7 @@ def test_tractions_from_an_interior_point_answer(rolling, motion):
     problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     rough = solve_tangential("clarabel", problem, Settings(1e-4))
     assert tangential_residual(problem, rough.traction, rough.rigid) > 1e-7
-    fine = refine_tangential(problem, Settings(1e-12), rough)
+    fine = refine(problem, Settings(1e-12), rough)
     assert fine.solved
     assert tangential_residual(problem, fine.traction, fine.rigid) <= 1e-12
     exact = tang_safeguarded(problem)

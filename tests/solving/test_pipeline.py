@@ -81,7 +81,7 @@ def test_no_fallback_where_the_gap_is_not_convex(rolling, replaced):
 
 def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, replaced, monkeypatch):
     """A solver whose first answer is far away, and a refinement that does not help it: asked again, for more."""
-    clarabel, refine, asked = tangential_solver("clarabel"), pipeline.refine_tangential, []
+    clarabel, refine, asked = tangential_solver("clarabel"), pipeline.refine, []
 
     def far(problem, settings, start):
         asked.append(settings.tol)
@@ -91,7 +91,7 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
         return start if start.status == "MaxIterations" else refine(problem, settings, start)
 
     replaced(clarabel=far)
-    monkeypatch.setattr(pipeline, "refine_tangential", little)
+    monkeypatch.setattr(pipeline, "refine", little)
     problem, raw, _ = solved(rolling(grid=CELLS), tol=1e-7, method="convex")
     assert asked == [1e-6, 1e-8]
     assert raw.solver == "splitting"
@@ -100,7 +100,7 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
 
 def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
     """The better of both is kept, and says whose it is."""
-    monkeypatch.setattr(pipeline, "refine_tangential", gives_up)
+    monkeypatch.setattr(pipeline, "refine", gives_up)
     problem, raw, _ = solved(rolling(grid=CELLS), tol=1e-30, method="convex")
     assert raw.solver == "clarabel"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6

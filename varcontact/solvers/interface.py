@@ -14,7 +14,7 @@ from varcontact.discrete.residuals import normal_residual, tangential_residual
 
 LONGEST = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
-Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
+Problem = TypeVar("Problem", bound=NormalProblem | TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)
 
 

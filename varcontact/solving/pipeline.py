@@ -17,14 +17,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.discrete.residuals import normal_residual, tangential_residual
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
-from varcontact.solvers.interface import Settings, TangentialSolver, counted
+from varcontact.solvers.interface import Settings, TangentialSolver, better, counted, natural_residual
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
-from varcontact.solvers.splitting import refine_normal, refine_tangential
+from varcontact.solvers.splitting import refine
 from varcontact.system.process import SMALLER, fits, need
 
 UNPOLISHED = 1e-2
@@ -58,15 +58,7 @@ class Task:
     start: RawSolution | None
 
     def residual(self, answer: RawSolution) -> float:
-        if isinstance(self.problem, NormalProblem):
-            return normal_residual(self.problem, answer.traction, answer.rigid)
-        return tangential_residual(self.problem, answer.traction, answer.rigid)
-
-    def better(self, one: RawSolution | None, other: RawSolution) -> RawSolution:
-        """The answer with the smaller residual, or the only one."""
-        if one is None or not one.finite:
-            return other
-        return other if self.residual(other) < self.residual(one) else one
+        return natural_residual(self.problem, answer)
 
     def solved(self, tol: float) -> RawSolution:
         """The answer of the plan's solver; where the plan marches, of a step of the march."""
@@ -191,7 +183,7 @@ def _by_program(task: Task) -> RawSolution:
     if isinstance(problem, TangentialProblem):
         return raw
     # without the small pressures that it leaves where the bodies are apart, by the natural map ``p - e/rho``
-    distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
+    distance = problem.shift(raw.traction, raw.rigid)
     return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
 
 
@@ -200,13 +192,10 @@ def _refined(task: Task) -> RawSolution:
     tol, best = task.settings.tol, None
     for accuracy in TO_REFINE:
         answer = task.solved(max(accuracy, tol))
-        best = task.better(best, answer)
+        best = better(task.problem, best, answer)
         if answer.finite and task.residual(best) > tol:
-            if isinstance(task.problem, NormalProblem):
-                near = counted("splitting", refine_normal)(task.problem, task.settings, answer)
-            else:
-                near = counted("splitting", refine_tangential)(task.problem, task.settings, answer)
-            best = task.better(best, replace(near, iterations=answer.iterations))
+            near = counted("splitting", refine)(task.problem, task.settings, answer)
+            best = better(task.problem, best, replace(near, iterations=answer.iterations))
         if task.residual(best) <= tol:
             break
     assert best is not None
@@ -224,12 +213,12 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
             break
         answer = _by_plan(task, accuracy)
         if answer.finite:
-            best = task.better(best, replace(_active_sets(task, answer), iterations=answer.iterations))
+            best = better(task.problem, best, replace(_active_sets(task, answer), iterations=answer.iterations))
     assert answer is not None
     if best is None:
         return answer
     if task.residual(best) > task.settings.tol:
-        best = task.better(best, replace(_active_sets(task, None), iterations=answer.iterations))
+        best = better(task.problem, best, replace(_active_sets(task, None), iterations=answer.iterations))
     return best
 
 

@@ -250,15 +250,12 @@ def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterat
             rough = tang(problem, deadline=settings.deadline)
             settings.stats.iterated("tang", rough.iterations)
         yield Point(rough.traction, rough.rigid), rough.iterations
-    splitting = Splitting.of_tangential(problem)
+    splitting = Splitting(problem)
     for rounds in SPLITTING_ROUNDS:
         with settings.stats.called("splitting"):
-            begin = (at.traction - shift_of(problem, at) / splitting.weight).ravel()
-            moved, multipliers = splitting.moved(begin, rounds, settings.deadline)
-            rigid = at.rigid.copy()
-            rigid[problem.free] = multipliers
-            at = Point(problem.projected(moved.reshape(at.traction.shape), splitting.weight), rigid)
+            _, found = splitting.moved(_trial(problem, at), rounds, settings.deadline)
             settings.stats.iterated("splitting", rounds)
+        at = Point(found.traction, found.rigid)
         yield at, 0
 
 
