@@ -122,7 +122,7 @@ def test_displacements_between_centres_are_as_good_as_they_are_taken_for(cells, 
     x, y = np.meshgrid(np.linspace(left - 1, right + 1, 30), [0.0] if line else np.linspace(bottom - 1, top + 1, 30))
     away = (x < left - dx / 4) | (x > right + dx / 4) | ((y < bottom - dy / 4) | (y > top + dy / 4) & (not line))
     x, y, medium = x[away], y[away], disc.operators.medium
-    exact = penetration._displacement(medium, disc.lattice, *penetration._loaded(disc, state), x, y)
+    exact = penetration._displacement(disc, state, medium, x, y)
     about = penetration._between_centres(disc, state, medium, x, y)
     off = np.abs(about - exact).max() * max(disc.grid.shape) / state.approach
     assert off < penetration.BETWEEN_CENTRES / 5

@@ -24,7 +24,6 @@ from varcontact.discrete.residuals import (
     normal_gap,
     normal_residual,
     project,
-    relative,
     residual_on_grid,
     shares,
     worst,
@@ -53,6 +52,9 @@ class ForceBounds:
 
     whole: np.ndarray
     pressure_part: np.ndarray
+
+
+NO_BOUNDS = ForceBounds(np.full(3, np.inf), np.full(3, np.nan))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,16 +165,15 @@ def certificate_of(
     if level != "none":
         absolute, normal_relative = normal_gap(normal, pressure, approach)
         relative_gap = normal_relative
-    whole, has_friction = normal_error, tangential is not None and tangential.size > 0
+    whole, has_friction = normal_error, False
     if tangential is None:
-        stray = float(np.hypot(*state.traction).max())  # where no friction can carry it, all is error
-        residual = relative(stray, stray)
+        residual = float(np.any(state.traction))  # where no friction can carry it, all is error
     else:
-        residual = residual_on_grid(tangential, state)
-    if tangential is not None and has_friction:
-        whole = worst(whole, coupling_residual(disc, normal, tangential, state, approach))
-        tractions, shifts = tangential.of_grid(state.traction, state.rigid)
-        if level != "none":
+        residual, has_friction = residual_on_grid(tangential, state), tangential.size > 0
+        if has_friction:
+            whole = worst(whole, coupling_residual(disc, normal, tangential, state, approach))
+        if has_friction and level != "none":
+            tractions, shifts = tangential.of_grid(state.traction, state.rigid)
             absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
     certificate = Certificate(
         gap=absolute * disc.scales.force * disc.scales.displacement,
@@ -182,13 +183,9 @@ def certificate_of(
         normal_residual=normal_error,
         tangential_residual=residual,
         level=level,
-        bounds=partial(_force_bounds, disc, state, tangential, closed_form) if level == "full" else _no_bounds(),
+        bounds=partial(_force_bounds, disc, state, tangential, closed_form) if level == "full" else NO_BOUNDS,
     )
     return certificate if lazily else replace(certificate, bounds=certificate._known_bounds)
-
-
-def _no_bounds() -> ForceBounds:
-    return ForceBounds(np.full(3, np.inf), np.full(3, np.nan))
 
 
 @one_blas_thread()

@@ -111,10 +111,8 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
         raise TooCoarse("grid", grid, message=message)
     if spec.explicit:
         message = (
-            f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{_rounded(grid.box, grid.line)} does not contain the contact, which extends to "
-            f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
-            "with a large distance"
+            f"{_not_containing(grid)}, which extends to {_rounded(overlap, grid.line)}; make it larger, or, where a "
+            "body ends, add elements with a large distance"
         )
         raise SceneError("grid", _rounded(grid.box, grid.line), message=message)
     surface = scene.surface
@@ -127,8 +125,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
     bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
     top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
-    wider = spec.spread((left, right, bottom, top))
-    return within(wider, surface) if isinstance(surface, SampledDistance) else wider
+    return within(spec.spread((left, right, bottom, top)), surface)
 
 
 def if_noise(scene: Scene, grid: Grid) -> str:
@@ -137,6 +134,11 @@ def if_noise(scene: Scene, grid: Grid) -> str:
         return ""
     wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
     return f"; or, if this is noise, {how_to_smooth(f'{wavelength:.3g}')}, at least"
+
+
+def _not_containing(grid: Grid) -> str:
+    sides = "left, right" if grid.line else "left, right, bottom, top"
+    return f"grid ({sides}) = {_rounded(grid.box, grid.line)} does not contain the contact"
 
 
 def _rounded(box: Box, line: bool) -> tuple[float, ...]:
@@ -186,12 +188,9 @@ def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) 
         else:
             x, y = left, bottom
     if not (left <= x <= right and bottom <= y <= top):
-        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
-        message = (
-            f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}"
-        )
-        return SceneError("grid", box, message=message)
+        where = f"x = {x:.6g}" if grid.line else f"({x:.6g}, {y:.6g})"
+        message = f"{_not_containing(grid)}, which is at {where}"
+        return SceneError("grid", grid.box[:2] if grid.line else grid.box, message=message)
     message = "grid is too coarse to hold one contact element: no element's centre is in contact"
     return TooCoarse("grid", grid, message=message)
 

@@ -104,16 +104,16 @@ class Discretisation:
     @property
     def tangential_operator(self) -> GridOperator:
         """A_tt, or A_tt - C_tt in steady rolling."""
-        return self.operators.tangential(self._lag, self.loading.slip_difference)
+        return self.operators.tangential(*self._difference)
 
     @property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self.operators.pressure_to_shift(self._lag, self.loading.slip_difference)
+        return self.operators.pressure_to_shift(*self._difference)
 
     @property
-    def _lag(self) -> float | None:
-        return self.step if self.loading.steady else None
+    def _difference(self) -> tuple[float | None, str]:
+        return self.step if self.loading.steady else None, self.loading.slip_difference
 
     @property
     def cells(self) -> Cells:

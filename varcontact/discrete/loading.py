@@ -80,19 +80,11 @@ class Loading:
     @classmethod
     def of(cls, scene: Scene) -> Loading:
         """That of a scene; of a history without its motion."""
-        motion, friction = scene.motion, scene.friction
-        law = friction if isinstance(friction, Law) else None
-        coefficient = friction if not isinstance(friction, Law) else friction.static
-        motion = None if isinstance(motion, Transient) else motion
-        return cls(
-            scene.normal_force,
-            scene.approach,
-            motion,
-            law,
-            coefficient,
-            third_body=scene.third_body,
-            thermal=scene.thermal,
-        )
+        law = scene.friction if isinstance(scene.friction, Law) else None
+        coefficient = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+        motion, layer = None if isinstance(scene.motion, Transient) else scene.motion, scene.third_body
+        load = scene.normal_force, scene.approach
+        return cls(*load, motion, law, coefficient, third_body=layer, thermal=scene.thermal)
 
     @property
     def steady(self) -> bool:

@@ -93,7 +93,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     if not lowest.size:
         return None
     x, y, below = x[lowest], y[lowest], below[lowest]
-    exact = _displacement(_at_once(medium), disc.lattice, *_loaded(disc, state), x, y)
+    exact = _displacement(disc, state, _at_once(medium), x, y)
     if not medium.even:  # what lags behind is smooth
         exact = exact + raised[lowest] - _between_centres(disc, state, _at_once(medium), x, y)
     over = below + exact < -1e-9 * abs(state.approach)
@@ -116,26 +116,23 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
         return by_pressure + abs(disc.K) * load
     nearest, K = np.pi * min(disc.lattice.sides), disc.K
     if isinstance(medium, Conformal):  # what turning adds falls by one over the distance, and grows by the angle
-        K = abs(medium.flat.K) + medium.curvature * min(disc.lattice.sides)
+        curvature = float(np.abs(np.diff(medium.angles) / np.diff(medium.y)).max(initial=0.0))
+        K = abs(medium.flat.K) + curvature * min(disc.lattice.sides)
     return by_pressure + abs(K) * load / nearest
 
 
-def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (2, n) of the contact elements, and their tractions along x, along y and z, (3, n)."""
-    elements = np.flatnonzero(state.pressure)
-    tractions = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)
-    return disc.points.reshape(2, -1)[:, elements], tractions[:, elements]
-
-
 def _displacement(
-    medium: Medium | Conformal, lattice: Grid, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
+    disc: Discretisation, state: ContactState, medium: Medium | Conformal, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
-    """Normal displacement difference at points, by tractions (3, n) on elements about some centres."""
+    """Normal displacement difference at points, by the tractions on all elements."""
+    elements = np.flatnonzero(state.pressure)
+    centres = disc.points.reshape(2, -1)[:, elements]
+    loads = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)[:, elements]
     turns, flat = isinstance(medium, Conformal), medium.flat if isinstance(medium, Conformal) else medium
     names = ("yx", "yy", "zz") if turns else ("zz",)
     if flat.K != 0:
         names = ("zx", "zy", "zz", *(("yx", "yy", "yz") if turns else ()))
-    numbers = flat.influence(lattice, x - centres[0][:, None], y - centres[1][:, None], names)
+    numbers = flat.influence(disc.lattice, x - centres[0][:, None], y - centres[1][:, None], names)
     if isinstance(medium, Conformal):
         return medium.normal_displacement(numbers, loads, centres[1], y)
     return np.sum([loads["xyz".index(name[1])] @ each for name, each in numbers.items()], axis=0)
@@ -165,7 +162,7 @@ def _between_centres(
     raised = operators.normal.apply(fields[2:])
     if medium.K != 0:
         raised = raised + operators.traction_to_distance.apply(fields[:2])
-    return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=1))
+    return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=3))
 
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
@@ -190,13 +187,9 @@ def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
             return surface.distance(grid)
     distance = disc.distance
-    for axis in (1,) if grid.line else (0, 1):
-        distance = np.concatenate([_next(distance, axis, 0), distance, _next(distance, axis, -1)], axis=axis)
+    for axis in (1,) if grid.line else (0, 1):  # quadratic, or of few layers linear or constant
+        weights = ((1,), (2, -1), (3, -3, 1))[min(3, distance.shape[axis]) - 1]
+        before = sum(weight * np.take(distance, [k], axis) for k, weight in enumerate(weights))
+        after = sum(weight * np.take(distance, [-1 - k], axis) for k, weight in enumerate(weights))
+        distance = np.concatenate([before, distance, after], axis=axis)
     return distance
-
-
-def _next(values: np.ndarray, axis: int, end: int) -> np.ndarray:
-    """One more layer by quadratic (or, of few layers, linear or constant) extrapolation."""
-    layers = [np.take(values, [end + (k if end == 0 else -k)], axis=axis) for k in range(min(3, values.shape[axis]))]
-    weights = {1: (1,), 2: (2, -1), 3: (3, -3, 1)}[len(layers)]
-    return np.sum([w * layer for w, layer in zip(weights, layers, strict=True)], axis=0)

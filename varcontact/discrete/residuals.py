@@ -289,8 +289,7 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
     SceneError
         In steady rolling, which has no energy.
     """
-    _refuse_rolling(problem)
-    elastic = problem.operator.apply(np.atleast_2d(traction))
+    elastic = _elastic(problem, traction)
     if isinstance(problem, TangentialProblem):
         known = problem.rigid_shift
     else:
@@ -324,8 +323,7 @@ def potential_energy(
     SceneError
         In steady rolling, which has no energy.
     """
-    _refuse_rolling(problem)
-    elastic = problem.operator.apply(np.atleast_2d(traction))
+    elastic = _elastic(problem, traction)
     stored = 0.5 * problem.area * float(np.sum(traction * elastic))
     if isinstance(problem, NormalProblem):
         level = float(np.min(problem.distance + elastic[0]))
@@ -336,6 +334,7 @@ def potential_energy(
     return stored + lost + sum(float(free[i]) * (problem.force[i] or 0.0) for i in problem.free)
 
 
-def _refuse_rolling(problem: NormalProblem | TangentialProblem) -> None:
+def _elastic(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> np.ndarray:
     if isinstance(problem, TangentialProblem) and not problem.symmetric:
         raise SceneError("problem", "steady rolling", "of a shift, or of a step: others have a gap, and no energy")
+    return problem.operator.apply(np.atleast_2d(traction))

@@ -50,12 +50,6 @@ class Conformal:
         """Inclination by y; beyond those given with the curvature that it has at the ends."""
         return continuation(np.array(self.y), np.array(self.angles))
 
-    @property
-    def curvature(self) -> float:
-        """The largest, between the places given."""
-        turns = np.abs(np.diff(self.angles)) / np.diff(self.y)
-        return float(turns.max(initial=0.0))
-
     def normal_displacement(
         self, flat: dict[str, np.ndarray], loads: np.ndarray, centres: np.ndarray, y: np.ndarray
     ) -> np.ndarray:
@@ -228,16 +222,13 @@ class ConformalOperator(GridOperator):
 
 
 def in_blocks(blocks: list[list[GridOperator]]) -> GridOperator:
-    """Operators on one surface as a single one, by rows of blocks."""
-    first, harmonics, row = blocks[0][0], Harmonics(), 0
+    """Operators on one surface as a single one: two rows of two blocks, the first one a single component."""
+    first, harmonics = blocks[0][0], Harmonics()
     table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
     if not isinstance(first, ConformalOperator):
         return GridOperator(first.shape, table)
-    for line in blocks:
-        column = 0
-        for block in line:
-            assert isinstance(block, ConformalOperator)
-            harmonics |= {(m, odd, row + i, column + j): each for (m, odd, i, j), each in block.harmonics.items()}
-            column += block.table.shape[1]
-        row += line[0].table.shape[0]
+    for row, column in np.ndindex(2, 2):
+        block = blocks[row][column]
+        assert isinstance(block, ConformalOperator)
+        harmonics |= {(m, odd, row + i, column + j): each for (m, odd, i, j), each in block.harmonics.items()}
     return ConformalOperator(first.shape, table, first.angles, harmonics)
