@@ -12,15 +12,12 @@ from varcontact.discrete.discretisation import Discretisation, undeformed_distan
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.elasticity.conformal import Conformal
-from varcontact.elasticity.halfspace import Medium
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
-BETWEEN_CENTRES = 0.2
-"""Error of displacements that are linear between the elements' centres, by the greatest depth, in one over the
-elements across: ten times what was measured."""
-MOST_SAMPLES = 500
-"""The lowest samples that displacements are found for exactly."""
+BETWEEN_CENTRES = 0.03
+"""Overlap of samples that counts, by the approach, in one over the elements across: displacements that are linear
+between the elements' centres are off by less."""
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
@@ -85,22 +82,12 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         return None
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
-    x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
-    medium, raised = disc.operators.medium, _between_centres(disc, state, disc.operators.medium, x, y)
-    lowest = np.argsort(below + raised)[:MOST_SAMPLES]
-    slack = BETWEEN_CENTRES / max(disc.grid.shape) * float(np.abs(below).max())
-    lowest = lowest[(below + raised)[lowest] < slack]
-    if not lowest.size:
-        return None
-    x, y, below = x[lowest], y[lowest], below[lowest]
-    exact = _displacement(disc, state, _at_once(medium), x, y)
-    if not medium.even:  # what lags behind is smooth
-        exact = exact + raised[lowest] - _between_centres(disc, state, _at_once(medium), x, y)
-    over = below + exact < -1e-9 * abs(state.approach)
+    x, y = all_x[ix], all_y[iy]
+    raised = _between_centres(disc, state, x / disc.scales.length, y / disc.scales.length)
+    over = below + raised < -BETWEEN_CENTRES / max(disc.grid.shape) * abs(state.approach)
     if not over.any():
         return None
-    x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
-    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+    return float(x[over].min()), float(x[over].max()), float(y[over].min()), float(y[over].max())
 
 
 def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
@@ -121,34 +108,8 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     return by_pressure + abs(K) * load / nearest
 
 
-def _displacement(
-    disc: Discretisation, state: ContactState, medium: Medium | Conformal, x: np.ndarray, y: np.ndarray
-) -> np.ndarray:
-    """Normal displacement difference at points, by the tractions on all elements."""
-    elements = np.flatnonzero(state.pressure)
-    centres = disc.points.reshape(2, -1)[:, elements]
-    loads = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)[:, elements]
-    turns, flat = isinstance(medium, Conformal), medium.flat if isinstance(medium, Conformal) else medium
-    names = ("yx", "yy", "zz") if turns else ("zz",)
-    if flat.K != 0:
-        names = ("zx", "zy", "zz", *(("yx", "yy", "yz") if turns else ()))
-    numbers = flat.influence(disc.lattice, x - centres[0][:, None], y - centres[1][:, None], names)
-    if isinstance(medium, Conformal):
-        return medium.normal_displacement(numbers, loads, centres[1], y)
-    return np.sum([loads["xyz".index(name[1])] @ each for name, each in numbers.items()], axis=0)
-
-
-def _at_once(medium: Medium | Conformal) -> Medium | Conformal:
-    """The bodies without what lags behind."""
-    if isinstance(medium, Conformal):
-        return replace(medium, flat=getattr(medium.flat, "glassy", medium.flat))
-    return getattr(medium, "glassy", medium)
-
-
-def _between_centres(
-    disc: Discretisation, state: ContactState, medium: Medium | Conformal, x: np.ndarray, y: np.ndarray
-) -> np.ndarray:
-    """Normal displacement difference at points of any bodies, by FFT, linear between the elements' centres."""
+def _between_centres(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Normal displacement difference at points, by FFT, linear between the elements' centres."""
     from scipy.ndimage import map_coordinates
 
     lattice, (ny, nx) = disc.lattice, disc.grid.shape
@@ -158,11 +119,11 @@ def _between_centres(
     right, top = max(right, nx), max(top, ny)
     fields = np.concatenate([state.traction, state.pressure[None]])
     fields = np.pad(fields, ((0, 0), (-bottom, top - ny), (-left, right - nx)))
-    operators = Operators(lattice.window(left, right, bottom, top), medium)
+    operators = Operators(lattice.window(left, right, bottom, top), disc.operators.medium)
     raised = operators.normal.apply(fields[2:])
-    if medium.K != 0:
+    if disc.K != 0:
         raised = raised + operators.traction_to_distance.apply(fields[:2])
-    return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=3))
+    return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=1))
 
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:

@@ -50,23 +50,6 @@ class Conformal:
         """Inclination by y; beyond those given with the curvature that it has at the ends."""
         return continuation(np.array(self.y), np.array(self.angles))
 
-    def normal_displacement(
-        self, flat: dict[str, np.ndarray], loads: np.ndarray, centres: np.ndarray, y: np.ndarray
-    ) -> np.ndarray:
-        """Displacement along z at points y, by loads (3, n) at the centres' y, from numbers of the flat surface.
-
-        As ``R(t/2) = R(alpha_J/2) R(-alpha_I/2)``, only loads and sums are turned; blocks that are absent are zero.
-        """
-        point, load = np.exp(0.5j * self.angles_at(y)), np.exp(-0.5j * self.angles_at(centres))
-        across = loads[1] + 1j * loads[2]
-        weights = np.array([loads[0] * load, across / 2, across.conj() * load**2 / 2])
-        parts = np.concatenate([weights.real, weights.imag])
-        sums = {name: (real := parts @ numbers)[:3] + 1j * real[3:] for name, numbers in flat.items()}
-        none = np.zeros((3, y.size))
-        zx, zy, yz, yx, yy, zz = (sums.get(name, none) for name in ("zx", "zy", "yz", "yx", "yy", "zz"))
-        turned_back = point * (zx + 1j * yx)[0] + point**2 * (zy - yz + 1j * (yy + zz))[2]
-        return np.asarray(np.real(turned_back + (zy + yz + 1j * (yy - zz))[1]))
-
 
 def conformal_operator(
     rows: str, columns: str, angles: np.ndarray, flat: Callable[[str, str], GridOperator]
