@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 
 import numpy as np
 
@@ -32,11 +33,7 @@ class RoughProfile(UserWarning):
 
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
     """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
-    case, solved = found.case, found.patches
-
-    def warn(message: str, category: type[UserWarning] = UserWarning) -> None:
-        warnings.warn(message, category, stacklevel=stacklevel + 1)
-
+    case, solved, warn = found.case, found.patches, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track, stacklevel=stacklevel + 1)
     normal = sum(each.normal_force for each in solved)
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:

@@ -11,18 +11,20 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.kinematics import Creepages, Frame
 from varcontact.scene.friction import Law
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
 from varcontact.wheel_rail.track import SIGN
-from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch, FastWheel
+from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch
 from varcontact.wheel_rail.wheel_on_rail import ELEMENT, WheelOnRail
 from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
@@ -47,8 +49,6 @@ EDGE = 10.0
 """Distance from the outer end of a wheel at which it falls between the rails [mm]."""
 ROUNDS = 20
 """Exact solutions with the derivatives of the fast way."""
-
-NO_ELLIPSE = Ellipse(0.0, 0.0, 0.0, 0.0)
 
 Solver = Callable[[WheelOnRail], WheelForces]
 
@@ -76,8 +76,15 @@ class _Balance:
         for side in SIGN:
             wheel = moved.wheel(side, z)
             above = wheel.touching - z
-            lifted = _Lifted(wheel, z, (), self.load / 2 * above / self.depth)
-            found.append(solver(wheel) if above < 0 else lifted)
+            if above < 0:
+                found.append(solver(wheel))
+                continue
+            # above its rail, in the search pulled down as by a spring
+            arm = wheel.position.rotation @ [0.0, SIGN[side] * self.case.wheelset.middle, 0.0]
+            centre = np.array([0.0, wheel.position.y, z - self.case.wheelset.radius])
+            place = Frame(centre + arm, np.eye(3))
+            pull = np.array([0.0, 0.0, -self.load / 2 * above / self.depth])
+            found.append(WheelForces(wheel, z, (_patch_with(place, pull),)))
         return found[0], found[1]
 
     def left_over(self, wheels: tuple[WheelForces, WheelForces]) -> dict[str, float]:
@@ -111,32 +118,15 @@ class _Balance:
         for wheel in (left, right):
             for patch in wheel.patches:
                 for pushed in np.diag(patch.error):
-                    more = FastPatch(patch.frame, 0.0, patch.patch.creepage, 0.0, NO_ELLIPSE, pushed, 0.0)
-                    changed = FastWheel(wheel.case, wheel.z, (*cast(Any, wheel.patches), more))
+                    changed = WheelForces(wheel.case, wheel.z, (*wheel.patches, _patch_with(patch.frame, pushed)))
                     pair = (changed, right) if wheel is left else (left, changed)
                     felt += np.abs(inverse @ (self.imbalance(pair) - self.imbalance((left, right))))
         return dict(zip(self.names, (self.units * felt).tolist(), strict=True))
 
-    def slopes(self, x: np.ndarray, solver: Solver) -> np.ndarray:
-        """Derivatives of the imbalance by the unknowns, from differences."""
-        steps = STEP * np.eye(x.size)
-        ends = [[self.imbalance(self.wheels(x + sign * step, solver)) for step in steps] for sign in (1, -1)]
-        return (np.array(ends[0]) - np.array(ends[1])).T / (2 * STEP)
 
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _Lifted(WheelForces):
-    """A wheel above its rail, in the search pulled down as by a spring."""
-
-    pull: float
-
-    @property
-    def force(self) -> np.ndarray:
-        return np.array([0.0, 0.0, -self.pull])
-
-    @property
-    def moment_on_wheelset(self) -> np.ndarray:
-        return np.array([SIGN[self.case.side] * self.case.wheelset.middle * self.pull, 0.0, 0.0])
+def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
+    """A patch with a force in its frame."""
+    return FastPatch(frame, 0.0, Creepages(0.0, 0.0, 0.0, 1.0), 0.0, Ellipse(0.0, 0.0, 0.0, 0.0), force, 0.0)
 
 
 def solve_wheel_set(
@@ -146,8 +136,13 @@ def solve_wheel_set(
     from scipy.optimize import NoConvergence, broyden1, root
 
     balance, x = _balanced(case, _near)
-    inverse = np.linalg.inv(balance.slopes(x, _near)) if x.size else np.zeros((0, 0))
     solved = 0
+    # derivatives by the unknowns, from differences
+    ends = [
+        [balance.imbalance(balance.wheels(x + sign * step, _near)) for step in STEP * np.eye(x.size)]
+        for sign in (1, -1)
+    ]
+    inverse = np.linalg.inv((np.array(ends[0]) - np.array(ends[1])).T / (2 * STEP)) if x.size else np.zeros((0, 0))
 
     def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
         def imbalance(step: np.ndarray) -> np.ndarray:
@@ -170,17 +165,14 @@ def solve_wheel_set(
 
     last: dict[str, WheelRailSolution] = {}
 
-    def found(wheel: WheelOnRail, certify: CertifyName | None, methods: dict[str, Any]) -> WheelForces:
-        wheel = replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal))
-        last[wheel.side] = wheel.solve(certify=certify, **{"start": last.get(wheel.side), **methods})
+    def found(wheel: WheelOnRail, entries: dict[str, Any], methods: dict[str, Any]) -> WheelForces:
+        wheel = replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal), **entries)
+        last[wheel.side] = wheel.solve(**{"start": last.get(wheel.side), **methods})
         return last[wheel.side]
 
-    def solver(wheel: WheelOnRail) -> WheelForces:
-        return found(wheel, certify, methods)
-
-    def on_elements(wheel: WheelOnRail) -> WheelForces:
-        usual = {name: value for name, value in methods.items() if name not in TARGETS}
-        return found(replace(wheel, dx=case.dx or ELEMENT, dy=case.dy or ELEMENT), None, usual)
+    usual = {name: value for name, value in methods.items() if name not in TARGETS}
+    solver = partial(found, entries={}, methods=methods | {"certify": certify})
+    on_elements = partial(found, entries={"dx": case.dx or ELEMENT, "dy": case.dy or ELEMENT}, methods=usual)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -199,10 +191,7 @@ def estimate_wheel_set(
     case: WheelSetOnTrack, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.estimate`."""
-
-    def solver(wheel: WheelOnRail) -> WheelForces:
-        return wheel.estimate(normal, tangential, **options)
-
+    solver = partial(WheelOnRail.estimate, normal=normal, tangential=tangential, **options)
     balance, x = _balanced(case, solver)
     found = _solution(balance, x, solver, 0, None)
     if found.imbalance > tol:
@@ -225,7 +214,7 @@ def _solution(
     """The wheels at the balance; errors of forces there are errors of what was found."""
     case, wheels = balance.case, balance.wheels(x, solver)
     for each in wheels:
-        if not each.patches:
+        if each.case.touching >= each.z:
             if "roll" not in case.free:
                 roll = case.position.roll
                 reason = f"with roll = {roll:.4g} the {each.case.side} wheel is above its rail; add roll to free"

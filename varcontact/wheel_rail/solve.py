@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -14,7 +14,6 @@ from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.kinematics import Frame
-from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -71,19 +70,11 @@ def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
-    answers = list[WheelRailSolution]()
-
-    def alone() -> Steps[None]:
-        solution, operators = yield from _wheel(case, tol, methods | {"certify": certify})
-        answers.append(solution)
-        _forget(operators)
-
-    steps = alone()
-    waiting = _advanced(steps, [])
-    while waiting is not None:
-        waiting = _advanced(steps, waiting)
-    warn(answers[0], stacklevel=5)
-    return answers[0]
+    ((_, found),) = solve_wheels_on_rails([case], tol, certify, **methods)
+    if isinstance(found, VarcontactError):
+        raise found
+    warn(found, stacklevel=5)
+    return found
 
 
 def solve_wheels_on_rails(
@@ -109,11 +100,12 @@ def solve_wheels_on_rails(
             except VarcontactError as error:
                 found[k] = error
             yield []
-        _forget(start.operators if start else ())
+        for each in start.operators if start else ():
+            each.forget()
 
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
     parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
-    together = methods.keys().isdisjoint(("tangential", "method", "formulation"))
+    together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
     waiting: list[tuple[Steps[None], list[ContactOnGrid]]] = [(part(each.tolist()), []) for each in parts]
     while waiting:
         flat, going = [contact for _, contacts in waiting for contact in contacts], []
@@ -135,11 +127,6 @@ def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactO
     return None
 
 
-def _forget(used: Iterable[Operators]) -> None:
-    for each in used:
-        each.forget()
-
-
 def _wheel(
     case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None
 ) -> Steps[tuple[WheelRailSolution, list[Operators]]]:
@@ -154,21 +141,16 @@ def _wheel(
     free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
     by_default = exact and has_friction and free and not target
 
-    def solved(case: WheelOnRail, target: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
-        if target:
-            return _to_accuracy(case, tol, methods, target)
-        return _on_elements(case, tol, methods, start)
-
     try:
-        found = yield from solved(case, {"accuracy": BY_DEFAULT} if by_default else target, start)
+        found = yield from _solved(case, tol, methods, {"accuracy": BY_DEFAULT} if by_default else target, start)
     except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
         if not by_default or (isinstance(error, SceneError) and str(error) != VARIES):
             raise
-        found = yield from solved(case, {})
+        found = yield from _solved(case, tol, methods, {})
     if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[2]):
         curved = replace(case, conformal=True)
         with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
-            found = yield from solved(curved, target)
+            found = yield from _solved(curved, tol, methods, target)
             case = curved
     z, rounds, patches, operators = found
     return WheelRailSolution(case, z, patches, rounds), operators
@@ -220,7 +202,10 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
     for z in search:
         if abs(z - placed) > KEPT * tol * (z - case.touching) or case.conformal is True:
             placed, there = z, _patches(case, z)
-        patches = there if z == placed else tuple(_deeper(patch, z - placed) for patch in there)
+        patches = []
+        for each in there:  # in the same plane
+            approach = each.approach + (z - placed) * math.cos(each.angle)
+            patches.append(replace(each, approach=approach, scene=replace(each.scene, approach=approach)))
         scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
         if case.z is None:
             bare = [replace(scene, motion=None, friction=None) for scene in scenes]
@@ -237,7 +222,7 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
             forces = [np.array([*each.force, each.normal_force]) for each in solutions]
         else:
             near = [each.near for each in found] or before or [each.near for each in frictionless]
-            loaded = _loaded(scenes, methods, near, frictionless)
+            loaded = _contacts(scenes, methods, near, (), frictionless)
             if loaded:
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
@@ -257,45 +242,33 @@ def _patches(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[Conta
     return tuple(replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each for each in patches)
 
 
-def _deeper(patch: ContactPatch, down: float) -> ContactPatch:
-    """A patch with the axle further `down`, in the same plane."""
-    approach = patch.approach + down * math.cos(patch.angle)
-    return replace(patch, approach=approach, scene=replace(patch.scene, approach=approach))
-
-
 def _contacts(
     scenes: list[Scene],
     methods: dict[str, Any],
     near: Sequence[Solution | Near],
     known: Sequence[Operators],
+    frictionless: Sequence[ContactOnGrid] = (),
 ) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many."""
-    found, progress = [], methods.get("progress")
+    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many.
+
+    Of `frictionless` ones with their pressures, and tractions to begin with; none where these change a pressure.
+    """
+    found: list[ContactOnGrid | None] = []
+    settings = {name: value for name, value in methods.items() if name != "progress"}
     for k, scene in enumerate(scenes):
+        options, progress = SolveOptions.checked(scene, **settings), methods.get("progress")
         start = near[k] if len(near) == len(scenes) else None
-        own = known[k] if len(known) == len(scenes) else None
-        found.append(ContactOnGrid.of(scene, _options(scene, methods), progress, near=start, known=own))
-    kept = [each.disc.operators for each in found]
-    _forget(each for each in known if each not in kept)
-    return found
-
-
-def _loaded(
-    scenes: list[Scene],
-    methods: dict[str, Any],
-    near: Sequence[Solution | Near],
-    frictionless: list[ContactOnGrid],
-) -> list[ContactOnGrid]:
-    """The contacts with their pressures and the tractions to begin with; none where tractions change a pressure."""
-    found, progress = [], methods.get("progress")
-    for k, each in enumerate(frictionless):
-        start = near[k] if len(near) == len(scenes) else None
-        found.append(each.loaded(scenes[k], _options(scenes[k], methods), progress, start))
-    return [each for each in found if each is not None] if all(found) else []
-
-
-def _options(scene: Scene, methods: dict[str, Any]) -> SolveOptions:
-    return SolveOptions.checked(scene, **{name: value for name, value in methods.items() if name != "progress"})
+        if frictionless:
+            found.append(frictionless[k].loaded(scene, options, progress, start))
+        else:
+            own = known[k] if len(known) == len(scenes) else None
+            found.append(ContactOnGrid.of(scene, options, progress, near=start, known=own))
+    contacts = [each for each in found if each is not None]
+    kept = [each.disc.operators for each in contacts]
+    for each in known:
+        if each not in kept:
+            each.forget()
+    return contacts if len(contacts) == len(scenes) else []
 
 
 def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
@@ -309,12 +282,16 @@ def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
     return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement * frame.axes[2, 2] ** 2)
 
 
-def _to_accuracy(case: WheelOnRail, tol: float, methods: dict[str, Any], target: dict[str, Any]) -> Steps[Solved]:
-    """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
+def _solved(
+    case: WheelOnRail, tol: float, methods: dict[str, Any], target: dict[str, Any], start: _Start | None = None
+) -> Steps[Solved]:
+    """On elements, or on grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
+    if not target:
+        return (yield from _on_elements(case, tol, methods, start))
     near = case.z
     if near is None:
         rough = replace(case, dx=START[0], dy=START[1])
@@ -324,7 +301,8 @@ def _to_accuracy(case: WheelOnRail, tol: float, methods: dict[str, Any], target:
     else:  # the one that the time for each patch and height gives
         patches = _patches(case, near, with_grid=False)
         share = {"certify": None, "time_budget": target["time_budget"] / (TRIED * len(patches))}
-        accuracy = max(_estimate(solve(patch.scene, **(methods | share))).largest for patch in patches)
+        estimates = [solve(patch.scene, **(methods | share)).error_estimate for patch in patches]
+        accuracy = max(each.largest for each in estimates if each is not None)
     while True:
         z, rounds, found = _near(case, near, tol, methods | {"accuracy": accuracy})
         if abs(z - near) <= MOVED * min(each.patch.approach for each in found):
@@ -339,13 +317,14 @@ def _near(
     patches = _patches(case, near, with_grid=False)
     forces, force_errors = [], []  # at the approach of each patch
     for patch in patches:
-        if patch.scene.coupled:  # tractions change the pressure
-            frictionless = solve(patch.scene, **(methods | {"certify": None}))
-            force_errors.append(_estimate(frictionless).largest)
+        coupled = patch.scene.coupled  # tractions change the pressure
+        if coupled:
+            held = solve(patch.scene, **(methods | {"certify": None}))
         else:
-            frictionless = _solve_pressure(patch.scene, methods)
-            force_errors.append(_estimate(frictionless).errors["normal_force"])
-        forces.append(frictionless.normal_force)
+            held = solve(replace(patch.scene, motion=None, friction=None), **_for_pressure(methods))
+        assert held.error_estimate is not None
+        force_errors.append(held.error_estimate.largest if coupled else held.error_estimate.errors["normal_force"])
+        forces.append(held.normal_force)
 
     search = BearingHeight(case, tol, near)
     for z in search:
@@ -360,11 +339,6 @@ def _near(
         solved = tuple(map(PatchSolution, patches, solutions, errors))
         search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
     return search.z, search.rounds, solved
-
-
-def _estimate(solution: Solution) -> ErrorEstimate:
-    assert solution.error_estimate is not None
-    return solution.error_estimate
 
 
 def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float | None:
@@ -391,13 +365,9 @@ def _for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
     return {"certify": None} | {name: value for name, value in methods.items() if name in names}
 
 
-def _solve_pressure(scene: Scene, methods: dict[str, Any]) -> Solution:
-    return solve(replace(scene, motion=None, friction=None), **_for_pressure(methods))
-
-
 def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
     """A patch by a theory, on an ellipse with its normal force."""
-    normal = _solve_pressure(scene, methods)
+    normal = solve(replace(scene, motion=None, friction=None), **_for_pressure(methods))
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
     sides = []
