@@ -13,7 +13,7 @@ from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from varcontact.kinematics import RigidBody
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
 from varcontact.wheel_rail.curve import spline
-from varcontact.wheel_rail.patches import contact_locus, curved_surface, tangent_of
+from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
 
 CONTACT = json.loads((DATA / "conformal.json").read_text())
 NO_KINKS = np.zeros(0, dtype=int)
@@ -39,7 +39,7 @@ def groove(dx=0.2):
     overlaps = contact_locus(wheel, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
     axle = np.array([0.0, 0.0, z - 420.0])
     tangent = tangent_of(overlaps, rail)
-    place = curved_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx))
+    place = reference_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx), curved=True)
     body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
     scene = make_scene(
         vc.SampledDistance(place.distance, inclination=place.inclination),

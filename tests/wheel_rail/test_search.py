@@ -19,7 +19,7 @@ from tests.wheel_rail.conditions import (
 from varcontact.errors import NoContact, SceneError
 from varcontact.kinematics import rotation
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
-from varcontact.wheel_rail.patches import contact_locus, tangent_of, undeformed_distance
+from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
 
 SLOPE, RADIUS = 0.05, 300.0
 
@@ -132,8 +132,9 @@ def test_a_rotation_of_everything_about_the_track_turns_the_patch():
         own = rail.moved(spin[1:, 1:], np.zeros(2))
         overlaps = contact_locus(wheel, own, spin @ axle, spin @ pushed).overlaps(0.0)
         tangent, bodies = tangent_of(overlaps, own), (wheel, own, spin @ axle, spin @ pushed)
-        places.append((tangent, *undeformed_distance(overlaps, tangent.frame, *bodies, (0.5, 0.5))))
-    (plain, _, distance, approach), (turned, _, turned_distance, turned_approach) = places
+        surface = reference_surface(overlaps, tangent, *bodies, (0.5, 0.5), curved=False)
+        places.append((tangent, surface.distance, surface.approach))
+    (plain, distance, approach), (turned, turned_distance, turned_approach) = places
     assert turned.angle == pytest.approx(plain.angle + 0.03, abs=2e-5)
     assert turned.frame.origin == pytest.approx(turn @ plain.frame.origin, abs=5e-3)
     assert turned_approach == pytest.approx(approach, rel=1e-3)

@@ -73,8 +73,8 @@ def reference_scenes() -> dict[str, tuple[str, Scene]]:
 
 def _scenes(file: str) -> dict[str, dict[str, Scene]]:
     """The scenes of a file of this package by class and name; the kind of a surface may be a sampled one."""
-    text = files("varcontact.data").joinpath(file).read_text(encoding="utf-8")
-    sampled, found = _sampled_surfaces(), tomllib.loads(text)
+    found = tomllib.loads(files("varcontact.data").joinpath(file).read_text(encoding="utf-8"))
+    sampled = _sampled_surfaces()
     for tables in found.values():
         for name, table in tables.items():
             surface = table["surface"]

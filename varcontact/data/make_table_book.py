@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -132,8 +132,15 @@ def make_table_book(
     def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
         """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
         scenes = list(rays.scenes(chosen, GRIDS[k]))
+        solved = partial(sweep, scenes, chunk=RAYS * steps, tol=TOL, certify=None)  # a chunk has those of some rays
+        swept = solved(store=files[k], progress=progress, executor=executor, workers=workers)
+        failed = np.flatnonzero(swept["outcome"].values != "solved")
+        if failed.size:
+            first = int(failed[0])
+            words = f"{failed.size} of {len(scenes)} entries are not solved; the first is {first}: "
+            raise VarcontactError(words + str(swept["reason"].values[first]))
         found = np.full((*chosen.shape, 3), np.nan)
-        found[chosen] = _solved(scenes, RAYS * steps, executor, workers, files[k], progress)
+        found[chosen] = np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
         return found - rays.law(GRIDS[k])
 
     coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
@@ -220,26 +227,6 @@ def extrapolated(coarse: np.ndarray, fine: np.ndarray, *grids: Grid) -> np.ndarr
     return fine + (fine - coarse) / ((grids[1].nx / grids[0].nx) ** ORDER - 1)
 
 
-def _solved(
-    scenes: list[Scene],
-    chunk: int,
-    executor: Executor | None,
-    workers: int,
-    store: Path | None,
-    progress: Callable[[Standing], None] | None,
-) -> np.ndarray:
-    """Normalised forces of entries on one grid: a chunk has those of some rays."""
-    swept = sweep(
-        scenes, store=store, progress=progress, tol=TOL, certify=None, chunk=chunk, executor=executor, workers=workers
-    )
-    failed = np.flatnonzero(swept["outcome"].values != "solved")
-    if failed.size:
-        k = int(failed[0])
-        reason = str(swept["reason"].values[k])
-        raise VarcontactError(f"{failed.size} of {len(scenes)} entries are not solved; the first is {k}: {reason}")
-    return np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
-
-
 def _is_book(path: Path) -> bool:
     try:
         TableBook.read(path)
@@ -250,13 +237,10 @@ def _is_book(path: Path) -> bool:
 
 def magnitudes(count: int) -> np.ndarray:
     """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of `places`."""
-    low, high = np.zeros(count), np.ones(count)
+    from scipy.optimize import brentq
+
     wanted = np.arange(1, count + 1) / (count + 1)
-    for _ in range(60):
-        middle = (low + high) / 2
-        below = places(middle) < wanted
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return (low + high) / 2
+    return np.array([brentq(lambda t, place=place: places(t) - place, 0.0, 1.0, xtol=1e-16) for place in wanted])
 
 
 def direction_nodes(degree: int) -> np.ndarray:
@@ -269,13 +253,6 @@ def direction_nodes(degree: int) -> np.ndarray:
         height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
         found.append(np.stack([np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1))
     return np.concatenate(found)
-
-
-def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Weights (n, r) of values at nodes (r,) in the values at n places of the polynomial through them."""
-    same = np.eye(len(nodes), dtype=bool)
-    parts = np.where(same, 1.0, at[:, None, None] - nodes) / np.where(same, 1.0, nodes[:, None] - nodes)
-    return np.asarray(parts.prod(axis=-1))
 
 
 def local_law(
@@ -321,6 +298,8 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     Entries are few, and near full slip forces turn quickly with the direction. The local law turns alike: what is left
     is interpolated between the entries, and the law is added again at the knots of the splines, which are many.
     """
+    from scipy.interpolate import BarycentricInterpolator
+
     polar, angle = (np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES)))
     polar, angle = polar[:, None], angle[:-1]
     parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
@@ -333,7 +312,8 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     between = np.stack(weights)
     least, greatest = np.log(ratios[[0, -1]])
     places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
-    each = np.einsum("ikd,hr,rtdi->htki", between, lagrange(np.log(ratios), places), left, optimize=True)
+    by_ratio = BarycentricInterpolator(np.log(ratios), left)(places)
+    each = np.einsum("ikd,htdi->htki", between, by_ratio, optimize=True)
     S = np.stack(
         [_at_knots(nu, ratio, knots.reshape(-1, 3), rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
     )
@@ -342,6 +322,8 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
 
 def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> np.ndarray:
     """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
+    from scipy.interpolate import BarycentricInterpolator
+
     coefficients, rough, fine = no_slip_coefficients(float(ratio), nu), quadrature(ratio), quadrature(ratio, 80)
     t = magnitudes(len(left))
     finite = [
@@ -355,8 +337,8 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
     S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
     first = min(4, len(S))
-    at_zero = lagrange(np.arange(1.0, first + 1), np.zeros(1))[0] @ S[:first].reshape(first, -1)
-    return np.concatenate([at_zero.reshape(1, *S.shape[1:]), S])
+    at_zero = BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)
+    return np.concatenate([at_zero[None], S])
 
 
 def _rising(forces: np.ndarray, creepages: np.ndarray) -> np.ndarray:
@@ -384,14 +366,13 @@ def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarr
 
 def _around(values: np.ndarray) -> np.ndarray:
     """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that go on by symmetry."""
-    _, polar, angle = (n - m for n, m in zip(values.shape[-4:-1], (0, 1, 0), strict=True))
+    from scipy.ndimage import spline_filter1d
+
+    polar, angle = values.shape[-3] - 1, values.shape[-2]
     around = np.concatenate([values, PARITY[1] * values], axis=-2)
     half = np.concatenate([around, PARITY[0] * around[..., -2::-1, :, :]], axis=-3)  # to pi
     whole = np.concatenate([half, np.roll(half[..., -2:0:-1, :, :], angle, axis=-2)], axis=-3)
     for axis in (-3, -2):
-        n = whole.shape[axis]
-        filtered = 3 / (2 + np.cos(2 * math.pi * np.arange(n // 2 + 1) / n))
-        filtered = filtered.reshape(-1, *[1] * (-axis - 1))
-        whole = np.fft.irfft(np.fft.rfft(whole, axis=axis) * filtered, n, axis=axis)
+        whole = spline_filter1d(whole, axis=axis, mode="grid-wrap")
     whole = whole.take(np.arange(-1, polar + 2), axis=-3, mode="wrap")
     return whole.take(np.arange(-1, angle + 2), axis=-2, mode="wrap")

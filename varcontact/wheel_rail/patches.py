@@ -99,50 +99,6 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve | RailSurface, separate
     return found
 
 
-def undeformed_distance(
-    overlaps: list[Overlap],
-    frame: Frame,
-    wheel: Curve | Surface,
-    rail: Curve | RailSurface,
-    axle: np.ndarray,
-    centre: np.ndarray,
-    sides: tuple[float, float] | None = None,
-) -> tuple[Grid, np.ndarray, float]:
-    """Potential contact in the frame of a patch, the distance along its z from the wheel to the rail, and the approach.
-
-    `axle` has the axes of the axle, shape (3, 3), and `centre` its middle in track coordinates; `sides` are those of an
-    element, fine enough to interpolate on any grid if None. The distance, shape (ny, nx), is 0 at its least [mm].
-    """
-    along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
-    across = [(each.surface - frame.origin[1:]) @ along for each in overlaps]
-    grid = grid_over(overlaps, frame, np.concatenate(across), sides)
-    if isinstance(rail, Curve):
-        part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
-        on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
-        rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)[:, None]
-    else:
-        flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
-        rail_heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
-    gap = rail_heights - wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, grid.y), axle, centre)
-    return grid, *_distance(gap, grid, frame)
-
-
-def _distance(gap: np.ndarray, grid: Grid, frame: Frame) -> tuple[np.ndarray, float]:
-    """Gaps from their least on, and the approach; beside a profile's end, where there are none, nothing touches."""
-    known = np.isfinite(gap)
-    if not known.any():
-        raise too_rough(float(frame.origin[1]))
-    if gap[known].min() >= 0:
-        reason = (
-            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail overlap "
-            f"near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
-            "Profile(..., smoothing=...)"
-        )
-        raise SceneError("dx, dy", grid.sides, message=reason)
-    gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())
-    return gap - gap.min(), -float(gap.min())
-
-
 def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
     """Seams between overlaps that are more than `join` apart; from `separate` on, parts do not feel each other."""
     seams = []
@@ -243,11 +199,12 @@ def _surface(
 
 
 @dataclass(frozen=True, eq=False)
-class CurvedSurface:
-    """The reference surface of a patch, with what `undeformed_distance` has of a plane; y is its arc length.
+class ReferenceSurface:
+    """The plane or curved surface that a patch is solved on, with the distance of the bodies; y is its arc length.
 
-    The inclination is that of each row of elements relative to the frame's y [rad], `lateral` its place along that
-    (NaN beyond a profile's end), and `on_wheel` are the points (ny, 3) of the wheel opposite, in track coordinates.
+    The distance, shape (ny, nx), is 0 at its least [mm]. The inclination is that of each row of elements relative to
+    the frame's y [rad], `lateral` its place along that (NaN beyond a profile's end), and `on_wheel` are the points
+    (ny, 3) of the wheel opposite, in track coordinates.
     """
 
     grid: Grid
@@ -265,24 +222,68 @@ class CurvedSurface:
         return np.array([velocity[..., 0], c * velocity[..., 1] + s * velocity[..., 2]])
 
 
-def curved_surface(
+def reference_surface(
     overlaps: list[Overlap],
     tangent: Tangent,
-    wheel: Curve,
-    rail: Curve,
+    wheel: Curve | Surface,
+    rail: Curve | RailSurface,
     axle: np.ndarray,
     centre: np.ndarray,
-    sides: tuple[float, float] | None = None,
-) -> CurvedSurface:
-    """The curved reference surface of a group of overlaps, halfway between rail and wheel, where a plane is too flat.
+    sides: tuple[float, float] | None,
+    curved: bool,
+) -> ReferenceSurface:
+    """The plane of a patch, or its `curved` surface, with the distance from the wheel to the rail along its normals.
 
-    Points of both surfaces at equal arc lengths from the origin of the patch are opposite each other. The surface runs
-    through their means, its normals are the means of theirs, and it is straight along the rail. Source: Vollebregt,
-    Segal, VSD 52 (2014) 455-468; CONTACT's conformal method. The arguments are those of `undeformed_distance`. The
-    distance is that along the frame's z, multiplied by the cosine of the angle to the normals.
+    `axle` has the axes of the axle, shape (3, 3), and `centre` its middle in track coordinates; `sides` are those of an
+    element, fine enough to interpolate on any grid if None.
     """
     frame = tangent.frame
     origin, along, normal = frame.origin[1:], frame.axes[1:, 1], frame.axes[1:, 2]
+    if curved and isinstance(rail, Curve):
+        grid, inclination, lateral, height = _halfway(overlaps, tangent, rail, sides)
+    else:
+        across = [(each.surface - origin) @ along for each in overlaps]
+        grid = grid_over(overlaps, frame, np.concatenate(across), sides)
+        lateral, (inclination, height) = grid.y, np.zeros((2, grid.rows))
+    if isinstance(rail, Curve):
+        part = rail.single_valued(float(rail.at(origin[:1])[0]), along)
+        rail_heights = ((part.points(part.at(lateral + along @ origin, along)) - origin) @ normal)[:, None]
+    else:
+        flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
+        rail_heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
+    heights, cosine = (
+        wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre),
+        np.cos(inclination),
+    )
+    gap = (rail_heights - heights) * cosine[:, None]
+    known = np.isfinite(gap)
+    if not known.any():
+        raise too_rough(float(origin[0]))
+    if gap[known].min() >= 0:
+        reason = (
+            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail overlap "
+            f"near y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile, "
+            "Profile(..., smoothing=...)"
+        )
+        raise SceneError("dx, dy", grid.sides, message=reason)
+    # beside a profile's end, where there is no gap, nothing touches
+    gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())
+    away = (heights[:, int(np.abs(grid.x).argmin())] - height) * cosine  # to the wheel, along normals
+    opposite = np.stack([0.0 * height, lateral - np.sin(inclination) * away, height + cosine * away], axis=1)
+    on_wheel = frame.globally(np.nan_to_num(opposite))
+    return ReferenceSurface(grid, gap - gap.min(), -float(gap.min()), inclination, lateral, on_wheel)
+
+
+def _halfway(
+    overlaps: list[Overlap], tangent: Tangent, rail: Curve, sides: tuple[float, float] | None
+) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
+    """The grid, inclination, and place along y and z of the frame of a surface halfway between rail and wheel.
+
+    Points of both surfaces at equal arc lengths from the origin of the patch are opposite each other. The surface runs
+    through their means, its normals are the means of theirs, and it is straight along the rail. Source: Vollebregt,
+    Segal, VSD 52 (2014) 455-468; CONTACT's conformal method.
+    """
+    origin, along = tangent.frame.origin[1:], tangent.frame.axes[1:, 1]
     on_rail = rail.single_valued(float(rail.at(origin[:1])[0]), along)
     # the wheel's part around the origin that grows along the plane: its contact locus, in track coordinates
     locus = overlaps[0].locus
@@ -294,7 +295,7 @@ def curved_surface(
     arc = on_rail.at(surface @ along, along) - begins[0]
     if not np.isfinite(arc).all():
         raise too_rough(float(origin[0]))
-    grid = grid_over(overlaps, frame, arc, sides)
+    grid = grid_over(overlaps, tangent.frame, arc, sides)
     points, directions = np.zeros((2, grid.rows, 2)), np.zeros((2, grid.rows, 2))
     for i, (curve, begin) in enumerate(zip((on_rail, on_wheel), begins, strict=True)):
         s = begin + grid.y
@@ -306,12 +307,5 @@ def curved_surface(
     if not known.any():
         raise too_rough(float(origin[0]))
     inclination = np.interp(grid.y, grid.y[known], (np.arctan2(down, to_right) - tangent.angle)[known])
-    lateral, height = ((middle - origin) @ frame.axes[1:, 1:]).T
-    rail_heights = (on_rail.points(on_rail.at(lateral + along @ origin, along)) - origin) @ normal
-    heights = wheel_heights(locus, wheel, frame, (grid.x, lateral), axle, centre)
-    gap = (rail_heights[:, None] - heights) * np.cos(inclination)[:, None]
-    distance, approach = _distance(gap, grid, frame)
-    away = (heights[:, int(np.abs(grid.x).argmin())] - height) * np.cos(inclination)  # to the wheel, along normals
-    opposite = [0.0 * height, lateral - np.sin(inclination) * away, height + np.cos(inclination) * away]
-    opposite_points = frame.globally(np.nan_to_num(np.stack(opposite, axis=1)))
-    return CurvedSurface(grid, distance, approach, inclination, lateral, opposite_points)
+    lateral, height = ((middle - origin) @ tangent.frame.axes[1:, 1:]).T
+    return grid, inclination, lateral, height

@@ -38,9 +38,8 @@ class FrictionByAngle:
     coefficients: Sequence[float]
 
     def __post_init__(self) -> None:
-        angles, values = checks.numbers("friction.angles", self.angles), checks.positives(
-            "friction.coefficients", self.coefficients
-        )  # fmt: skip
+        angles = checks.numbers("friction.angles", self.angles)
+        values = checks.positives("friction.coefficients", self.coefficients)
         if angles.ndim != 1 or angles.shape != values.shape or not angles.size or (np.diff(angles) <= 0).any():
             raise SceneError("friction.angles", self.angles, "ascending, one for each coefficient [rad]")
         object.__setattr__(self, "angles", tuple(angles.tolist()))

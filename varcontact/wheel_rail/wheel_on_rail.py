@@ -21,7 +21,7 @@ from varcontact.scene.units import MM_N
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
-from varcontact.wheel_rail.patches import Seams, curved_surface, joined, seams_of, tangents_of, undeformed_distance
+from varcontact.wheel_rail.patches import Seams, Tangent, joined, reference_surface, seams_of, tangents_of
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import RailSurface, Surface
@@ -258,34 +258,28 @@ class WheelOnRail(OnTrack):
         groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
         body = self.body(z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
-        known = self.wheel, self.rail, body.rotation, body.position, sides
+        known = self.wheel, self.rail, body.rotation, body.position, sides, curved
         patches = []
         for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
-            frame = tangent.frame
-            surface = None
-            if curved and isinstance(self.wheel, Curve) and isinstance(self.rail, Curve):
-                surface = curved_surface(group, tangent, self.wheel, self.rail, body.rotation, body.position, sides)
-            if surface is None:
-                grid, distance, approach = undeformed_distance(group, frame, *known)
-            else:
-                grid, distance, approach = surface.grid, surface.distance, surface.approach
+            frame, surface = tangent.frame, reference_surface(group, tangent, *known)
+            grid, approach = surface.grid, surface.approach
             rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
             motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
             seams = seams_of(group, frame, self.join, self.separate)
-            if surface is not None:
+            if curved:
                 motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
                 inside = np.isfinite(surface.lateral)  # seams are at their arc lengths
                 at = np.interp([y for y, _ in seams], surface.lateral[inside], grid.y[inside]).tolist()
                 seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
-            turned = 0.0 if surface is None else surface.inclination
-            friction = self._friction(frame, grid, tangent.angle + turned, with_grid)
+            inclination = surface.inclination if curved else None
+            friction = self._friction(tangent, grid, inclination, with_grid)
             scene = Scene(
                 bodies=self.bodies,
                 surface=SampledDistance(
-                    distance,
+                    surface.distance,
                     None if with_grid else grid.x,
                     None if with_grid else grid.y,
-                    inclination=None if surface is None else surface.inclination,
+                    inclination=inclination,
                 ),
                 approach=approach,
                 friction=friction,
@@ -314,18 +308,19 @@ class WheelOnRail(OnTrack):
         return tuple(patches)
 
     def _friction(
-        self, frame: Frame, grid: Grid, turned: np.ndarray | float, with_grid: bool
+        self, tangent: Tangent, grid: Grid, inclination: np.ndarray | None, with_grid: bool
     ) -> float | np.ndarray | Law:
-        """Coefficients of the elements; `turned` are the angles of the rows where the surface is curved."""
+        """Coefficients of the elements; the rows have an `inclination` where the surface is curved."""
         if not isinstance(self.friction, FrictionByAngle):
             return self.friction
-        if np.ndim(turned) == 0:  # in a plane, those of the rail below
+        if inclination is None:  # in a plane, those of the rail below
+            frame = tangent.frame
             rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*frame.origin[:2].tolist())
             below = rail.at(frame.origin[1] + grid.y * frame.axes[1, 1])
             known = np.isfinite(below)
             angles = np.interp(grid.y, grid.y[known], rail.angles(below[known]))
         else:
-            angles = np.asarray(turned)
+            angles = tangent.angle + inclination
         found = self.friction(-SIGN[self.side] * angles)
         if np.ptp(found) == 0:
             return float(found[0])
