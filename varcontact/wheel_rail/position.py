@@ -15,6 +15,8 @@ from varcontact.kinematics import RigidBody, rotation
 if TYPE_CHECKING:
     from varcontact.wheel_rail.track import WheelSet
 
+PLACES = ("y", "s", "pitch")
+RATES = ("pitch_rate", "lateral", "vertical", "roll_rate", "yaw_rate")
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
 
@@ -29,7 +31,7 @@ def angle(field: str, value: Any) -> float:
 
 @checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
 @dataclass(frozen=True, kw_only=True)
-class Position:
+class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fromkeys(PLACES, checks.number)):
     """Where a wheel set is in the track, but for its height.
 
     Parameters
@@ -55,10 +57,6 @@ class Position:
     s: float = 0.0
     pitch: float = 0.0
 
-    def __post_init__(self) -> None:
-        checks.entries(self, "position", checks.number, "y", "s", "pitch")
-        checks.entries(self, "position", angle, "roll", "yaw")
-
     @cached_property
     def rotation(self) -> np.ndarray:
         """The axle's axes in track coordinates, shape (3, 3)."""
@@ -67,7 +65,7 @@ class Position:
 
 @checks.named(vx="speed", vy="lateral", vz="vertical", pitch="pitch_rate", yaw="yaw_rate")
 @dataclass(frozen=True, kw_only=True)
-class Velocity:
+class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)):
     """How a wheel set moves.
 
     Parameters
@@ -96,13 +94,10 @@ class Velocity:
     yaw_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "velocity", checks.positive, "speed")
-        checks.entries(self, "velocity", checks.number, "lateral", "vertical", "roll_rate", "yaw_rate")
-        if self.pitch_rate is not None:
-            checks.entries(self, "velocity", checks.number, "pitch_rate")
-            if self.pitch_rate > 0:
-                allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
-                raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
+        super().__post_init__()
+        if self.pitch_rate is not None and self.pitch_rate > 0:
+            allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
+            raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
 
     def body(
         self,
