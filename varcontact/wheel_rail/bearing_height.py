@@ -31,23 +31,20 @@ class BearingHeight:
     At each, `normal_forces_bear` takes the vertical part of the normal forces, and says whether it is worth solving for
     the rest; `borne` takes the vertical force. The secant method is for force^(2/3) of normal forces, which is nearly
     straight, between heights that bear less and more; the vertical force is nearly a power of what normal forces bear.
+    From another position come the height to start at, and the forces `known`: those of the normal forces, and of all.
     """
 
-    def __init__(self, case: WheelOnRail, tol: float, start: float | None = None) -> None:
+    def __init__(
+        self, case: WheelOnRail, tol: float, start: float | None = None, known: tuple[float, float] | None = None
+    ) -> None:
         self.rounds, self._case, self._tol, self._load = 0, case, tol, case.vertical_force or math.nan
         stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
-        given = case.z if start is None else start
+        given = start if case.z is None else case.z
         self.z: float = case.touching + (self._load / stiffness) ** (2 / 3) if given is None else given
         self._tried, self._slope, self._tangent = [(case.touching, 0.0)], math.nan, math.nan
-        self._known, self._power = (1.0, 1.0), 1.0  # normal forces, and what they bear with the rest
+        self._known, self._power = known or (1.0, 1.0), 1.0  # normal forces, and what they bear with the rest
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True  # tractions bear a part
-        self._near, self._excess, self._borne = FAR if self._mixed else tol, math.inf, False
-
-    def begin(self, depth: float, normal: float, borne: float) -> None:
-        """From a depth and forces of another position."""
-        if self._case.z is None:
-            self.z = self._case.touching + depth
-            self._known, self._near = (normal, borne), NEAR if self._mixed else self._tol
+        self._near, self._excess, self._borne = (NEAR if known else FAR) if self._mixed else tol, math.inf, False
 
     def __iter__(self) -> Iterator[float]:
         if self._case.z is not None:

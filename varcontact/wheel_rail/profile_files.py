@@ -179,7 +179,7 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     28.00 -0.2084
     """
     known = _standards()["s1002"]
-    sections = [_arc(*each["ends"], each["centre"], each["radius"], step) for each in known["arcs"]]
+    sections = [_arc(each["ends"], each["centre"], each["radius"], step) for each in known["arcs"]]
     for each in known["polynomials"]:
         first, last = each["ends"]
         y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
@@ -211,7 +211,7 @@ def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
     centre, start, half = np.array([0.0, radii[0]]), 0.0, []
     for radius, full, smaller in zip(radii, known["widths"], (*radii[1:], 0.0), strict=True):
         width = full / 2
-        half.append(_arc(start, width, centre, -radius, step))
+        half.append(_arc([start, width], centre, -radius, step))
         turned = np.arcsin((width - centre[0]) / radius)
         # the next arc's centre lies on the same radius: tangents meet
         centre = centre + (radius - smaller) * np.array([np.sin(turned), -np.cos(turned)])
@@ -228,9 +228,9 @@ def _standards() -> dict[str, Any]:
     return tomllib.loads(files("varcontact.data").joinpath("profiles.toml").read_text(encoding="utf-8"))
 
 
-def _arc(first: float, last: float, centre: Any, radius: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _arc(between: Any, centre: Any, radius: float, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Points of an arc between two y, below its centre (larger z) for a positive radius, above it for a negative."""
-    ends = np.arcsin((np.array([first, last]) - centre[0]) / abs(radius))
+    ends = np.arcsin((np.array(between) - centre[0]) / abs(radius))
     angles = np.linspace(ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1))
     return centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)
 

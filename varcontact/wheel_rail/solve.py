@@ -191,11 +191,12 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
     if start is not None:
         last, known = start.solution, start.operators
         before, frames = [each.solution for each in last.patches], [each.frame for each in last.patches]
-        both = (
+        normal, borne = (
             _vertical(frames, [each.force for each in last.patches], all_of_it)
             for all_of_it in (False, case.with_friction)
         )
-        search.begin(last.z - last.case.touching + start.deeper, *both)
+        z = case.touching + (last.z - last.case.touching + start.deeper)
+        search = BearingHeight(case, tol, z, (normal, borne))
     placed, there = math.inf, tuple[ContactPatch, ...]()
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
@@ -334,19 +335,17 @@ def _near(
             continue
         scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
         solutions = [solve(scene, **methods) for scene in scenes]
-        known = _load_error(case, patches[0], solutions[0]) if case.z is None and len(patches) == 1 else None
-        errors = force_errors if known is None else [known]
+        alone = case.z is None and len(patches) == 1
+        errors = [_load_error(case, patches[0], solutions[0])] if alone else force_errors
         solved = tuple(map(PatchSolution, patches, solutions, errors))
         search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
     return search.z, search.rounds, solved
 
 
-def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float | None:
+def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float:
     """Relative error of the normal force of a single patch, which the load and the tangential force determine."""
     estimate = solution.error_estimate
-    if estimate is None:
-        return None
-    if not case.with_friction or "Fy" not in estimate.errors:
+    if estimate is None or not case.with_friction or "Fy" not in estimate.errors:
         return 0.0
     # tangential forces grow with the normal force: it changes until all of the load is borne again
     lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]

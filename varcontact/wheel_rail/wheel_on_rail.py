@@ -38,6 +38,7 @@ STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 MIDDLE, ROLLING = Position(), Velocity()
 VARIES = "friction: it varies over a patch, and grids are not chosen for an accuracy then; give dx and dy"
+PARTS = {"track": Track, "wheelset": WheelSet, "position": Position, "velocity": Velocity, "bodies": Bodies}
 ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
 
@@ -162,8 +163,7 @@ class WheelOnRail(OnTrack):
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        parts = (("track", Track), ("wheelset", WheelSet), ("position", Position), ("velocity", Velocity))
-        for name, kind in (*parts, ("bodies", Bodies)):
+        for name, kind in PARTS.items():
             check_kind(name, getattr(self, name), kind)
         if self.bodies.combined_G > STIFFEST:
             G = self.bodies.combined_G
