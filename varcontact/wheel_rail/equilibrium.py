@@ -112,7 +112,7 @@ class _Balance:
             rest += list((case.track.stiffness * moved - each.force[1:]) / self.load)
         return np.array(rest)
 
-    def errors(self, left: WheelRailSolution, right: WheelRailSolution, inverse: np.ndarray) -> dict[str, float]:
+    def errors(self, left: WheelForces, right: WheelForces, inverse: np.ndarray) -> dict[str, float]:
         """Of the unknowns, from the errors of the forces of each patch."""
         felt = np.zeros(len(self.names))
         for wheel in (left, right):
@@ -229,11 +229,8 @@ def _solution(
             )
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = np.abs(balance.imbalance(wheels))
-    errors = dict.fromkeys(balance.names, float("nan"))
-    left, right = wheels
-    if inverse is not None and isinstance(left, WheelRailSolution) and isinstance(right, WheelRailSolution):
-        errors = balance.errors(left, right, inverse)
-    return WheelSetSolution(case, left, right, float(missed.max(initial=0.0)), solved, errors)
+    errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
+    return WheelSetSolution(case, *wheels, float(missed.max(initial=0.0)), solved, errors)
 
 
 def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarray]:

@@ -209,14 +209,11 @@ class WheelOnRail(OnTrack):
         return self.wheelset.surface(self.side, self.position.pitch)
 
     def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
-        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
-        if isinstance(self.rail, Curve) or isinstance(self.wheel, Curve):
-            on_rail = self.track.on_rail(location[1:], self.side)
-            rail, wheel = self.track.profile.running, self.wheelset.profile.running
-            return {"rail": (rail, float(on_rail[0])), "wheel": (wheel, float(on_wheel[0]))}
+        """Of rail and wheel, (y, z) and (y, radius) as placed, at a `location`; and its y on each."""
         theta = float(np.arcsin(location[0] / self.wheelset.radius))
+        rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
+        wheel = self.wheel if isinstance(self.wheel, Curve) else self.wheel.section(theta)
         axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
-        rail, wheel = self.rail.section(*location[:2].tolist()), self.wheel.section(theta)
         return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
 
     @cached_property
@@ -287,11 +284,8 @@ class WheelOnRail(OnTrack):
                 grid=grid if with_grid else "auto",
                 units=MM_N,
             )
-            if self._constant:
-                rolling_radius = self.wheelset.radius + float(self.wheelset.profile.z_at(float(on_wheel[0])))
-            else:
-                section, y = self.sections(frame.origin, on_wheel)["wheel"]
-                rolling_radius = float(section.points(section.at(np.array([y])))[0, 1])
+            section, y = self.sections(frame.origin, on_wheel)["wheel"]
+            rolling_radius = float(section.points(section.at(np.array([y])))[0, 1])
             patch = ContactPatch(
                 location=frame.origin,
                 angle=tangent.angle,

@@ -158,9 +158,8 @@ class WheelSetSolution:
         lines += [f"forces on the rails: {forces_in_words('Fx Fy Fz', self.force, self.error)}"]
         for side in SIGN:
             wheel = getattr(self, side)
-            ratios = f"{side}: Y/Q = {self.y_over_q(side):.4g}"
             lines += wheel.report().splitlines() if isinstance(wheel, WheelRailSolution) else [repr(wheel)]
-            lines.append(ratios)
+            lines.append(f"{side}: Y/Q = {self.y_over_q(side):.4g}")
         return "\n".join(lines)
 
     def plot(self) -> Figure:
