@@ -267,7 +267,6 @@ def _draw_arrows(
 
 def _frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
     """Labels, limits, and axes to one scale, or a word where they are not."""
-    style.readable_ticks(ax)
     equal = to_scale(box)
     ax.set_aspect("equal" if equal else "auto")
     ax.set_xlabel(_x_label(sol, lengths) + ("" if equal else "\n(x and y not to one scale)"))
@@ -303,7 +302,6 @@ def _draw_components(ax: Axes, x: np.ndarray, values: np.ndarray, line: bool) ->
 
 
 def _section_frame(ax: Axes, sol: Solution, lengths: Measure, box: Box) -> None:
-    style.readable_ticks(ax)
     ax.set_xlim(*lengths(box[:2]))
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_xlabel(_x_label(sol, lengths))

@@ -41,7 +41,6 @@ def plot_response(
         size.set(ylabel=measured.label("size"), title=name)
         phase.set(xlabel=waves.label("wave number $k$"), ylabel="phase [degrees]")
         plane.set(xlabel=measured.label("real part"), ylabel=measured.label("imaginary part"))
-        style.readable_ticks(plane)
     return figure
 
 

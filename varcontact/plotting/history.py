@@ -24,7 +24,6 @@ from varcontact.results.history import History
 from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import need
 
-FRAMES_PER_SECOND = 10.0
 KINDS = (".gif", ".mp4")
 FEW = 40
 """Steps of a history below which each has a marker."""
@@ -60,7 +59,6 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
         axes[-1].set(xlim=edges[[0, -1]], ylim=across[[0, -1]], xlabel=label)
         axes[-1].set_ylabel(lengths.label("x" if history.scene.line else "x, middle row"))
         for ax in axes:
-            style.readable_ticks(ax)
             ax.legend(**style.BESIDE)
     return figure
 
@@ -97,7 +95,7 @@ def _draw_forces(ax: Axes, history: History, places: np.ndarray) -> None:
 def animate(
     history: History,
     path: str | Path,
-    fps: float = FRAMES_PER_SECOND,
+    fps: float = 10.0,
     field: str = "path",
     overwrite: bool = False,
 ) -> None:
@@ -138,7 +136,6 @@ def _frames(history: History) -> Iterator[Image.Image]:
         figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
         canvas: Any = figure.canvas
         _draw_forces(below, history, places)
-        style.readable_ticks(below)
         below.set_xlabel(label)
         below.legend(**style.BESIDE)
         mark = below.axvline(places[0], color="k", linewidth=0.8)

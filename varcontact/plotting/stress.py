@@ -95,7 +95,6 @@ def plot_stress(
         labels = [lengths.label(("x", "y", "z, up into body 1")[i]) for i in axes]
         title = name + (f" at {words} = {lengths.text(at)}" if words else "")
         drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
-        style.readable_ticks(drawn)
         style.legend_below(drawn, columns=1)
         style.figure_of(drawn).draw_without_rendering()
     return style.figure_of(drawn)

@@ -113,7 +113,6 @@ def plot_curve(
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
         ax.axhline(0.0, color="k", linewidth=0.5)
         ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
-        style.readable_ticks(ax)
         style.legend_below(ax, columns=2)
         style.figure_of(ax).draw_without_rendering()
     return style.figure_of(ax)

@@ -15,7 +15,6 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
@@ -144,21 +143,7 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
 
 def colour_bar(ax: Axes, image: Any, label: str) -> None:
     """A colour bar to the right of axes, as high as they are."""
-    figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label, format=readable_numbers())
-
-
-def readable_numbers() -> ScalarFormatter:
-    """Labels of a few digits, with a power of ten beside the axis where there would be more."""
-    formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((-2, 4))
-    return formatter
-
-
-def readable_ticks(ax: Axes) -> None:
-    """Round and few ticks along x, and short numbers along both axes."""
-    ax.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10]))
-    ax.xaxis.set_major_formatter(readable_numbers())
-    ax.yaxis.set_major_formatter(readable_numbers())
+    figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
 
 
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:

@@ -128,16 +128,15 @@ def corrugation_growth(
             work = (swing[:2] * shift + traction * slip).sum(axis=0).reshape(grid.shape)
             wear[i, j] = -of_row * (work @ np.exp(-1j * k[i] * grid.x))
             loads[i, j] = resultants["Fz"] @ amplitudes
-    several = moves and np.ndim(speed) > 0
-    dims, shape = (("wavelength", "speed"), receptance.shape) if several else (("wavelength",), k.shape)
-    by_rows = wear.reshape(*shape, grid.rows)
-    whole = by_rows.sum(axis=-1) / smooth.sum()
-    fields = {"growth": -whole.real, "shift": whole.imag, "load_swing": loads.reshape(shape)}
-    coordinates = {"wavelength": lengths, "y": grid.y} | ({"speed": np.asarray(speed, dtype=float)} if several else {})
-    dataset = xr.Dataset({name: (dims, values) for name, values in fields.items()}, coordinates)
+    whole, dims = wear.sum(axis=-1) / smooth.sum(), ("wavelength", "speed")
+    fields: dict[str, Any] = {"growth": (dims, -whole.real), "shift": (dims, whole.imag), "load_swing": (dims, loads)}
+    fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
+    dataset = xr.Dataset(fields, {"wavelength": lengths, "y": grid.y, "speed": np.atleast_1d(speed)})
+    if np.ndim(speed) == 0:
+        dataset = dataset.isel(speed=0, drop=True)
     if sol.scene.units is not None:
         dataset.attrs["length"] = sol.scene.units.length
-    return dataset.assign(wear=((*dims, "y"), by_rows), smooth=("y", smooth))
+    return dataset
 
 
 def _mean_shift(problem: Linearised, k: float, fields: np.ndarray) -> np.ndarray:
