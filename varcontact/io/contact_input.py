@@ -6,7 +6,7 @@ appendix A). Lengths are in mm, forces in N.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -28,7 +28,11 @@ from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N
 
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
-LAWS: dict[int, type[Any]] = {2: LinearFalling, 3: RationalFalling, 4: ExponentialFalling}
+LAWS: dict[int, tuple[str, type[Any]]] = {
+    2: ("FLIN", LinearFalling),
+    3: ("FRAT", RationalFalling),
+    4: ("FEXP", ExponentialFalling),
+}
 
 Case = dict[str, Any]
 """What a case has, and the next may keep: "group", "digits", "kinematics", "friction", "rolling" (direction, dq and
@@ -106,23 +110,10 @@ slip_difference='first-order', speed=None)
 
 @dataclass(frozen=True)
 class Friction:
-    """A coefficient, or a law that still lacks the rolling velocity."""
+    """FSTAT, and the coefficient or the law at a rolling velocity, as `Scene` takes it."""
 
-    law: int
-    values: tuple[float, ...]
-
-    @property
-    def static(self) -> float:
-        """FSTAT."""
-        return self.values[0] if self.law == 0 else self.values[0] + self.values[1]
-
-    def at(self, velocity: float) -> float | Law:
-        """As `Scene` takes it."""
-        if self.law == 0:
-            return self.values[0]
-        kinetic, first, half, distance, least = self.values
-        memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
-        return LAWS[self.law](kinetic + first, kinetic, half, velocity, **memory)
+    static: float
+    at: Callable[[float], float | Law]
 
 
 def _case(lines: words.Lines, before: Case) -> Case:
@@ -175,14 +166,15 @@ def read_friction(lines: words.Lines, law: int) -> Friction:
         static, kinetic = group.numbers()
         if static != kinetic:
             group.refuse("FKIN", kinetic, f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)")
-        return Friction(law, (static,))
-    kind = {2: "FLIN", 3: "FRAT", 4: "FEXP"}[law]
-    group = lines.group("FKIN", f"{kind}1", "SABSH1", f"{kind}2", "SABSH2")
-    values = group.numbers()
-    if values[3] != 0:
-        group.refuse(f"{kind}2", values[3], "is not supported: a law here has one term; supported: 0")
-    memory = lines.group("MEMDST", "MEM_S0")
-    return Friction(law, (*values[:3], *memory.numbers()))
+        return Friction(static, lambda velocity: static)
+    name, kind = LAWS[law]
+    group = lines.group("FKIN", f"{name}1", "SABSH1", f"{name}2", "SABSH2")
+    kinetic, first, half, second, _ = group.numbers()
+    if second != 0:
+        group.refuse(f"{name}2", second, "is not supported: a law here has one term; supported: 0")
+    distance, least = lines.group("MEMDST", "MEM_S0").numbers()
+    memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
+    return Friction(kinetic + first, lambda velocity: kind(kinetic + first, kinetic, half, velocity, **memory))
 
 
 def _rolling(lines: words.Lines) -> tuple[int, float, float]:

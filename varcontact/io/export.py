@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.io.html_page import HEAD, html_page
+from varcontact.io.quantities import FIELDS, NUMBERS
 from varcontact.results.solution import Solution
 from varcontact.scene.units import IN_WORDS
 
@@ -21,34 +22,14 @@ FORMAT = "varcontact elements 1"
 MAT_HEAD, TEXT_OF_MAT = f"MATLAB 5.0 MAT-file, {FORMAT}".encode(), 116
 """Text at the beginning of MATLAB's files, and how many bytes it has."""
 
-QUANTITIES = {
-    "x": "length",
-    "y": "length",
-    "pressure": "pressure",
-    "traction_x": "pressure",
-    "traction_y": "pressure",
-    "traction_bound": "pressure",
-    "slip_x": "slip",
-    "slip_y": "slip",
-    "distance": "length",
-    "state": "1",
-    "power_density": "power density",
-}
+COLUMNS = (
+    "pressure", "traction_x", "traction_y", "traction_bound", "slip_x", "slip_y", "distance", "state", "power_density"
+)  # fmt: skip
+QUANTITIES = {"x": "length", "y": "length"}
+QUANTITIES |= {name: FIELDS[name.removesuffix("_x").removesuffix("_y")][1] for name in COLUMNS}
 """Columns of the table, and what each is measured in."""
-
-LOADS = {
-    "normal_force": "force",
-    "Fx": "force",
-    "Fy": "force",
-    "Mz": "moment",
-    "approach": "length",
-    "vx": "creepage",
-    "vy": "creepage",
-    "spin": "spin creepage",
-    "max_pressure": "pressure",
-    "power": "work",
-    "friction_work": "work",
-}
+SINGLE = ("normal_force", "Fx", "Fy", "Mz", "approach", "vx", "vy", "spin", "max_pressure", "friction_work")
+LOADS = {"power": "work"} | {name: NUMBERS[name][0] for name in SINGLE}
 """Single numbers of a solution, as its properties are named."""
 
 

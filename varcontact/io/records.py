@@ -26,8 +26,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO, cast
 import numpy as np
 
 from varcontact.errors import OutputError
+from varcontact.io.quantities import COUNTS, ERRORS, FIELDS, NUMBERS
 from varcontact.io.scene_toml import scene_to
-from varcontact.io.solution import FIELDS, solution_to_bytes, variables_of
+from varcontact.io.solution import solution_to_bytes, variables_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
@@ -54,36 +55,6 @@ SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by di
 # Scenes of a sweep
 OUTCOMES = ("solved", "approximate", "not converged", "refused", "unavailable", "failed")
 LONGEST_OUTCOME, LONGEST_REASON = 16, 240
-NUMBERS = {
-    "normal_force": ("force", "total compressive force"),
-    "approach": ("length", "approach of the bodies"),
-    "Fx": ("force", "longitudinal force on body 1"),
-    "Fy": ("force", "lateral force on body 1"),
-    "Mz": ("moment", "twisting moment on body 1"),
-    "vx": ("creepage", "longitudinal creepage (of a shift: ux)"),
-    "vy": ("creepage", "lateral creepage (of a shift: uy)"),
-    "spin": ("spin creepage", "spin creepage (of a shift: rotation)"),
-    "contact_area": ("area", "area of contact"),
-    "stick_area": ("area", "area of stick"),
-    "slip_area": ("area", "area of slip"),
-    "max_pressure": ("pressure", "largest pressure"),
-    "friction_work": ("work", "work lost by friction: by distance rolled, of a shift in all"),
-    "gap": ("moment", "duality gap"),
-    "relative_gap": ("1", "relative duality gap"),
-    "residual": ("1", "residual by the largest traction"),
-    "Fx_bound": ("force", "bound on the error of Fx on this grid"),
-    "Fy_bound": ("force", "bound on the error of Fy on this grid"),
-    "Mz_bound": ("moment", "bound on the error of Mz on this grid"),
-}
-"""By name the quantity, and what it is."""
-COUNTS = {
-    "contact": ("1", "elements in contact"),
-    "stick": ("1", "elements that stick"),
-    "slip": ("1", "elements that slip"),
-    "iterations": ("1", "iterations"),
-}
-ERRORS = {f"{name}_error": (NUMBERS[name][0], f"error bar of {name}") for name in ("Fx", "Fy", "Mz", "vx", "vy")}
-"""Error bars, of sweeps to an accuracy or within a time."""
 
 
 def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool) -> bytes:

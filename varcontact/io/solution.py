@@ -19,6 +19,7 @@ from varcontact.discrete.state import means
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
+from varcontact.io.quantities import FIELDS, OPTIONAL
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
@@ -40,33 +41,6 @@ if TYPE_CHECKING:
 FORMAT = "varcontact solution 1"
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
-ELEMENTS, PARTS = ("y", "x"), ("y_parts", "x_parts")
-FIELDS = {
-    "pressure": (ELEMENTS, "pressure", "normal traction, compression positive"),
-    "traction": (("component", *ELEMENTS), "pressure", "tangential traction on body 1"),
-    "slip": (("component", *ELEMENTS), "slip", "relative slip of body 1 over body 2"),
-    "power_density": (ELEMENTS, "power density", "work lost by friction by area, by distance rolled"),
-    "distance": (ELEMENTS, "length", "deformed distance"),
-    "state": (ELEMENTS, "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
-    "traction_bound": (ELEMENTS, "pressure", "friction coefficient times pressure"),
-    "normal_force": ((), "force", "total compressive force"),
-    "force": (("component",), "force", "total tangential force on body 1"),
-    "moment": ((), "moment", "twisting moment on body 1 about the origin"),
-    "approach": ((), "length", "approach of the bodies"),
-    "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
-}
-AROUND = ("relaxation", "axis", "y_around", "x_around")
-OPTIONAL = {
-    "weakening": (ELEMENTS, "1", "part of static - kinetic friction that particles have lost by slip"),
-    "memory": (AROUND, "pressure", "tractions that viscoelastic bodies remember"),
-    "plastic": (("flow", *ELEMENTS), "1", "third body: plastic displacement [length], yield stress [pressure]"),
-    "traction_on_parts": (("component", *PARTS), "pressure", "tangential traction on body 1, on parts of elements"),
-    "slip_on_parts": (("component", *PARTS), "slip", "relative slip of the continuum, means over parts of elements"),
-    "slip_correction": (("component", *ELEMENTS), "slip", "added to the rigid slip of the elements"),
-    "bound_share": (ELEMENTS, "1", "what the traction bound of the elements was multiplied by"),
-    "pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements"),
-}
-"""Fields that some have: of histories under laws, of viscoelastic bodies, of a third body that yields; refinements."""
 REFINED = {
     "traction_on_parts": "traction",
     "slip_on_parts": "slip",
