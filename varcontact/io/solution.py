@@ -183,10 +183,10 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     with reading(path, "cannot be read as netCDF"), h5py.File(io.BytesIO(whole)) as file:
         if file.attrs.get("format") not in (FORMAT, FORMAT.encode()):
             raise OutputError("path", path, f"is not a {FORMAT!r} file")
+        stored = [file[name] for name in READ if name in file]
+        size = 2.0 * sum(field.size * field.dtype.itemsize for field in stored)
+        need("what the file declares", size, "it is damaged, or another program's")
         with reading(path):
-            stored = [file[name] for name in READ if name in file]
-            size = 2.0 * sum(field.size * field.dtype.itemsize for field in stored)
-            need("what the file declares", size, "it is damaged, or another program's")
             record = json.loads(file["record"][()])
             found = {field.name[1:]: field[()] for field in stored}
     with reading(path):
