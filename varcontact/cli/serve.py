@@ -10,9 +10,8 @@ import socketserver
 import sys
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
 from io import BufferedIOBase
-from typing import IO, TYPE_CHECKING, Annotated, Any
+from typing import IO, Annotated, Any
 
 import typer
 
@@ -20,22 +19,14 @@ import varcontact as vc
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError, shortened
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 MOST_BYTES, MOST_WHEELS = 2**24, 1000
 """Of a message."""
 KEYS = ("id", "scene", "wheels", "tol", "accuracy")
 _SOLVING = threading.Lock()
 
 
-@dataclass(frozen=True)
-class Before:
-    """The wheels of the message before, with their lattice and tractions, from which a message starts."""
-
-    wheels: tuple[str, ...]
-    lattice: Any
-    found: xr.Dataset
+Before = tuple[list[str], Any, Any]
+"""The wheels of the message before, with their lattice and their results, from which a message starts."""
 
 
 def serve(
@@ -154,13 +145,15 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     options |= {"failures": "keep"}
     lattices = {(scene.grid, type(scene.motion), scene.line) for scene in scenes.values()}
     start = None
-    if before is not None and lattices == {before.lattice} and set(scenes) <= set(before.wheels):
-        start = before.found.isel(scene=[before.wheels.index(wheel) for wheel in scenes])
+    if before is not None:
+        wheels, lattice, found = before
+        if lattices == {lattice} and set(scenes) <= set(wheels):
+            start = found.isel(scene=[wheels.index(wheel) for wheel in scenes])
     now = None
     try:
         found = vc.solve_many(scenes.values(), fields=True, start=start, **options)
         if found["ok"].all() and len(lattices) == 1:
-            now = Before(tuple(scenes), lattices.pop(), found)
+            now = list(scenes), lattices.pop(), found
     except SceneError as error:
         if error.field != "fields":  # of scenes that are on no common lattice
             raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -67,21 +66,23 @@ def sweep(
 
 
 def _written(swept: xr.Dataset, as_json: bool) -> str:
-    from varcontact.study.csv_table import cell_with_bar, columns_of_text, plain_rows
+    from varcontact.study import csv_table
 
     table = swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()
     if as_json:
-        return json.dumps(plain_rows(table), indent=2, allow_nan=False)
+        return csv_table.as_json(table)
     names = [*map(str, swept.dims), *PRINTED]
     words = ", ".join(f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items())
     lines = [
-        [cell_with_bar(row[name], row.get(f"{name}_error")) for name in names]
+        [csv_table.cell_with_bar(row[name], row.get(f"{name}_error")) for name in names]
         for row in table[:SHOWN].to_dict("records")
     ]
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
     reasons = [f"{count} because: {reason}" for reason, count in failed.items()]
-    return "\n".join([f"{len(table)} scenes: {words}", *columns_of_text([names, *lines], left=0), *more, *reasons])
+    return "\n".join(
+        [f"{len(table)} scenes: {words}", *csv_table.columns_of_text([names, *lines], left=0), *more, *reasons]
+    )
 
 
 def make_table(

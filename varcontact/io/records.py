@@ -17,11 +17,11 @@ import io
 import json
 import os
 import zlib
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -159,47 +159,42 @@ def tabulated(
     return xr.Dataset(columns, coordinates, settings).drop_vars("check")
 
 
-@dataclass(frozen=True, eq=False)
-class SweepFile:
-    """The file of a sweep, open for records to be put into it."""
+@contextmanager
+def sweep_file(
+    path: Path, records: np.ndarray, coordinates: xr.Coordinates, described: dict[str, Any]
+) -> Iterator[tuple[np.ndarray, Callable[[int, np.ndarray], None]]]:
+    """The file of the same sweep, or a new one, for nobody else meanwhile: its records, and a function to put some.
 
-    path: Path
-    records: np.ndarray  # what was there
-    places: dict[str, int]  # where the values of the first scene are [bytes]
-    _file: BinaryIO
+    These are put behind each other from a number on, and forced to the disk; what other readers go by comes last.
+    """
+    import h5py
 
-    @classmethod
-    @contextmanager
-    def opened(
-        cls, path: Path, records: np.ndarray, coordinates: xr.Coordinates, described: dict[str, Any]
-    ) -> Iterator[SweepFile]:
-        """The file at `path`, for nobody else meanwhile: that of the same sweep, or a new one with these records."""
-        import h5py
+    check_writable("store", path, (".nc",))
+    described = json.loads(json.dumps(described))
+    with only_writer("store", path):
+        if path.exists() and path.stat().st_size > 0:
+            records = _records_of_same_sweep(path, described)
+        else:
+            content = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
+            tabulated(records, coordinates, described, stored=True).to_netcdf(content, engine="h5netcdf")
+            with replacing("store", path) as new:
+                new.write(content.getvalue())
+        with h5py.File(path) as data:  # where the values of the first scene are [bytes]
+            places = {name: data[name].id.get_offset() for name in records.dtype.names or ()}
+        with path.open("r+b", buffering=0) as file:
 
-        check_writable("store", path, (".nc",))
-        described = json.loads(json.dumps(described))
-        with only_writer("store", path):
-            if path.exists() and path.stat().st_size > 0:
-                records = _records_of_same_sweep(path, described)
-            else:
-                content = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
-                tabulated(records, coordinates, described, stored=True).to_netcdf(content, engine="h5netcdf")
-                with replacing("store", path) as file:
-                    file.write(content.getvalue())
-            with h5py.File(path) as data:
-                places = {name: data[name].id.get_offset() for name in records.dtype.names or ()}
-            with path.open("r+b", buffering=0) as file:
-                yield cls(path, records, places, file)
+            def put(first: int, solved: np.ndarray) -> None:
+                with writing("store", path):
+                    if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
+                        raise OutputError(
+                            "store", path, "has been replaced by something else since this sweep opened it"
+                        )
+                    for name, place in places.items():
+                        file.seek(place + first * solved.dtype[name].itemsize)
+                        file.write(solved[name].tobytes())
+                    os.fsync(file.fileno())
 
-    def put(self, first: int, records: np.ndarray) -> None:
-        """Put some records behind each other, and force them to the disk; what other readers go by comes last."""
-        with writing("store", self.path):
-            if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
-                raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
-            for name, place in self.places.items():
-                self._file.seek(place + first * records.dtype[name].itemsize)
-                self._file.write(records[name].tobytes())
-            os.fsync(self._file.fileno())
+            yield records, put
 
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:

@@ -218,13 +218,10 @@ def scene_to(scene: Scene) -> dict[str, Any]:
     if isinstance(scene.motion, Transient) and scene.motion.control is not None:
         allowed = "left out: no file can hold it, and the scene of a solved history has its numbers"
         raise SceneError("motion.control", "a function", allowed)
-    table: dict[str, Any] = {}
-    for field in dataclasses.fields(scene):
-        value = getattr(scene, field.name)
-        if value is not None:
-            plain = dict(zip(("upper", "lower"), value, strict=True)) if field.name == "thermal" else value
-            table[field.name] = _plain(plain)
-    return table
+    entries = {field.name: getattr(scene, field.name) for field in dataclasses.fields(scene)}
+    if scene.thermal is not None:
+        entries["thermal"] = dict(zip(("upper", "lower"), scene.thermal, strict=True))
+    return {name: _plain(value) for name, value in entries.items() if value is not None}
 
 
 def _plain(value: Any) -> Any:

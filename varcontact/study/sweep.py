@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +19,12 @@ from varcontact import checks
 from varcontact.errors import Interrupted, VarcontactError, WorkersLost
 from varcontact.io.records import (
     LONGEST_REASON,
-    SweepFile,
     blank,
     checksums,
     finished,
     read_sweep_file,
     record_type,
+    sweep_file,
     tabulated,
 )
 from varcontact.io.scene_toml import scene_to
@@ -73,7 +74,7 @@ class Standing:
     Examples
     --------
     >>> print(Standing(120, 500, 2, 95.0))
-    120 of 500 scenes, 2 not solved, 1:35 left
+    120 of 500 scenes, 2 not solved, 0:01:35 left
     """
 
     done: int
@@ -86,9 +87,7 @@ class Standing:
         if self.failed:
             parts.append(f"{self.failed} not solved")
         if self.left is not None:
-            minutes, seconds = divmod(round(self.left), 60)
-            hours, minutes = divmod(minutes, 60)
-            parts.append(f"{hours}:{minutes:02}:{seconds:02} left" if hours else f"{minutes}:{seconds:02} left")
+            parts.append(f"{timedelta(seconds=round(self.left))} left")
         return ", ".join(parts)
 
 
@@ -193,10 +192,9 @@ def sweep(
         imported("xarray")  # now: after Ctrl-C it would be waited for
         coordinates, described = _described(varied, every, {**settings, "chunk": chunk})
         records = blank(len(every), record_type(settings, coordinates))
-        file = None
+        put = None
         if path is not None:
-            file = held.enter_context(SweepFile.opened(path, records, coordinates, described))
-            records = file.records
+            records, put = held.enter_context(sweep_file(path, records, coordinates, described))
         done = finished(records)
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
@@ -206,8 +204,8 @@ def sweep(
         try:
             report(_standing(records, before, 0.0))
             for first, solved in results(_solved, tasks, pool):
-                if file is not None:
-                    file.put(first, solved)
+                if put is not None:
+                    put(first, solved)
                 records[first : first + len(solved)] = solved
                 report(_standing(records, before, time.monotonic() - started))
         except (KeyboardInterrupt, WorkersLost) as stopped:
