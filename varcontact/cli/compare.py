@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ import typer
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import counts_of, names_of
-from varcontact.cli.terminal import check_outputs, study
+from varcontact.cli.terminal import check_outputs, draw, study
 from varcontact.errors import SceneError
 
 
@@ -46,17 +47,10 @@ def compare(
             allowed = "the same for all scene files; give it with --accuracy or --time-budget"
             raise SceneError("accuracy", sorted(wanted, key=str), allowed)
         ((accuracy, time_budget),) = wanted
-    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget, "tol": tol}
-    options |= {"store": out, "workers": workers}
-    study(
-        lambda progress: vc.compare(described, chosen, progress=progress, **options),
-        table_as_json if as_json else summary,
-        out,
-        "--out FILE.csv",
-        "scenes",
-        vc.plot_comparison,
-        plot,
-    )
+    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
+    work = partial(vc.compare, described, chosen, tol=tol, store=out, workers=workers, **options)
+    written = table_as_json if as_json else summary
+    draw(plot, vc.plot_comparison, study(work, written, out, "--out FILE.csv", "scenes"))
 
 
 def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
@@ -83,16 +77,9 @@ def converge(
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     check_outputs(store, plot, [scene], force, name_of_out="--store")
     described, _ = vc.read_scene(scene)
-    options: dict[str, Any] = {"offsets": offsets, "tol": tol, "store": store}
-    study(
-        lambda progress: vc.converge(described, counts_of(cells), names_of(method), progress=progress, **options),
-        vc.Convergence.to_json if as_json else vc.Convergence.report,
-        store,
-        "--store FILE.csv",
-        "solves",
-        vc.Convergence.plot,
-        plot,
-    )
+    work = partial(vc.converge, described, counts_of(cells), names_of(method), offsets=offsets, tol=tol, store=store)
+    written = vc.Convergence.to_json if as_json else vc.Convergence.report
+    draw(plot, vc.Convergence.plot, study(work, written, store, "--store FILE.csv", "solves"))
 
 
 METHODS = "Tangential methods and theories, separated by commas; auto and accuracy are possible."
@@ -119,12 +106,6 @@ def tradeoff(
         checks.choice("class", kind, dict.fromkeys(each.kind for each in bank.values()))
         bank = {name: each for name, each in bank.items() if each.kind == kind}
     chosen = None if methods is None else names_of(methods)
-    study(
-        lambda progress: vc.tradeoff(bank, chosen, cells=counts_of(cells), store=out, progress=progress),
-        vc.Tradeoff.to_json if as_json else vc.Tradeoff.report,
-        out,
-        "--out FILE.csv",
-        "scenes",
-        vc.Tradeoff.plot,
-        plot,
-    )
+    work = partial(vc.tradeoff, bank, chosen, cells=counts_of(cells), store=out)
+    written = vc.Tradeoff.to_json if as_json else vc.Tradeoff.report
+    draw(plot, vc.Tradeoff.plot, study(work, written, out, "--out FILE.csv", "scenes"))

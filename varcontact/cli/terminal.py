@@ -41,26 +41,16 @@ def progress_line() -> Iterator[Callable[[object], None]]:
             yield lambda stage: status.update(str(stage))
 
 
-def study(
-    work: Callable[[Any], Any],
-    written: Callable[[Any], str],
-    store: Path | None,
-    option: str,
-    what: str,
-    picture: Callable[[Any], Any] | None = None,
-    plot: Path | None = None,
-) -> Any:
-    """Run a study with its progress, print its result and draw it; after Ctrl-C what is finished, and how to resume."""
+def study(work: Callable[..., Any], written: Callable[[Any], str], store: Path | None, option: str, what: str) -> Any:
+    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how to resume."""
     try:
         with progress_line() as progress:
-            result = work(progress)
+            result = work(progress=progress)
     except Interrupted as stopped:
         if len(getattr(stopped.partial, "runs", stopped.partial)):
             show(written(stopped.partial))
         stop(stopped, store, option, what)
     show(written(result))
-    if picture is not None:
-        draw(plot, picture, result)
     return result
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,13 +54,8 @@ def wheelrail(
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
-    table = study(
-        lambda progress: solve_cases(read, out, progress, found.append, workers=workers),
-        table_as_json if as_json else _report,
-        out,
-        "--out FILE.csv",
-        "wheels",
-    )
+    work = partial(solve_cases, read, out, solved=found.append, workers=workers)
+    table = study(work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels")
     if len(read.cases) > 1:
         draw(plot, plot_positions, table)
     elif plot is not None or plot_wear is not None:
