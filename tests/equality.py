@@ -37,20 +37,8 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 Record = dict[str, Any]
 Cases = Iterator[tuple[str, Callable[[], Any]]]
 FIELDS = (
-    "pressure",
-    "traction",
-    "slip",
-    "power_density",
-    "distance",
-    "state",
-    "approach",
-    "creepage",
-    "converged",
-    "iterations",
-    "solved_by",
-    "branch",
-    "pressure_on_parts",
-    "weakening",
+    *("pressure", "traction", "slip", "power_density", "distance", "state", "approach", "creepage", "converged"),
+    *("iterations", "solved_by", "branch", "pressure_on_parts", "weakening"),
 )
 QUANTITIES = ("normal_force", "force", "moment", "power", "elements", "fully_sliding")
 PLAN = ("normal", "tangential", "coupling", "formulation", "dimension", "bodies", "surface", "motion", "fallback")

@@ -1,5 +1,7 @@
 """The command ``varcontact table make``."""
 
+import pytest
+
 from tests.command import run
 from varcontact.theories import TableBook, table_forces
 
@@ -15,17 +17,17 @@ def test_a_book_for_other_bodies(tmp_path):
     assert table_forces(1.0, 1.0, 1.0, 1.0, (1.0, 0.0, 0.0), nu=0.4, book=book).force[0] < -0.5
 
 
-def test_bad_input(tmp_path):
-    done = run("table", "make", "--nu", "0.7", "--out", "book.nc", *SIZE, folder=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "varcontact: bodies.nu = 0.7 is not allowed: must be a Poisson's ratio in (-1, 0.5]\n"
-    done = run("table", "make", "--nu", "0.4", "--out", "book.csv", *SIZE, folder=tmp_path)
-    assert "--out" in done.stderr and "the name must end in .nc" in done.stderr
-
-
-def test_a_file_that_is_no_book_stays(tmp_path):
+@pytest.mark.parametrize(
+    ("nu", "name", "words"),
+    [
+        ("0.7", "other.nc", "bodies.nu = 0.7 is not allowed: must be a Poisson's ratio in (-1, 0.5]"),
+        ("0.4", "book.csv", "the name must end in .nc"),
+        ("0.4", "book.nc", "exists already and is no table book of varcontact's; name another file, or add --force"),
+    ],
+)
+def test_bad_input(tmp_path, nu, name, words):
     (tmp_path / "book.nc").write_text("words")
-    done = run("table", "make", "--nu", "0.4", "--out", "book.nc", *SIZE, folder=tmp_path)
-    assert done.returncode == 2
-    assert "exists already and is no table book of varcontact's; name another file, or add --force" in done.stderr
+    done = run("table", "make", "--nu", nu, "--out", name, *SIZE, folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
     assert (tmp_path / "book.nc").read_text() == "words"

@@ -239,7 +239,7 @@ def test_bad_heights_are_refused(field, given):
 
 def test_passages_wear_a_corrugation_away_as_linear_theory_says():
     """Each takes work times a factor off the rail; its amplitude then falls by growth times the mean depth."""
-    cells, length = 40, 4.0
+    cells, length = 30, 4.0
     rail, scene = waves(length, 0.2, cells), roller(cells, steps=1)
     growth = vc.corrugation_growth(vc.solve(replace(scene, motion=vc.Steady(Fx=scene.motion.Fx))), length)
     lead, period = 3 * scene.grid.nx, rail.x.size

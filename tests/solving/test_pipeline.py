@@ -17,7 +17,7 @@ from varcontact.solving.coupling import FixedPoint, Limits
 from varcontact.solving.pipeline import march, solve_tangential
 from varcontact.solving.selection import select
 
-CELLS = vc.Grid(nx=8, ny=8)
+GRID = vc.Grid(nx=8, ny=8)
 
 
 def problem_of(scene):
@@ -55,7 +55,7 @@ def solved(scene, tol=1e-8, polish=True, **methods):
 def test_the_program_where_active_sets_fail(rolling, replaced, motion):
     """From nothing that active sets brought, the fallback has the answer; all who were asked are counted."""
     replaced(tang_safeguarded=gives_up)
-    problem, raw, calls = solved(rolling(motion=motion, grid=CELLS))
+    problem, raw, calls = solved(rolling(motion=motion, grid=GRID))
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
     assert raw.solver == "tang-safeguarded"
     assert raw.reason == "tang-safeguarded missed the tolerance, clarabel was used"
@@ -64,7 +64,7 @@ def test_the_program_where_active_sets_fail(rolling, replaced, motion):
 
 
 def test_no_program_where_active_sets_succeed(rolling):
-    _, raw, calls = solved(rolling(grid=CELLS))
+    _, raw, calls = solved(rolling(grid=GRID))
     assert (raw.solver, raw.reason) == ("tang-safeguarded", "")
     assert list(calls) == ["tang-safeguarded"]
 
@@ -74,7 +74,7 @@ def test_no_fallback_where_the_gap_is_not_convex(rolling, replaced):
     replaced(tang_safeguarded=gives_up)
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
-    _, raw, calls = solved(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS))
+    _, raw, calls = solved(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=GRID))
     assert (raw.solver, raw.status) == ("tang-safeguarded", "MaxIterations")
     assert calls == {"tang-safeguarded": (1, 7)}
 
@@ -92,7 +92,7 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
 
     replaced(clarabel=far)
     monkeypatch.setattr(pipeline, "refine", little)
-    problem, raw, _ = solved(rolling(grid=CELLS), tol=1e-7, method="convex")
+    problem, raw, _ = solved(rolling(grid=GRID), tol=1e-7, method="convex")
     assert asked == [1e-6, 1e-8]
     assert raw.solver == "splitting"
     assert tangential_residual(problem, raw.traction, raw.rigid) <= 1e-9
@@ -101,7 +101,7 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
 def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
     """The better of both is kept, and says whose it is."""
     monkeypatch.setattr(pipeline, "refine", gives_up)
-    problem, raw, _ = solved(rolling(grid=CELLS), tol=1e-30, method="convex")
+    problem, raw, _ = solved(rolling(grid=GRID), tol=1e-30, method="convex")
     assert raw.solver == "clarabel"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6
 
@@ -170,7 +170,6 @@ def test_solvers_that_fail_and_come_nearer_all_the_same():
 # ----------------------------------------------------------------------------- Marching
 
 
-GRID = vc.Grid(nx=8, ny=8)
 MOTIONS = [vc.Steady(vx=0.05, vy=-0.02, spin=0.03), vc.Steady(Fx=-0.15, vy=-0.02), vc.Steady(Fx=-0.1, Fy=0.1)]
 
 
@@ -191,7 +190,7 @@ def test_exact_steps_tend_to_the_gap_solution(rolling, check_kkt, inner, motion)
 
 @pytest.mark.parametrize("inner", ["clarabel", "scs"])
 def test_programs_tend_to_the_gap_solution(rolling, inner):
-    scene = rolling(motion=MOTIONS[0], grid=GRID)
+    scene = rolling(motion=MOTIONS[0], grid=vc.Grid(nx=6, ny=6))
     gap = vc.solve(scene, formulation="gap")
     try:
         sol = vc.solve(scene, tangential=inner, formulation="marching", polish=False, tol=1e-5)
@@ -205,10 +204,6 @@ def test_programs_tend_to_the_gap_solution(rolling, inner):
 
 def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
-    from varcontact.discrete.discretisation import discretise
-    from varcontact.discrete.state import hertz_pressure, unloaded
-    from varcontact.solvers.interface import Settings
-
     grid = GRID.spread((-1.2, 1.2, -0.9, 0.9))
     disc = discretise(rolling(), grid)
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure, marching=True)

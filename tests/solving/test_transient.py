@@ -88,7 +88,7 @@ def test_from_cattaneo_to_carter():
     """A cylinder shifted by 0.75 f Fz, then rolled under it (paper, 6.2.1): the two closed forms at either end."""
     contact = vc.reference.line_contact(100.0, LIKE, force=1.0)
     errors = []
-    for cells in (50, 100):
+    for cells in (40, 80):
         dq = 2 * contact.a / cells
         motion = vc.Transient(steps=1 + 2 * cells, dq=[0] + [dq] * (2 * cells), Fx=-0.225)
         history = vc.solve(cylinder(motion=motion, grid=vc.Grid(nx=cells)))
@@ -147,7 +147,7 @@ def test_the_order_in_time_is_one():
     """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes is about halved."""
     grid = vc.solve(ball(motion=None)).grid
     length = 3 * grid.sides[0]
-    counts = np.array([6, 12, 24, 48, 96])
+    counts = np.array([6, 12, 24, 48])
     tractions = [
         vc.solve(ball(grid=grid, motion=vc.Transient(steps=n, dq=length / n, vx=3e-3, vy=1e-3)))[-1].traction
         for n in counts
@@ -164,7 +164,7 @@ def mirrored(sol):
 
 def test_compression_tends_to_spence_with_order_one():
     """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those of the contact."""
-    bodies, counts = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), np.array([40, 80, 160])
+    bodies, counts = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), np.array([25, 50, 100])
     errors, half_an_element = np.zeros((2, counts.size)), np.zeros(counts.size)
     for (i, friction), (j, n) in itertools.product(enumerate((0.25, 0.3)), enumerate(counts)):
         a = vc.reference.line_contact(LINE.R, bodies, force=1.0).a
@@ -178,7 +178,7 @@ def test_compression_tends_to_spence_with_order_one():
     assert np.all(np.abs(errors) < half_an_element)
     sizes = np.sqrt(np.mean(errors**2, axis=0))
     assert -np.polyfit(np.log(counts), np.log(sizes), 1)[0] == pytest.approx(1.0, abs=0.15)
-    assert sizes[-1] < 0.003
+    assert sizes[-1] < 0.005
 
 
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
@@ -199,7 +199,7 @@ STEPS = st.lists(
 
 
 @hypothesis.given(STEPS, st.sampled_from([LIKE, UNLIKE]))
-@hypothesis.settings(max_examples=25)
+@hypothesis.settings(max_examples=15)
 def test_friction_never_gives_work(given, bodies):
     """Whatever happens, what a step ends with opposes what it slips."""
     vx, vy, spin, load, direction = zip(*given, strict=True)

@@ -162,11 +162,7 @@ def test_time_is_used(clock):
         ({}, {"accuracy": "fine"}, "accuracy = 'fine' is not allowed"),
         ({}, {"time_budget": -1.0}, "time_budget = -1.0 is not allowed: must be a positive"),
         ({}, {"accuracy": 0.01, "time_budget": 1.0}, "left out where accuracy is given"),
-        (
-            {"grid": vc.Grid(nx=8, ny=8)},
-            {"accuracy": 0.01},
-            "left out: it is chosen for the accuracy",
-        ),
+        ({"grid": vc.Grid(nx=8, ny=8)}, {"accuracy": 0.01}, "left out: it is chosen for the accuracy"),
         ({"friction": np.inf}, {"accuracy": 0.01}, "errors are measured by the friction limit"),
         ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "left out: the step is chosen for the accuracy"),
         ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),

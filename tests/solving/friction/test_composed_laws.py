@@ -80,9 +80,9 @@ def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
         vc.ExponentialFalling(0.3, 0.1, 30.0, 3e4),
         vc.TemperatureFalling(1.0, 0.5, over=300.0),
         vc.PressureFalling(1.0, 0.5, strength=300.0),
-        np.ones((11, 24)),
+        np.ones((5, 14)),
     ]
-    scene = mixed(vc.FrictionLaw(0.3, 0.0, factors))
+    scene = mixed(vc.FrictionLaw(0.3, 0.0, factors), grid=COARSE)
     scene.save(tmp_path / "law.toml")
     again = vc.read_scene(tmp_path / "law.toml")[0]
     assert again.friction.factors[:3] == scene.friction.factors[:3]
@@ -90,7 +90,7 @@ def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     assert vc.solve(again).Fx == sol.Fx
     sol.save(tmp_path / "law.nc")
     assert vc.load(tmp_path / "law.nc").Fx == sol.Fx and not vc.load(tmp_path / "law.nc").note
-    own = mixed(vc.FrictionLaw(0.3, 0.0, exponential, velocity=3e4))
+    own = mixed(vc.FrictionLaw(0.3, 0.0, exponential, velocity=3e4), grid=COARSE)
     with pytest.raises(vc.SceneError, match=r"factors = 'exponential'.*laws and numbers.*sol\.friction"):
         own.save(tmp_path / "own.toml")
     sol = vc.solve(own)

@@ -79,7 +79,7 @@ def test_a_history_may_end_in_another_steady_solution():
     assert used(again) == pytest.approx(used(lower), rel=1e-3)
 
 
-@pytest.mark.parametrize(("law", "part"), [(GENTLE[2], 0.4), *zip(GENTLE, (0.6, 1.0, 1.7), strict=True)])
+@pytest.mark.parametrize(("law", "part"), zip(GENTLE, (0.6, 1.0, 1.7), strict=True))
 def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, holds):
     dx = vc.solve(rolling(0.2, vc.Steady(), cells=8)).grid.sides[0]
     steady = vc.Steady(vx=5e-3, dq=part * dx)
