@@ -65,7 +65,6 @@ def caught_by(each: Break) -> str:
 
 
 def table(found: list[dict[str, str]]) -> str:
-    """The table of the page."""
     rows = [f"| {row['break']} | `{row['file']}` | {row['caught by'] or 'not caught'} |" for row in found]
     return "\n".join(["| break | file | first test that fails |", "|---|---|---|", *rows])
 

@@ -45,12 +45,10 @@ class Held:
 
     @property
     def pressure(self) -> np.ndarray:
-        """Shape (n,)."""
         return self.sol.pressure.ravel()
 
     @property
     def traction(self) -> np.ndarray:
-        """Shape (2, n)."""
         return self.sol.traction.reshape(2, -1)
 
     @cached_property

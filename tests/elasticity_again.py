@@ -108,7 +108,6 @@ class Ellipse:
 
     @property
     def peak(self) -> float:
-        """Largest pressure."""
         if np.isinf(self.b):
             return 2 * self.force / (np.pi * self.a)
         return 1.5 * self.force / (np.pi * self.a * self.b)

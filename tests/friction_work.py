@@ -111,7 +111,6 @@ def work(scene: vc.Scene) -> float:
 
 
 def reference(name: str) -> float:
-    """In the continuum."""
     if name == "cylinder":
         return 6e-5 * CARTER.creepage
     if name in ("two patches", "profiles", "unlike bodies", "history"):

@@ -25,7 +25,6 @@ grid = {nx = 6, ny = 6}
 
 
 def extension(name):
-    """A module of the site."""
     spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / "_extensions" / f"{name}.py")
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

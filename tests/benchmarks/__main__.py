@@ -19,7 +19,6 @@ GROUPS = ("accuracy", "speed", "front", "fit", "interop")
 
 
 def main() -> None:
-    """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("group", nargs="?", choices=(*GROUPS, "tables"))
     parser.add_argument("names", nargs="*", metavar="TABLE")

@@ -46,7 +46,6 @@ def steady(cells: int) -> list[vc.Scene]:
 
 
 def shifts(cells: int) -> list[vc.Scene]:
-    """Three shapes."""
     return [with_friction(cells, shape, vc.Shift(ux=0.1, uy=0.05)) for shape in SHAPES]
 
 

@@ -27,7 +27,6 @@ class Table:
 
     @property
     def markdown(self) -> str:
-        """As a page has it."""
         rows = [self.head, ["---"] * len(self.head)]
         rows += [[shown(value, form) for value, form in zip(row, self.formats, strict=True)] for row in self.rows]
         return "\n".join("| " + " | ".join(row) + " |" for row in rows)
@@ -72,7 +71,6 @@ def kept(group: str, name: str) -> Table:
 
 
 def pages() -> list[Path]:
-    """The pages with tables."""
     return [page for page in sorted(DOCS.rglob("*.md")) if "<!-- table " in page.read_text()]
 
 

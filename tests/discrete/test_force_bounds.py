@@ -30,7 +30,6 @@ def waves(n=16, **changes):
 
 
 def off(sol, exact):
-    """Errors of Fx, Fy, Mz."""
     return np.abs([*(sol.force - exact.force), sol.moment - exact.moment])
 
 

@@ -61,7 +61,6 @@ def calls() -> dict:
 
 
 def _parts() -> dict:
-    """What makes a scene."""
     falling = {"static": 0.3, "kinetic": 0.2, "half_velocity": 1e-3, "velocity": 2.0}
     parts = [
         scene(),
@@ -125,7 +124,6 @@ def _studies() -> dict:
 
 
 def _references() -> dict:
-    """Closed forms."""
     bodies = vc.Bodies(1.0, 0.3)
     unlike = vc.Bodies((1.0, np.inf), 0.3)
     line = reference.line_contact(1.0, bodies, force=1e-3)

@@ -95,7 +95,6 @@ def options(rng: Random, chosen: vc.Scene) -> dict:
 
 
 def _methods(rng: Random, chosen: vc.Scene) -> dict:
-    """One road, or methods one by one."""
     if rng.random() < 0.4:
         return {"method": str(rng.choice(["convex", "active-set", "kalker"]))}
     drawn = {}

@@ -121,7 +121,6 @@ def but(name: str, **changes) -> Callable[[], vc.Scene]:
 
 
 def extremes() -> list[Extreme]:
-    """All scenes at the extremes."""
     groups = (units, friction, materials, shapes, creepages, spins, forces, contacts, touches, steps)
     return [each for group in groups for each in group()]
 

@@ -75,7 +75,6 @@ def text(rng: Random, folder: Path) -> Damage:
 
 
 def _written(folder: Path, table: dict) -> Path:
-    """A scene file."""
     path = folder / "scene.toml"
     lines = [f"{json.dumps(key)} = {_toml(value)}\n" for key, value in table.items()]
     path.write_text("".join(lines), "utf-8", "replace")
@@ -126,7 +125,6 @@ def _change(rng: Random, table: dict) -> str:
 
 
 def _toml(value) -> str:
-    """A value in TOML."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

@@ -119,7 +119,6 @@ def test_the_judge_of_certificates_notices():
 
 @pytest.fixture(scope="module")
 def sol():
-    """A small one."""
     return vc.solve(make_scene(vc.Paraboloids(10.0, 8.0), 0.02, vc.Steady(vx=0.04), vc.Grid(nx=5, ny=5)))
 
 

@@ -49,7 +49,6 @@ def altered(sol, path, **changes):
 
 
 def put(index, value):
-    """A change of one entry."""
 
     def change(values):
         values[index] = value

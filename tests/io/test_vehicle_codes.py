@@ -64,7 +64,6 @@ def contacts(count, seed=1):
 
 
 def python(contact, book=None):
-    """By Python: Fx, Fy, Mz."""
     a, b, G, nu, Fz, f, *creepages = contact
     found = table_forces(a, b, G, f * Fz, creepages, nu=nu, book=book, outside="clamp")
     return np.array([*found.force, float(found.moment)])
@@ -195,7 +194,6 @@ SMALL = {"least": 0.8, "greatest": 1.25, "ratios": 2, "steps": 2, "degree": 3}
 
 @pytest.fixture(scope="module")
 def book():
-    """A small one."""
     return make_table_book(0.4, **SMALL)
 
 

@@ -39,7 +39,6 @@ def cylinder(motion, cells=12, **changes):
 
 
 def same(one, other):
-    """Bit for bit."""
     assert len(one) == len(other)
     for first, second in zip(one, other, strict=True):
         for name in FIELDS:

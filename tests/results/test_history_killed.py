@@ -43,7 +43,6 @@ except vc.OutputError as error:
 
 @pytest.fixture(scope="module")
 def history():
-    """Not interrupted."""
     names = {}
     exec(SCENE, names)
     return vc.solve(names["scene"])

@@ -173,7 +173,6 @@ def test_the_balance_of_a_step(bodies, part, direction):
 @pytest.mark.parametrize("line", [False, True])
 @pytest.mark.parametrize("bodies", BODIES)
 def test_a_history_in_the_steady_state_loses_as_much(bodies, line):
-    """Which is `power` there."""
     motion = {"vx": 2e-3} if line else {"vx": 0.02, "vy": 0.01, "spin": 0.05}
     scene = rolled(bodies, line=line)
     steady = vc.solve(replace(scene, motion=vc.Steady(**motion)), tol=1e-10)

@@ -24,7 +24,6 @@ SHIFT = vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
 
 
 def solved(scene, **arguments):
-    """The solution, judged or not."""
     try:
         return vc.solve(scene, **arguments)
     except vc.NotConverged as error:

@@ -20,7 +20,6 @@ BOWL = vc.SampledDistance(X**2 + X[:, None] ** 2, X, X)
 
 @pytest.fixture(scope="module")
 def sol(rolling):
-    """One corrected solution."""
     return vc.solve(rolling(), refine="continuum")
 
 
@@ -167,7 +166,6 @@ def test_file(sol, tmp_path):
     [({"creepages": np.zeros((5, 1))}, "cannot reshape"), ({"slip": np.array(np.nan)}, "or not finite")],
 )
 def test_spoilt_file(sol, tmp_path, changes, message):
-    """What does not fit the elements."""
     changed = {name: each if each.ndim else each * getattr(sol.refinement, name) for name, each in changes.items()}
     spoilt = dataclasses.replace(sol, refinement=dataclasses.replace(sol.refinement, **changed))
     spoilt.save(tmp_path / "spoilt.nc")
@@ -208,7 +206,6 @@ def test_a_corrected_problem_that_is_another_one_is_certified_anew(sol, tmp_path
     ],
 )
 def test_refused_before_any_work(rolling, monkeypatch, changes, options, field, word):
-    """With the reason and what to do instead."""
     monkeypatch.setattr("varcontact.solving.on_grid.solve_contact", None)
     refused(lambda: vc.solve(rolling(**changes), **{"refine": "continuum", **options}), field, match=word)
 

@@ -30,7 +30,6 @@ def loads(scene, **options):
 
 
 def loads_of(sol):
-    """Fx, Fy and Mz by f Fz."""
     return np.array([*sol.force, sol.moment]) / (0.3 * sol.normal_force)
 
 
@@ -104,7 +103,6 @@ def test_the_certificate_judges_the_pressure_on_the_parts():
 
 
 def test_mirror():
-    """On the other side of the x-axis."""
     sol = vc.solve(second_order(posed()))
     mirrored = vc.solve(second_order(posed(motion=vc.Steady(vx=0.03, vy=0.02, spin=-0.04))))
     np.testing.assert_allclose(mirrored.force, sol.force * [1, -1], rtol=1e-7)

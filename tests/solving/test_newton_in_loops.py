@@ -48,7 +48,6 @@ def test_both_together_where_passes_converge_slowly():
 
 @pytest.mark.parametrize("failing", ["nothing", "no number", "far away"])
 def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
-    """From where they were."""
     wrong = {"nothing": 0.0, "no number": np.nan, "far away": 3.0}[failing]
 
     def failed(problem, settings, start, residual):

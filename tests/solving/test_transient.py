@@ -21,7 +21,6 @@ def ball(**changes):
 
 
 def cylinder(**changes):
-    """A cylinder on a plane."""
     base = {"bodies": LIKE, "surface": LINE, "normal_force": 1.0, "friction": 0.3, "grid": vc.Grid(nx=40)}
     return vc.Scene(**{**base, **changes})
 

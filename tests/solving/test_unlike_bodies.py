@@ -96,7 +96,6 @@ def hardly_rubbing(friction):
 
 
 def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
-    """Pressures that are wrong by 1e-9 under tractions that are exact for them."""
     residuals = []
     for friction in (1e-2, 1e-4, 1e-5):
         shift = hardly_rubbing(friction)

@@ -148,7 +148,6 @@ def test_the_command(tmp_path):
 
 
 def test_a_theory_without_a_moment_has_no_error():
-    """An error that counts the moment is not known of it."""
     name = next(name for name, each in BANK.items() if each.kind == "steady, circular" and "Mz" in each.units)
     way = Way(cells=8, options=(("tangential", "polach"),))
     found = vc.tradeoff({name: BANK[name]}, [way, Way(cells=8)])

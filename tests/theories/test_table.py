@@ -42,7 +42,6 @@ def creepages(count, seed=0, a=A, b=B):
 
 
 def forces(triples, a=A, b=B, **options):
-    """Normalised: Fx, Fy, Mz."""
     found = table_forces(a, b, G, LIMIT, triples, **options)
     return np.concatenate([found.force, found.moment[..., None] / np.sqrt(a * b)], axis=-1) / LIMIT
 

@@ -21,7 +21,6 @@ def manchester():
 
 
 def benchmark(row, **more):
-    """A wheel of the benchmark."""
     more = {"vertical_force": 10e3, "dx": 0.2, "dy": 0.2, **more}
     return WheelOnRail(
         track=TRACK,

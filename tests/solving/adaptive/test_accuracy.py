@@ -19,7 +19,6 @@ ROLLING = make_scene(vc.Ellipse(a=1.0, b=0.7), 1.0, vc.Steady(vx=0.15, vy=-0.1, 
 
 
 def line(vx, **changes):
-    """Cylinders that roll."""
     scene = vc.Scene(bodies=BODIES, surface=vc.Cylinders(1.0), normal_force=0.01, friction=0.3, motion=vc.Steady(vx=vx))
     return replace(scene, **changes)
 

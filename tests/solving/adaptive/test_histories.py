@@ -49,7 +49,6 @@ def test_the_estimate_is_told_and_kept(tmp_path):
 
 
 def test_time_is_used(clock):
-    """More than half of it, and no more than it."""
     history = vc.solve(ROLLING, time_budget=0.4)
     assert len(history.error_estimate.solves) > 3 and history.error_estimate.largest < 0.02
     assert 0.1 < clock.now <= 0.4

@@ -16,7 +16,6 @@ EVERY = [vc.StaticKinetic(0.3, 0.2), *(law(0.3, 0.2, half_velocity=4e-3) for law
 
 
 def part(sol):
-    """The force by the normal force."""
     return -sol.force[0] / sol.normal_force
 
 

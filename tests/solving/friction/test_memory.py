@@ -28,7 +28,6 @@ N, LOAD = 8, 1e-3
 
 
 def rolling(law, motion, cells=N):
-    """A sphere on a plane."""
     bodies, grid = vc.Bodies(G=1.0, nu=0.25), vc.Grid(nx=cells, ny=cells)
     return make_scene(vc.Paraboloids(1.0, 1.0), LOAD, motion, grid, friction=law, bodies=bodies)
 
@@ -39,7 +38,6 @@ def dx():
 
 
 def used(sol):
-    """-Fx by the load."""
     return -sol.force[0] / sol.normal_force
 
 

@@ -24,7 +24,6 @@ def rate(errors, cells=CELLS):
 
 
 def distance(field, expected):
-    """Relative distance in L2."""
     return np.linalg.norm(field - expected) / np.linalg.norm(expected)
 
 
