@@ -19,7 +19,7 @@ from varcontact.theories import TableBook, table_forces
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 NAMES = ("a", "b", "G", "nu", "Fz", "f", "vx", "vy", "spin")
 CONTACT = (6e-3, 4e-3, 82e9, 0.28, 1e5, 0.3, 1e-3, -5e-4, 0.2)
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"]
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
 
 
 def compiled(folder):
