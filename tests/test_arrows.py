@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import varcontact
+from tests.scenes import make_scene
 
 ROOT = Path(varcontact.__file__).parent
 
@@ -138,14 +139,8 @@ def test_conveniences_are_there():
 
 def test_a_solve_passes_few_files():
     """What a reader has to follow from `solve` to the certified solution."""
-    scene = varcontact.Scene(
-        bodies=varcontact.Bodies(G=82e9, nu=0.28),
-        surface=varcontact.Paraboloids(Rx=0.46, Ry=0.30),
-        normal_force=106.7e3,
-        friction=0.33,
-        motion=varcontact.Steady(vx=1e-3),
-        grid=varcontact.Grid(nx=8, ny=8),
-    )
+    spheres, motion = varcontact.Paraboloids(Rx=0.46, Ry=0.30), varcontact.Steady(vx=1e-3)
+    scene = make_scene(spheres, 1e-3, motion, varcontact.Grid(nx=8, ny=8))
     varcontact.solve(scene)  # imports
     entered = set()
     sys.setprofile(lambda frame, event, argument: entered.add(frame.f_code.co_filename) if event == "call" else None)

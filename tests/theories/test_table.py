@@ -156,16 +156,10 @@ def test_it_is_smooth_enough_for_newtons_method():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (
-            lambda t: table_forces(A, B, G, LIMIT, t, nu=0.3),
-            "nu = 0.3 is not allowed: must be within 0.01 of the book's",
-        ),
+        (lambda t: table_forces(A, B, G, LIMIT, t, nu=0.3), "nu = 0.3 is not allowed: must be within 0.01 of the"),
         (lambda t: table_forces(A, B, G, LIMIT, t, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
         (lambda t: table_forces(A, B, G, -1.0, t), "friction_force = -1.0 is not allowed: must be positive"),
-        (
-            lambda t: table_forces(A, B, G, [1.0, 0.0, 2.0], t),
-            r"friction_force\[1\] = 0.0 is not allowed: must be positive",
-        ),
+        (lambda t: table_forces(A, B, G, [1.0, 0.0, 2.0], t), r"friction_force\[1\] = 0.0 is not allowed: must be"),
         (lambda t: table_forces(A, B, G, [1.0, 2.0, np.nan], t), r"friction_force\[2\] = nan is not allowed"),
         (lambda t: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
         (lambda t: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, t)), r"creepages\[0, 0\] = nan"),
@@ -260,12 +254,6 @@ def test_an_entry_is_the_exact_solution(small):
 def test_a_book_of_bad_numbers_is_refused(changes, words):
     with pytest.raises(vc.VarcontactError, match=words):
         make_table_book(**{"nu": 0.3, **SMALL, **changes})
-
-
-def test_another_file_is_not_replaced_by_a_book(tmp_path):
-    (tmp_path / "book.nc").write_bytes(b"words")
-    with pytest.raises(vc.OutputError, match="exists already and is no table book of varcontact's"):
-        make_table_book(0.3, **SMALL, out=tmp_path / "book.nc")
 
 
 @pytest.fixture(scope="module")
