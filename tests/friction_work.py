@@ -12,26 +12,19 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import STEEL, make_scene
 from varcontact.reference import line_contact
 from varcontact.reference.carter import carter
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
 
 REFERENCES = Path(__file__).parent / "data" / "friction_work.csv"
-STEEL = vc.Bodies(G=82e9, nu=0.28)
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.35))
 
 
 def rail(cells: int, Ry: float = 0.30, Rx: float = 0.46, **motion: float) -> vc.Scene:
     """A wheel on a rail by its radii."""
-    return make_scene(
-        vc.Paraboloids(Rx=Rx, Ry=Ry),
-        106.7e3,
-        vc.Steady(**motion),
-        vc.Grid(nx=cells, ny=cells),
-        friction=0.33,
-        bodies=STEEL,
-    )
+    grid = vc.Grid(nx=cells, ny=cells)
+    return make_scene(vc.Paraboloids(Rx=Rx, Ry=Ry), 106.7e3, vc.Steady(**motion), grid, 0.33, STEEL)
 
 
 def two_patches(cells: int) -> vc.Scene:

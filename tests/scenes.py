@@ -5,14 +5,28 @@ from dataclasses import fields, is_dataclass, replace
 import pytest
 
 import varcontact as vc
+from varcontact.reference import carter, line_contact
 
-LIKE = vc.Bodies(G=1.0, nu=0.28)
+LIKE, STEEL = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=82e9, nu=0.28)
 
 
 def make_scene(surface, normal_force=1.0, motion=None, grid="auto", friction=0.3, bodies=LIKE, **more):
     """A scene of like bodies under a friction of 0.3, unless other ones are given."""
     given = {"normal_force": normal_force, "motion": motion, "grid": grid, "friction": friction, "bodies": bodies}
     return vc.Scene(surface=surface, **given, **more)
+
+
+def wheel_on_rail(motion, grid="auto", **more):
+    """A wheel on a rail by its radii, in metres and newtons."""
+    return make_scene(vc.Paraboloids(Rx=0.46, Ry=0.30), 106.7e3, motion, grid, 0.33, STEEL, **more)
+
+
+def carters_cylinders(part=0.6):
+    """Carter's solution under a part of what friction carries, and the cylinders that roll so."""
+    bodies = vc.Bodies(G=1.0, nu=0.3)
+    contact = line_contact(1.0, bodies, a=0.01)
+    exact = carter(contact, 0.3, force=-part * 0.3 * contact.force)
+    return exact, make_scene(vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=bodies)
 
 
 def in_units(scene, length, stress, time=1.0):

@@ -11,6 +11,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.table import Table, least
+from tests.scenes import wheel_on_rail
 from tests.wheel_rail.conditions import benchmark, manchester, wheel
 from varcontact.theories.creep_forces import VECTORISED
 from varcontact.wheel_rail import Position
@@ -111,14 +112,7 @@ def memory(quick: bool) -> Table:
 
 def sweeps(quick: bool) -> Table:
     """Processor milliseconds a scene of a sweep, without and with a store."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=82e9, nu=0.28),
-        surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
-        normal_force=106.7e3,
-        friction=0.33,
-        motion=vc.Steady(vx=1e-3, vy=2e-4, spin=0.1),
-        grid=vc.Grid(nx=16, ny=16),
-    )
+    scene = wheel_on_rail(vc.Steady(vx=1e-3, vy=2e-4, spin=0.1), vc.Grid(nx=16, ny=16))
     over = {"friction": np.linspace(0.2, 0.44, 5 if quick else 25), "motion.vx": np.linspace(1e-4, 4e-3, 20)}
     per = 1e3 / np.prod([len(each) for each in over.values()])
     with tempfile.TemporaryDirectory() as folder:

@@ -11,18 +11,10 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from tests.scenes import make_scene
+from tests.scenes import make_scene, wheel_on_rail
 from varcontact.results.report import with_bar
 
-RAIL = make_scene(
-    vc.Paraboloids(Rx=0.46, Ry=0.30),
-    106.7e3,
-    vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2),
-    vc.Grid(nx=12, ny=12),
-    friction=0.33,
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-    units=vc.SI,
-)
+RAIL = wheel_on_rail(vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2), vc.Grid(nx=12, ny=12), units=vc.SI)
 LINE = dataclasses.replace(
     RAIL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=40)
 )
@@ -160,13 +152,7 @@ def test_values_have_the_digits_of_their_bars(value, bar, text):
 
 
 def test_page_stands_alone_and_repeats_the_answer(tmp_path):
-    scene = make_scene(
-        vc.Paraboloids(0.46, 0.3),
-        1e5,
-        vc.Steady(vx=1e-3, spin=0.2),
-        bodies=vc.Bodies(G=82e9, nu=0.28),
-        units=vc.Units(length="m", force="N"),
-    )
+    scene = wheel_on_rail(vc.Steady(vx=1e-3, spin=0.2), units=vc.Units(length="m", force="N"))
     sol = vc.solve(scene, accuracy=0.05)
     sol.to_html(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
-from varcontact.reference import carter, line_contact
+from tests.scenes import carters_cylinders
 
 TOUCHED = vc.Grid(nx=12, ny=12, edge="touched")
 
@@ -61,11 +60,7 @@ def test_error_is_regular(rolling):
 
 def test_line_contact():
     """All elements are inside; the averaged pressure, too, leads to Carter's force, with the order one."""
-    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
-    exact = carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)
-    scene = make_scene(
-        vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=vc.Bodies(G=1.0, nu=0.3)
-    )
+    exact, scene = carters_cylinders()
     cells = np.array([20, 40, 80, 160])
     errors = [fx(scene, n, "touched") / exact.force - 1 for n in cells]
     order = -np.polyfit(np.log(cells), np.log(np.abs(errors)), 1)[0]

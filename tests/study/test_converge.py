@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.command import run
-from tests.scenes import make_scene
-from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from tests.scenes import carters_cylinders, make_scene
+from varcontact.reference import cattaneo_mindlin
 from varcontact.study import converge as module
 from varcontact.study.extrapolate import extrapolate
 
@@ -33,14 +33,6 @@ def shift(part, nu=0.0):
     return make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-3, vc.Shift(Fx=-part * 0.3e-3), bodies=vc.Bodies(G=1.0, nu=nu))
 
 
-def rolling_cylinders(part):
-    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
-    exact = carter(contact, 0.3, force=-part * 0.3 * contact.force)
-    return exact, make_scene(
-        vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=vc.Bodies(G=1.0, nu=0.3)
-    )
-
-
 @pytest.mark.parametrize("method", ["norm", "clarabel"])
 def test_normal_problem(method):
     """Order 3/2 to 2 of the approach, and on 16 elements across an error below 0.1 %."""
@@ -53,7 +45,7 @@ def test_normal_problem(method):
 
 def test_carter():
     """Order 1 of the force, and on 64 elements across an error below 1 %."""
-    exact, scene = rolling_cylinders(0.6)
+    exact, scene = carters_cylinders(0.6)
     row = vc.converge(scene, [8, 16, 24, 32, 48, 64], offsets=6).limit("Fx")
     assert row["order_low"] < 1 < row["order_high"]
     assert 0.8 < row["order"] < 1.3
@@ -77,7 +69,7 @@ def test_closed_forms_are_within_the_error_bars():
             scene, quantity = shift(part), "vx"
             exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx).shift
         else:
-            closed, scene = rolling_cylinders(part)
+            closed, scene = carters_cylinders(part)
             quantity, exact, cells = "Fx", closed.force, 3 * cells
         method = "tang" if quantity == "vx" else "tang-safeguarded"
         row = vc.converge(scene, cells, method).limit(quantity)

@@ -7,16 +7,10 @@ import pytest
 
 import varcontact as vc
 from tests.random_scenes import scenes
-from tests.scenes import make_scene
+from tests.scenes import wheel_on_rail
 from varcontact.results.quantities_of_interest import error, units, values
 
-ROLLING = make_scene(
-    vc.Paraboloids(Rx=0.46, Ry=0.30),
-    106.7e3,
-    vc.Steady(vx=1e-3, spin=0.3),
-    friction=0.33,
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-)
+ROLLING = wheel_on_rail(vc.Steady(vx=1e-3, spin=0.3))
 HISTORY = vc.Transient(steps=2, dq=1e-3, vx=1e-3)
 
 
