@@ -211,7 +211,7 @@ def _of_tractions(
     not_known = np.full(3, np.nan)
     hardens = disc.hardening != 0 and (disc.loading.steady or disc.hardening < 0)
     if disc.K != 0 or disc.loading.law is not None or hardens:
-        return unknown(outputs_of(tangential)), not_known
+        return _unknown(tangential), not_known
     tractions, shifts = tangential.of_grid(state.traction, state.rigid)
     if closed_form:
         return force_bound(tangential, tractions, shifts), np.zeros(3)
@@ -223,7 +223,7 @@ def _of_tractions(
         return force_bound(tangential, tractions, shifts), not_known
     size, possible = error
     if disc.edge_compliance is not None and np.any(possible & (pressure <= size)):
-        return unknown(outputs_of(tangential)), not_known  # how far elements give way is open
+        return _unknown(tangential), not_known  # how far elements give way is open
     of_parts = possible.reshape(disc.grid.divided(disc.cells).shape)
     elements = means(of_parts.astype(float), disc.cells) > 0
     wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=elements)
@@ -243,7 +243,7 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:
-        return unknown(outputs)
+        return _unknown(problem)
     admissible = _admissible(problem, traction)
     moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
     moved += ROUNDING * np.sum(np.abs(outputs) * magnitude(admissible), axis=(1, 2))
@@ -259,8 +259,8 @@ def outputs_of(problem: TangentialProblem) -> np.ndarray:
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
 
 
-def unknown(outputs: np.ndarray) -> np.ndarray:
-    return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
+def _unknown(problem: TangentialProblem) -> np.ndarray:
+    return np.where(outputs_of(problem).any(axis=(1, 2)), np.inf, 0.0)
 
 
 def _admissible(problem: TangentialProblem, traction: np.ndarray) -> np.ndarray:
@@ -362,7 +362,7 @@ def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:
-        return unknown(outputs)
+        return _unknown(problem)
     table = problem.operator.grid_operator
     stretch = np.sqrt(norm(table.symmetric_part())) + norm(table.symmetric_part(-1.0)) / np.sqrt(definite.least)
     lengths = np.sqrt(np.sum(outputs**2, axis=(1, 2)))

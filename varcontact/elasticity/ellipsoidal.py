@@ -29,8 +29,7 @@ def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, n
     and nu s c (xy). The integrals are B, C and D of `elliptic_integrals`.
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-    along, across = _integrals(a, b)
-    xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
+    xx, yy, xy = _integrals(a, b, nu)
     return np.array([[-x * xx, y * xy], [y * xy, -x * yy]]) / G
 
 
@@ -40,8 +39,7 @@ def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.nda
     As for `ellipsoidal_gradients`: along a chord the tractions integrate to ``pi/sqrt(A)`` times 1, ``x - c H/A`` and
     ``y - s H/A``. The derivatives of these along x are 0, ``s^2/(b^2 A)`` and ``-s c/(a^2 A)``.
     """
-    along, across = _integrals(a, b)
-    xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
+    xx, yy, xy = _integrals(a, b, nu)
     found = np.zeros((3, 2, 2))
     found[1], found[2] = np.diag([xx, yy]) * a**2, np.array([[0.0, -xy], [-xy, 0.0]]) * b**2
     return found / G
@@ -73,9 +71,10 @@ def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: fl
     return np.asarray(constant.reshape(2, 2, 2, *(1,) * x.ndim) - 3 * bent) / (2 * G)
 
 
-def _integrals(a: float, b: float) -> tuple[float, float]:
-    """The integrals of s^2 and of s^2 c^2, with ``A^(-3/2)/(a b)^2``, over half a turn."""
+def _integrals(a: float, b: float, nu: float) -> tuple[float, float, float]:
+    """The integrals of s^2 f (xx and yy), and of s c f (xy), with ``A^(-3/2)/(a b)^2``, over half a turn."""
     integrals = elliptic_integrals(min(a, b) / max(a, b))
+    along, across = 2 * integrals.D * b / a**2, 2 * integrals.C * b / a**2
     if a < b:
-        return 2 * integrals.B / a, 2 * integrals.C * a / b**2
-    return 2 * integrals.D * b / a**2, 2 * integrals.C * b / a**2
+        along, across = 2 * integrals.B / a, 2 * integrals.C * a / b**2
+    return along - nu * (along - across), along - nu * across, nu * across

@@ -70,11 +70,11 @@ class Stack:
 
     def compliance(self, k: np.ndarray) -> np.ndarray:
         """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
+        F = np.zeros((4, k.size)) if isinstance(self.base, str) else half_space(*self.base, k)
         if not self.layers:
-            return _for_each(self.surface, k.size)
+            return F
         # two states that the base admits, and displacement and load across the wave vector
-        F = np.zeros(4) if isinstance(self.base, str) else half_space(*self.base)
-        state, f, load = _states(_for_each(F[:3], k.size)), F[3], 1.0
+        state, f, load = _states(F[:3]), F[3], 1.0
         if self.base == "smooth":
             state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
             f, load = 1.0, 0.0
@@ -82,21 +82,16 @@ class Stack:
             state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
             (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
             F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (q0 * p1 - q1 * p0)
-            F = np.where(k * h > DEEP, _for_each(half_space(G, nu)[:3], k.size), F)
+            F = np.where(k * h > DEEP, half_space(G, nu, k)[:3], F)
             state = _states(F)
             t = np.tanh(k * h)
             f, load = (f + t / G * load) / (load + G * t * f), 1.0
         return np.concatenate([F, [f]])
 
 
-def half_space(G: float, nu: float) -> np.ndarray:
-    """F11, F12, F22 and f of a half-space, (4,), or (4, n) for moduli (n,)."""
-    return np.multiply.outer([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0], 1 / np.asarray(G))
-
-
-def _for_each(F: np.ndarray, n: int) -> np.ndarray:
-    """Compliances for each of n wave numbers."""
-    return np.broadcast_to(F.reshape(len(F), -1), (len(F), n))
+def half_space(G: float, nu: float, k: np.ndarray | float = 0.0) -> np.ndarray:
+    """F11, F12, F22 and f of a half-space, (4,), or (4, n) for moduli or wave numbers (n,)."""
+    return np.multiply.outer([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0], 1 / (np.asarray(G) + 0.0 * k))
 
 
 def _states(F: np.ndarray) -> np.ndarray:

@@ -122,24 +122,19 @@ def _values(ratio: np.ndarray, nu: np.ndarray) -> np.ndarray:
     """The four coefficients, in front of the shape of both."""
     x = np.log(ratio)
     inside = np.minimum(np.maximum(x, -END), END)
-    by_x, by_y, by_spin, turning = _scaled(inside, nu)
+    place = (inside + END) * (INTERVALS / (2 * END))
+    first, weights = near_splines(place if x.ndim else float(place), INTERVALS)
+    splines = _table() if nu.ndim else coefficient_splines(float(nu))
+    near = np.einsum("k...,...kc->...c", np.array(weights), splines[np.asarray(first)[..., None] + FOUR])
+    if nu.ndim:
+        near = np.einsum("...ck,...k->...c", near.reshape(*x.shape, 4, _POWERS), _powers(nu))
+    by_x, by_y, by_spin, turning = np.moveaxis(near, -1, 0)
     by_spin = by_spin + np.pi * nu / (3 * (1 - nu)) * (inside - np.minimum(x, inside))
     root = np.hypot(1.0, ratio)
     values = np.array([root / by_x, root / by_y, np.sqrt(ratio) * root * by_spin, root / ratio * turning])
     if np.any(x > END):
         values *= _slender(np.maximum(x, END), nu) / _slender(np.full_like(x, END), nu)
     return values
-
-
-def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
-    """The table's columns, scaled, at x = log(a/b) in its range, in front of the shape of both."""
-    place = (x + END) * (INTERVALS / (2 * END))
-    first, values = near_splines(place if x.ndim else float(place), INTERVALS)
-    splines = _table() if nu.ndim else coefficient_splines(float(nu))
-    near = np.einsum("k...,...kc->...c", np.array(values), splines[np.asarray(first)[..., None] + FOUR])
-    if nu.ndim:
-        return np.einsum("...ck,...k->c...", near.reshape(*x.shape, 4, _POWERS), _powers(nu))
-    return np.moveaxis(near, -1, 0)
 
 
 @lru_cache(maxsize=64)
