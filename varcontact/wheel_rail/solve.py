@@ -140,7 +140,6 @@ def _wheel(
     has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
     free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
     by_default = exact and has_friction and free and not target
-
     try:
         found = yield from _solved(case, tol, methods, {"accuracy": BY_DEFAULT} if by_default else target, start)
     except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar

@@ -269,7 +269,8 @@ class WheelOnRail(OnTrack):
                 at = np.interp([y for y, _ in seams], surface.lateral[inside], grid.y[inside]).tolist()
                 seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
             inclination = surface.inclination if curved else None
-            friction = self._friction(tangent, grid, inclination, with_grid)
+            sections = self.sections(frame.origin, on_wheel)
+            friction = self._friction(tangent, sections["rail"][0], grid, inclination, with_grid)
             scene = Scene(
                 bodies=self.bodies,
                 surface=SampledDistance(
@@ -284,7 +285,7 @@ class WheelOnRail(OnTrack):
                 grid=grid if with_grid else "auto",
                 units=MM_N,
             )
-            section, y = self.sections(frame.origin, on_wheel)["wheel"]
+            section, y = sections["wheel"]
             rolling_radius = float(section.points(section.at(np.array([y])))[0, 1])
             patch = ContactPatch(
                 location=frame.origin,
@@ -302,15 +303,13 @@ class WheelOnRail(OnTrack):
         return tuple(patches)
 
     def _friction(
-        self, tangent: Tangent, grid: Grid, inclination: np.ndarray | None, with_grid: bool
+        self, tangent: Tangent, rail: Curve, grid: Grid, inclination: np.ndarray | None, with_grid: bool
     ) -> float | np.ndarray | Law:
-        """Coefficients of the elements; the rows have an `inclination` where the surface is curved."""
+        """Coefficients of the elements, by the rail below or the `inclination` of rows of a curved surface."""
         if not isinstance(self.friction, FrictionByAngle):
             return self.friction
-        if inclination is None:  # in a plane, those of the rail below
-            frame = tangent.frame
-            rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*frame.origin[:2].tolist())
-            below = rail.at(frame.origin[1] + grid.y * frame.axes[1, 1])
+        if inclination is None:
+            below = rail.at(tangent.frame.origin[1] + grid.y * tangent.frame.axes[1, 1])
             known = np.isfinite(below)
             angles = np.interp(grid.y, grid.y[known], rail.angles(below[known]))
         else:
