@@ -199,10 +199,12 @@ def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre
     radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
     middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
     lowest = centre[0] + b * middle + c * radius
-    ends = rail.ends[np.isfinite(rail.ends)], *(each.steps for each in rail.parts)
+    # where steps and kinks are
+    turned, *along = (each.positions[1:][np.diff(each.positions) == 0] for each in (wheel, *rail.parts))
     planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
-    turned = np.remainder(wheel.steps + np.pi, 2 * np.pi) - np.pi
-    steps = np.concatenate([*ends, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
+    turned = np.remainder(turned + np.pi, 2 * np.pi) - np.pi
+    ends = rail.ends[np.isfinite(rail.ends)]
+    steps = np.concatenate([ends, *along, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
     planes = np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
     theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
@@ -240,15 +242,6 @@ def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre
     radii = np.where(np.isfinite(radii), np.clip(radii, 1.0, 10 * radius), radius)
     at = points[rows, k]
     at[:, 0] += shift
-    return Locus(
-        v,
-        theta[rows, k] + shift / radius,
-        at,
-        radii,
-        gap,
-        np.arctan(np.nan_to_num(by_y[rows, k])),
-        float(centre[2]),
-        planes=planes,
-        gaps=gaps,
-        slopes=np.nan_to_num(by_x[rows, k]),
-    )
+    theta, angles = theta[rows, k] + shift / radius, np.arctan(np.nan_to_num(by_y[rows, k]))
+    slopes = np.nan_to_num(by_x[rows, k])
+    return Locus(v, theta, at, radii, gap, angles, float(centre[2]), planes, gaps, slopes)

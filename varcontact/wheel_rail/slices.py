@@ -224,11 +224,6 @@ class Surface:
         breaks += [at[-1:], at[-1:] + 1.0]
         return PPoly(np.concatenate([*cubics, constant[:, 1:]], axis=1), np.concatenate(breaks))
 
-    @property
-    def steps(self) -> np.ndarray:
-        """Positions of steps and kinks."""
-        return self.positions[1:][np.diff(self.positions) == 0]
-
     @cached_property
     def s(self) -> np.ndarray:
         """v along a section, `TABLE` apart."""

@@ -190,10 +190,8 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
     if start is not None:
         last, known = start.solution, start.operators
         before, frames = [each.solution for each in last.patches], [each.frame for each in last.patches]
-        normal, borne = (
-            _vertical(frames, [each.force for each in last.patches], all_of_it)
-            for all_of_it in (False, case.with_friction)
-        )
+        forces = [each.force for each in last.patches]
+        normal, borne = _vertical(frames, forces, False), _vertical(frames, forces, case.with_friction)
         z = case.touching + (last.z - last.case.touching + start.deeper)
         search = BearingHeight(case, tol, z, (normal, borne))
     placed, there = math.inf, tuple[ContactPatch, ...]()

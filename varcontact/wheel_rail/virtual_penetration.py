@@ -141,18 +141,10 @@ def estimate_wheel_on_rail(
             Fx = Fy = moment = 0.0
             friction = case.friction_at(tangent.angle)
             if friction != 0:
-                forces = creep_forces(
-                    tangential,
-                    a=ellipse.a,
-                    b=ellipse.b,
-                    normal_force=ellipse.normal_force,
-                    friction=friction,
-                    vx=rolled.vx,
-                    vy=rolled.vy,
-                    spin=rolled.spin,
-                    bodies=case.bodies,
-                    **options,
-                )
+                pressed = {"a": ellipse.a, "b": ellipse.b, "normal_force": ellipse.normal_force, "friction": friction}
+                slip = {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin}
+                given: dict[str, Any] = pressed | slip | options
+                forces = creep_forces(tangential, bodies=case.bodies, **given)
                 Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
             force = np.array([Fx, Fy, ellipse.normal_force])
             found.append(FastPatch(tangent.frame, tangent.angle, rolled, approach, ellipse, force, moment))
