@@ -104,20 +104,15 @@ def is_array(value: Any) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def dimensions(value: Any) -> int | None:
-    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths."""
-    try:
-        return np.ndim(value)
-    except ValueError:
-        return None
-
-
-def array(field: str, value: Any, ndim: int) -> np.ndarray:
-    """A read-only copy of a finite array of floats with `ndim` dimensions."""
-    allowed = f"a {ndim}-dimensional array of finite numbers"
+def array(field: str, value: Any, *ndim: int, shape: tuple[int, ...] | None = None, meant: str = "") -> np.ndarray:
+    """A read-only copy of a finite array of floats with one of the numbers `ndim` of dimensions, or of a `shape`."""
+    ndim = (len(shape),) if shape else ndim
+    allowed = f"a {' or '.join(map(str, ndim))}-dimensional array of finite numbers"
     result = numbers(field, value, allowed)
-    if result.ndim != ndim or result.size == 0:
+    if result.ndim not in ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
+    if shape and result.shape != shape:
+        raise wrong_shape(field, result.shape, meant or f"of shape {shape}")
     result.flags.writeable = False
     return result
 
@@ -125,7 +120,7 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
 def coordinates(field: str, value: Any, size: int, of: str) -> np.ndarray:
     """Ascending places, shape (size,), of the rows or columns `of` something."""
     points = array(field, value, 1)
-    if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
+    if points.size != size or size < 2 or np.any(np.diff(points) <= 0):
         raise SceneError(field, points, f"{size} ascending coordinates, one for each {of} (at least 2)")
     return points
 
@@ -232,23 +227,19 @@ def elastic(value: Any) -> None:
 
 def exactly_one(**arguments: Any) -> None:
     """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is."""
-    names = list(arguments)
-    given = [name for name, value in arguments.items() if value is not None]
-    if len(given) == 1:
-        return
-    if given:
-        message = f"{' and '.join(names)} are both given: give one of them"
-    else:
-        message = f"neither {' nor '.join(names)} is given: give one of them"
-    raise SceneError(", ".join(names), tuple(arguments.values()), "exactly one of the two", message=message)
+    given = sum(value is not None for value in arguments.values())
+    if given != 1:
+        which = f"{' and '.join(arguments)} are both" if given else f"neither {' nor '.join(arguments)} is"
+        message = f"{which} given: give one of them"
+        raise SceneError(", ".join(arguments), tuple(arguments.values()), "exactly one of the two", message=message)
 
 
 def choice(field: str, value: Any, options: Iterable[str]) -> str:
     """One of the named options; the error suggests the nearest."""
     names = list(options)
-    if isinstance(value, str) and value in names:
-        return value
-    raise SceneError(field, value, f"one of {', '.join(names)}{nearest(value, names)}")
+    if not isinstance(value, str) or value not in names:
+        raise SceneError(field, value, f"one of {', '.join(names)}{nearest(value, names)}")
+    return value
 
 
 def nearest(value: Any, names: Iterable[str]) -> str:

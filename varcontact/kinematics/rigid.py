@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from varcontact import checks
+from varcontact.checks import Checked
 from varcontact.errors import SceneError
 
 UNIT = 1e-9
@@ -39,8 +41,18 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     return np.asarray(about_x @ about_z @ about_y)
 
 
+_vector = partial(checks.array, shape=(3,), meant="three numbers")
+
+
+def _rotation(field: str, value: object) -> np.ndarray:
+    matrix = checks.array(field, value, shape=(3, 3), meant="a matrix of 3 x 3")
+    if np.abs(matrix @ matrix.T - np.eye(3)).max() > UNIT or np.linalg.det(matrix) < 0:
+        raise SceneError(field, value, message=f"{field} must be a rotation: orthonormal columns, right-handed")
+    return matrix
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RigidBody:
+class RigidBody(Checked, path="body", position=_vector, rotation=_rotation, velocity=_vector, angular_velocity=_vector):
     """Where a rigid body is, and how it moves: ``x = A y + R``, (5).
 
     Parameters
@@ -73,10 +85,6 @@ class RigidBody:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    def __post_init__(self) -> None:
-        checks.entries(self, "body", _vector, "position", "velocity", "angular_velocity")
-        checks.entries(self, "body", _rotation, "rotation")
-
     def globally(self, points: np.ndarray) -> np.ndarray:
         """The body's `points` (..., 3) in the global frame."""
         return np.asarray(points) @ self.rotation.T + self.position
@@ -96,16 +104,11 @@ class RigidBody:
         from scipy.spatial.transform import Rotation
 
         turn = Rotation.from_rotvec(self.angular_velocity * time).as_matrix()
-        return RigidBody(
-            position=self.position + time * self.velocity,
-            rotation=turn @ self.rotation,
-            velocity=self.velocity,
-            angular_velocity=self.angular_velocity,
-        )
+        return replace(self, position=self.position + time * self.velocity, rotation=turn @ self.rotation)
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(Checked, path="frame", origin=_vector, axes=_rotation):
     """A contact frame: x the rolling direction, z the normal into body 1.
 
     Parameters
@@ -128,10 +131,6 @@ class Frame:
 
     origin: np.ndarray
     axes: np.ndarray
-
-    def __post_init__(self) -> None:
-        checks.entries(self, "frame", _vector, "origin")
-        checks.entries(self, "frame", _rotation, "axes")
 
     @property
     def normal(self) -> np.ndarray:
@@ -282,19 +281,3 @@ def spin_pole(vx: float, vy: float, spin: float) -> tuple[float, float]:
     if checks.number("spin", spin) == 0:
         raise SceneError("spin", spin, "not zero: without spin the rigid slip is the same everywhere")
     return -vy / spin, vx / spin
-
-
-def _vector(field: str, value: object) -> np.ndarray:
-    array = checks.array(field, value, 1)
-    if array.shape != (3,):
-        raise checks.wrong_shape(field, array.shape, "three numbers")
-    return array
-
-
-def _rotation(field: str, value: object) -> np.ndarray:
-    matrix = checks.array(field, value, 2)
-    if matrix.shape != (3, 3):
-        raise checks.wrong_shape(field, matrix.shape, "a matrix of 3 x 3")
-    if np.abs(matrix @ matrix.T - np.eye(3)).max() > UNIT or np.linalg.det(matrix) < 0:
-        raise SceneError(field, value, message=f"{field} must be a rotation: orthonormal columns, right-handed")
-    return matrix

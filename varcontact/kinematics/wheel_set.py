@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from varcontact import checks
+from varcontact.checks import Checked, number, numbers, positive, positives, wrong_shape
 from varcontact.kinematics.rigid import Creepages
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 
 
 @dataclass(frozen=True, kw_only=True)
-class WheelSetMotion:
+class WheelSetMotion(
+    Checked,
+    path="motion",
+    **dict.fromkeys(("speed", "half_gauge"), positive),
+    **dict.fromkeys(("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"), number),
+):
     """The linearised motion of a wheel set on straight rails (section 2.2.3): z up, x forward, y to the left.
 
     Parameters
@@ -59,12 +64,11 @@ class WheelSetMotion:
     lateral_velocity: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.entries(self, "motion", checks.positive, "speed", "half_gauge")
-        checks.entries(self, "motion", checks.number, "angular_velocity", "yaw", "yaw_rate", "lateral_velocity")
-        for name, check in (("radii", checks.positives), ("angles", checks.numbers)):
+        super().__post_init__()
+        for name, check in (("radii", positives), ("angles", numbers)):
             pair = check(f"motion.{name}", getattr(self, name))
             if pair.shape != (2,):
-                raise checks.wrong_shape(f"motion.{name}", pair.shape, "two numbers, of the left and the right wheel")
+                raise wrong_shape(f"motion.{name}", pair.shape, "two numbers, of the left and the right wheel")
             object.__setattr__(self, name, tuple(pair.tolist()))
 
     @property
@@ -111,8 +115,7 @@ def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> flo
     >>> print(f"{klingel_wavelength(1 / 40, 0.5, 0.715):.1f} m")
     23.8 m
     """
-    numbers = (("conicity", conicity), ("radius", radius), ("half_gauge", half_gauge))
-    gamma, R, b = (checks.positive(name, value) for name, value in numbers)
+    gamma, R, b = positive("conicity", conicity), positive("radius", radius), positive("half_gauge", half_gauge)
     return 2 * math.pi * math.sqrt(R * b / gamma)
 
 
@@ -151,6 +154,6 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
     >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.2f} N gamma")
     0.35 N gamma
     """
-    N, gamma = checks.positive("force", force), checks.number("angle", angle)
+    N, gamma = positive("force", force), number("angle", angle)
     C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
     return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 4)

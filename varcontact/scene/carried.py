@@ -125,15 +125,11 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         X = grid.x + rolled
         if self.period is not None:
             X = self.x[0] + (X - self.x[0]) % self.period
-        inside = (X <= self._between.x[-1]) & (X >= self.x[0])
-        found, (X, back) = np.zeros(grid.shape), np.unique(X[inside], return_inverse=True)
-        if not X.size:
-            return found
-        if self.y is None:
-            found[:, inside] = self._between.at(X, np.zeros(1))[:, back]
-            return found
-        rows = (self.y[0] <= grid.y) & (grid.y <= self.y[-1])
-        found[np.ix_(rows, inside)] = self._between.at(X, grid.y[rows])[:, back]
+        inside, found = (X <= self._between.x[-1]) & (X >= self.x[0]), np.zeros(grid.shape)
+        y = grid.y if self.y is not None else np.zeros(grid.rows)
+        rows = (self._between.y[0] <= y) & (y <= self._between.y[-1])
+        if inside.any():
+            found[np.ix_(rows, inside)] = self._between.at(X[inside], y[rows])
         return found
 
     def worn(self, depth: np.ndarray) -> Carried:
@@ -153,9 +149,8 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         SceneError
             If it is of another shape.
         """
-        depth = checks.array("depth", depth, self.height.ndim)
-        if depth.shape != self.height.shape:
-            raise checks.wrong_shape("depth", depth.shape, f"of the heights' shape {self.height.shape}")
+        shape = self.height.shape
+        depth = checks.array("depth", depth, shape=shape, meant=f"of the heights' shape {shape}")
         return replace(self, height=self.height - depth)
 
     @cached_property

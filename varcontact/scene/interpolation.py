@@ -35,7 +35,11 @@ class Interpolation:
         return cls(x, np.arange(-1.5, 2.0), np.tile(h, (4, 1))) if y is None else cls(x, y, h)
 
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Values at the points of a grid."""
+        """Values at the points of a grid, whose lines are in any order, and may be there twice."""
+        (x, to_x), (y, to_y) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
+        return np.asarray(self._at(x, y)[np.ix_(to_y, to_x)])
+
+    def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         if not self._cliffs.any():
             return np.asarray(self._spline(y, x))
         from scipy.ndimage import maximum_filter

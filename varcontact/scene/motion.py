@@ -21,19 +21,16 @@ SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
 
 def offset(field: str, value: Any) -> float:
     """A spin offset."""
-    number = checks.number(field, value, "a number in [0, 1]")
-    if not 0 <= number <= 1:
+    found = number(field, value, "a number in [0, 1]")
+    if not 0 <= found <= 1:
         raise SceneError(field, value, "a number in [0, 1]")
-    return number
+    return found
 
 
 @checks.named(
-    cksi="vx, the longitudinal creepage",
-    ceta="vy, the lateral creepage",
-    cphi="spin",
-    phi="spin",
-    xi="vx, the longitudinal creepage",
-    eta="vy, the lateral creepage",
+    **dict.fromkeys(("cksi", "xi"), "vx, the longitudinal creepage"),
+    **dict.fromkeys(("ceta", "eta"), "vy, the lateral creepage"),
+    **dict.fromkeys(("cphi", "phi"), "spin"),
     ux="Shift for a shift, or vx for a creepage",
     uy="Shift for a shift, or vy for a creepage",
 )
@@ -45,7 +42,7 @@ class Steady(
     **dict.fromkeys(("dq", "speed"), positive),
     spin_offset=offset,
     slip_difference=partial(checks.choice, options=SLIP_DIFFERENCES),
-    rigid_slip=partial(checks.array, ndim=3),
+    rigid_slip=lambda field, value: checks.array(field, value, 3),
 ):
     """Steady rolling in the direction of x.
 
@@ -102,15 +99,13 @@ class Steady(
     def step(self, dq: float) -> TimeStep:
         """The step that is repeated, of a distance `dq` rolled [length]."""
         assert self.spin_offset is not None
-        return TimeStep(
-            dq=dq, vx=self.vx, vy=self.vy, spin=self.spin, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset
-        )
+        creepages: dict[str, Any] = {"vx": self.vx, "vy": self.vy, "spin": self.spin}
+        return TimeStep(dq=dq, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset, **creepages)
 
 
 @checks.named(
     frequency="wave_number, the circular frequency by the rolling velocity",
-    Fx="vx, an amplitude: without slip forces are in proportion to creepages",
-    Fy="vy, an amplitude: without slip forces are in proportion to creepages",
+    **{f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages" for i in "xy"},
 )
 @dataclass(frozen=True, kw_only=True)
 class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)):

@@ -53,15 +53,9 @@ class _Entries(TypedDict, total=False):
 
 
 @checks.named(
-    FN="normal_force",
-    fn="normal_force",
-    Fz="normal_force",
-    N="normal_force",
-    pen="approach",
-    penetration="approach",
-    mu="friction",
-    fstat="friction",
-    f="friction",
+    **dict.fromkeys(("FN", "fn", "Fz", "N"), "normal_force"),
+    **dict.fromkeys(("pen", "penetration"), "approach"),
+    **dict.fromkeys(("mu", "fstat", "f"), "friction"),
     vx="motion=Steady(vx=...)",
     vy="motion=Steady(vy=...)",
     spin="motion=Steady(spin=...)",
@@ -148,9 +142,8 @@ class Scene(Generic[MotionT_co]):
         if self.approach is not None:
             set_(self, "approach", checks.number("approach", self.approach))
         if checks.is_array(self.friction):
-            given: Any = self.friction  # in line contact also one row
-            row = self.line and checks.dimensions(given) == 1
-            set_(self, "friction", checks.array("friction", np.atleast_2d(given) if row else given, 2))
+            dimensions = (1, 2) if self.line else (2,)  # in line contact also one row
+            set_(self, "friction", np.atleast_2d(checks.array("friction", self.friction, *dimensions)))
         elif self.friction is not None:
             set_(self, "friction", coefficient("friction", self.friction))
         if self.line and isinstance(self.grid, Grid) and not self.grid.line:
@@ -233,9 +226,7 @@ class Scene(Generic[MotionT_co]):
         -0.1743 -0.1659
         """
         if not isinstance(self.motion, Steady):
-            raise SceneError(
-                "motion", self.motion, "a Steady: only the slip of steady rolling is a difference in space"
-            )
+            raise SceneError("motion", self.motion, "Steady: only its slip is a difference in space")
         grid = self.grid if isinstance(self.grid, Grid) else usual_grid(self.line)
         grid = replace(grid, edge="centres" if consistency.why_centres(self) else "softened")
         return replace(self, motion=self.motion.second_order(), grid=grid)
@@ -320,15 +311,9 @@ class Scene(Generic[MotionT_co]):
             assert not isinstance(surface, Ellipse)
             distance = surface.distance(grid) - motion.height(k, grid)
             surface = SampledDistance(distance[0] if grid.line else distance, reference_depth=self.reference_depth)
-        return replace(
-            history,
-            surface=surface,
-            normal_force=force,
-            approach=approach,
-            friction=friction,
-            motion=motion.step(k, grid.sides[0]),
-            grid=grid,
-        )
+        load: dict[str, Any] = {"normal_force": force, "approach": approach}
+        moving = motion.step(k, grid.sides[0])
+        return replace(history, **load, surface=surface, friction=friction, motion=moving, grid=grid)
 
     @property
     def doubts(self) -> tuple[str, ...]:

@@ -171,7 +171,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     def __post_init__(self) -> None:
         super().__post_init__()
         set_ = object.__setattr__
-        set_(self, "h", checks.array("surface.h", self.h, 1 if checks.dimensions(self.h) == 1 else 2))
+        set_(self, "h", checks.array("surface.h", self.h, 1, 2))
         if self.line and self.y is not None:
             raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
         if not self.line and (self.x is None) != (self.y is None):
@@ -186,11 +186,9 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             return
         if self.line:
             raise SceneError("surface.inclination", self.inclination, "left out in line contact, which has no y")
-        angles = checks.array("surface.inclination", self.inclination, 1)
-        if angles.size != self.h.shape[0]:
-            raise checks.wrong_shape(
-                "surface.inclination", angles.shape, f"({self.h.shape[0]},), one for each row of h"
-            )
+        shape = self.h.shape[:1]
+        meant = f"{shape}, one for each row of h"
+        angles = checks.array("surface.inclination", self.inclination, shape=shape, meant=meant)
         turn, widest = float(np.ptp(angles)), float(np.max(np.abs(np.diff(angles)), initial=0.0))
         if turn > MOST_TURN or widest > MOST_TURN_OF_A_ROW:
             given = f"a turn by {turn:.3g} rad, and by up to {widest:.3g} from row to row"
@@ -247,8 +245,8 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         x, y = np.clip(grid.x, left, right), np.clip(grid.y, bottom, top)
         if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
             return self._between.at(x, y)
-        level = self._at(x, y)
-        as_far_within = self._at(2 * x - grid.x, y), self._at(x, 2 * y - grid.y)
+        level = self._between.at(x, y)
+        as_far_within = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
 
     def inclination_by(self, grid: Grid, length: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -279,11 +277,6 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         flat = fields.reshape(-1, *self.samples.shape)
         found = np.array([Interpolation(x, y, each).at(*places) for each in flat])
         return found.reshape(*fields.shape[:-2], *grid.shape)
-
-    def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Values at lines in any order, which may be there twice."""
-        (x, column), (y, row) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
-        return self._between.at(x, y)[np.ix_(row, column)]
 
     @cached_property
     def _between(self) -> Interpolation:

@@ -275,9 +275,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
 
 def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
     """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
-    array = checks.array(name, values, len(shape))
-    if array.shape != shape:
-        raise checks.wrong_shape(name, array.shape, f"of shape {shape}")
+    array = checks.array(name, values, shape=shape)
     largest = float(np.abs(array).max())
     if largest > MOST_BY_PRESSURE * scale:
         raise SceneError(name, largest, f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}")

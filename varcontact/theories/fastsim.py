@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, at_least_zero, choice, numbers, positive, positives, wrong_shape
+from varcontact.checks import array, at_least_zero, choice, numbers, positive, positives, require_all, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.friction import Law
@@ -338,11 +338,8 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
     if L.shape not in ((), (3,)):
         raise wrong_shape("flexibility", L.shape, "one number, or three for vx, vy and spin")
     positives("flexibility", L if L.ndim == 0 or creepage[2] != 0 else L[:2])
-    bound = array("bound", bound, 2)
-    if bound.shape != grid.shape or np.any(bound < 0):
-        given = f"array of shape {bound.shape}, least entry {bound.min():g}"
-        allowed = f"of shape {grid.shape} with no entry below 0"
-        raise SceneError("bound", given, allowed)
+    bound = array("bound", bound, shape=grid.shape)
+    require_all("bound", bound, bound >= 0, "zero or positive")
     return marched_on_grid(grid, a, b, L, bound, creepage)[0]
 
 

@@ -42,10 +42,7 @@ def creepage_triples(value: Any) -> np.ndarray:
 
 def creepage_triple(value: Any) -> np.ndarray:
     """One creepage (3,), checked."""
-    result = array("creepage", value, 1)
-    if result.shape != (3,):
-        raise wrong_shape("creepage", result.shape, "the three numbers vx, vy, spin")
-    return result
+    return array("creepage", value, shape=(3,), meant="the three numbers vx, vy, spin")
 
 
 Forces = tuple[Any, Any, Any]

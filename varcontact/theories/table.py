@@ -124,18 +124,13 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
     >>> print(f"{a:.1f} {b:.1f}")
     2.0 1.0
     """
-    pressures = checks.array("pressure", pressure, 2)
-    if pressures.shape != grid.shape:
-        raise checks.wrong_shape("pressure", pressures.shape, f"of shape {grid.shape}")
+    pressures = checks.array("pressure", pressure, shape=grid.shape)
     contact = pressures > 0
     if not contact.any():
         raise SceneError("pressure", float(pressures.max()), "positive somewhere")
     rows, columns = np.nonzero(contact)
     sides = np.array(grid.sides)
-    spread = [
-        grid.x[columns].var() + sides[0] ** 2 / 12,
-        grid.y[rows].var() + sides[1] ** 2 / 12,
-    ]  # each is a rectangle
+    spread = np.array([grid.x[columns].var(), grid.y[rows].var()]) + sides**2 / 12  # each is a rectangle
     area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
     return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
 
