@@ -16,23 +16,19 @@ RIGID = "rigid"
 """A body of a pair, or a base, that does not give way."""
 
 
-def _relaxations(given: Any, least: int = 0) -> Relaxations:
+def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
     pairs = checks.is_array(given) and len(given) >= least
     if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
-        raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau)" + ", one at least" * least)
-    made = []
-    for k, (part, time) in enumerate(given):
-        names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
-        made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
-    return tuple(made)
+        raise SceneError(field, given, "a list of pairs (f, tau)" + ", one at least" * least)
+    return tuple(
+        (checks.positive(f"{field}[{k}][0]", part), checks.positive(f"{field}[{k}][1]", time))
+        for k, (part, time) in enumerate(given)
+    )
 
 
 def _modulus(field: str, value: Any) -> float:
-    allowed = "a positive modulus (inf: rigid)"
-    modulus = checks.real(field, value, allowed)
-    if modulus <= 0:
-        raise SceneError(field, value, allowed)
-    return modulus if math.isinf(modulus) else checks.positive(field, modulus)
+    modulus = checks.real(field, value, "a positive modulus (inf: rigid)")
+    return modulus if modulus == math.inf else checks.positive(field, modulus)
 
 
 def _pair(field: str, value: Any, check: Any = checks.poisson_ratio) -> tuple[float, float]:
@@ -147,7 +143,9 @@ class Bodies:
 
 
 @dataclass(frozen=True)
-class Layer(Checked, path="layer", h=checks.positive, G=checks.positive, nu=checks.poisson_ratio):
+class Layer(
+    Checked, path="layer", h=checks.positive, G=checks.positive, nu=checks.poisson_ratio, relaxations=_relaxations
+):
     """A layer of a `Layered` body: homogeneous, isotropic, and bonded to what is below.
 
     Parameters
@@ -168,13 +166,9 @@ class Layer(Checked, path="layer", h=checks.positive, G=checks.positive, nu=chec
     nu: float
     relaxations: Relaxations = ()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "relaxations", _relaxations(self.relaxations))
-
 
 @dataclass(frozen=True)
-class Layered:
+class Layered(Checked, path="bodies", relaxations=_relaxations):
     """A body of layers on a base: coated, graded, or a strip.
 
     Parameters
@@ -204,7 +198,7 @@ class Layered:
     relaxations: Relaxations = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "relaxations", _relaxations(self.relaxations))
+        super().__post_init__()
         layers = tuple(self.layers) if isinstance(self.layers, list | tuple) else ()
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
@@ -213,13 +207,11 @@ class Layered:
         if isinstance(given, list | tuple) and len(given) in (2, 3):
             G, nu, *own = given
             base = checks.positive("bodies.base[0]", G), checks.poisson_ratio("bodies.base[1]", nu)
-            object.__setattr__(self, "base", (*base, *(_relaxations(each, least=1) for each in own)))
+            object.__setattr__(self, "base", (*base, *(_relaxations("bodies.relaxations", each, 1) for each in own)))
         elif not isinstance(given, str) or given not in ("rigid", "smooth"):
             raise SceneError("bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
-        several = any(layer.relaxations for layer in layers) or len(self.base) == 3
-        if self.relaxations and several:
-            allowed = "left out, where layers or the base have their own"
-            raise SceneError("bodies.relaxations", self.relaxations, allowed)
+        if self.relaxations and (any(layer.relaxations for layer in layers) or len(self.base) == 3):
+            raise SceneError("bodies.relaxations", self.relaxations, "left out where layers or the base have their own")
 
     @property
     def surface(self) -> tuple[float, float]:
@@ -228,7 +220,13 @@ class Layered:
 
 
 @dataclass(frozen=True)
-class Viscoelastic(Checked, path="bodies", G=checks.positive, nu=checks.poisson_ratio):
+class Viscoelastic(
+    Checked,
+    path="bodies",
+    G=checks.positive,
+    nu=checks.poisson_ratio,
+    relaxations=lambda field, value: _relaxations(field, value, least=1),
+):
     """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
@@ -255,10 +253,6 @@ class Viscoelastic(Checked, path="bodies", G=checks.positive, nu=checks.poisson_
     G: float
     nu: float
     relaxations: Relaxations
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "relaxations", _relaxations(self.relaxations, least=1))
 
     @property
     def relaxed_G(self) -> float:

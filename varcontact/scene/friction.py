@@ -37,6 +37,8 @@ class Law(
     memory_distance: float = field(default=0.0, kw_only=True)
     memory_velocity: float = field(default=0.0, kw_only=True)
     local: ClassVar[bool] = False  # whether it depends on more than slip
+    warm: ClassVar[bool] = False  # whether it depends on the temperature of the surface
+    jumps: ClassVar[bool] = False  # whether the coefficient without memory does, as slip begins
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -47,19 +49,14 @@ class Law(
         if self.memory_velocity > 0 and self.memory_distance == 0:
             raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
 
-    @property
-    def warm(self) -> bool:
-        """Whether it depends on the temperature of the surface."""
-        return False
-
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
         """Coefficient at `slip`, and of other laws at `temperature`, `pressure`, `x` and `y`."""
         return self(slip)
 
     @property
     def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip."""
-        return True
+        """Whether the coefficient of a particle changes continuously with its slip: also with a memory."""
+        return self.memory_distance > 0 or not self.jumps
 
     @abstractmethod
     def __call__(self, slip: Any) -> np.ndarray:
@@ -104,10 +101,7 @@ class StaticKinetic(Law):
     array([0.4, 0.3, 0.3])
     """
 
-    @property
-    def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip: with a memory."""
-        return self.memory_distance > 0
+    jumps: ClassVar[bool] = True
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""
@@ -124,9 +118,8 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 1 / checks.LARGE <= self.half_velocity / self.velocity <= checks.LARGE:
-            raise SceneError(
-                "friction.half_velocity", self.half_velocity, f"within {checks.LARGE:g} times friction.velocity"
-            )
+            allowed = f"within {checks.LARGE:g} times friction.velocity"
+            raise SceneError("friction.half_velocity", self.half_velocity, allowed)
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""

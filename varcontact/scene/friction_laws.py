@@ -61,11 +61,7 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
 
     reference: float = 0.0
     over: float = 1.0
-
-    @property
-    def warm(self) -> bool:
-        """Whether it depends on the temperature of the surface."""
-        return True
+    warm: ClassVar[bool] = True
 
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
         """Coefficient at a `temperature`, whatever `slip`, `pressure`, `x` and `y`."""
@@ -159,6 +155,8 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         if not factors:
             raise SceneError("friction.factors", self.factors, "one factor at least")
         object.__setattr__(self, "factors", tuple(_factor(each) for each in factors))
+        warm = (each.warm if isinstance(each, Law) else "temperature" in _names(each) for each in self.factors)
+        object.__setattr__(self, "warm", any(warm))
         known = {name: np.full((2, 3), each) for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)}
         for each in self.factors:
             if callable(each) and not isinstance(each, Law):
@@ -166,11 +164,6 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__
-
-    @property
-    def warm(self) -> bool:
-        """Whether it depends on the temperature of the surface."""
-        return any(each.warm if isinstance(each, Law) else "temperature" in _names(each) for each in self.factors)
 
     def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
         """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""

@@ -210,9 +210,7 @@ class Grid(
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of `length`, which is given in the old one."""
         dx, dy, x0, y0 = self._lattice()
-        if self.line:
-            return replace(self, dx=dx / length, x0=x0 / length)
-        return replace(self, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
+        return self._like(self.nx, self.rows, dx / length, dy / length, x0 / length, y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the margin around it."""

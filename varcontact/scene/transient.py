@@ -138,9 +138,8 @@ spin_offset=0.16666666666666666, dt=None)
                 if is_line(each) != is_line(self.surface[0]):
                     raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none")
             object.__setattr__(self, "surface", tuple(self.surface))
-        if not isinstance(self.carried, Carried | Sequence | None) or not all(
-            isinstance(h, Carried) for h in self.heights
-        ):
+        several = isinstance(self.carried, Carried | Sequence | None)
+        if not several or not all(isinstance(each, Carried) for each in self.heights):
             raise SceneError("motion.carried", self.carried, "Carried, or several")
         if self.control is not None and not callable(self.control):
             raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
@@ -161,9 +160,8 @@ spin_offset=0.16666666666666666, dt=None)
         ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
         if ndim != 1 or len(value) != self.steps:
             raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
-        return tuple(
-            None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
-        )
+        given = ((f"{field}[{k}]", each) for k, each in enumerate(value))
+        return tuple(None if optional and each is None else check(name, each) for name, each in given)
 
     def of(self, name: str, k: int) -> Any:
         """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
@@ -232,11 +230,9 @@ _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 
 def _direction(field: str, value: Any) -> int:
-    allowed = "1 or -1"
-    number = checks.number(field, value, allowed)
-    if abs(number) != 1:
-        raise SceneError(field, value, allowed)
-    return int(number)
+    if abs(number(field, value, "1 or -1")) != 1:
+        raise SceneError(field, value, "1 or -1")
+    return int(value)
 
 
 _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
