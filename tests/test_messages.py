@@ -32,7 +32,7 @@ def certified(traction, **changes):
 
 MESSAGES = [
     (lambda: vc.Grid(nx=3, ny=3).x, "grid", "only such a grid has positions"),
-    (lambda: vc.Transient(steps=2, surface=[BALL, vc.Cylinders(1.0)]), "motion.surface[1]", "in all steps or in none"),
+    (lambda: scene(motion=vc.Transient(steps=1, surface=[vc.Cylinders(1.0)])), "motion.surface", "or none"),
     (lambda: vc.SampledDistance(np.eye(3), AXIS / 2, AXIS / 2).distance(SQUARE), "grid", "within the samples"),
     (lambda: scene(surface=BOWL, grid=SQUARE, normal_force=None, approach=-0.5), "approach", "must exceed"),
     (lambda: vc.plan(scene(surface=BOWL, grid=SQUARE), normal="hertz"), "", "for paraboloids, ellipses and cylinders"),

@@ -28,12 +28,10 @@ POISSON = "a Poisson's ratio in (-1, 0.5]"
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:
     """A real number, which may be infinite but not NaN."""
-    if value is None or isinstance(value, _NO_NUMBERS) or getattr(value, "dtype", _FLOAT).kind not in "iuf":
-        raise SceneError(field, value, allowed)
-    try:
-        result = float(value)
-    except Exception:  # an object's own code runs here, and may raise anything
-        raise SceneError(field, value, allowed) from None
+    result = math.nan
+    if not isinstance(value, _NO_NUMBERS) and getattr(value, "dtype", _FLOAT).kind in "iuf":
+        with contextlib.suppress(Exception):  # an object's own code runs here, and may raise anything
+            result = float(value)
     if math.isnan(result):
         raise SceneError(field, value, allowed)
     return result
@@ -90,13 +88,9 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
 def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> list[int]:
     """Several whole numbers of at least `least`, and at most `most`."""
     allowed = "a list of whole numbers"
-    if isinstance(value, str | bytes | bytearray):
+    if isinstance(value, str | bytes | bytearray) or not np.iterable(value):
         raise SceneError(field, value, allowed)
-    try:
-        given = list(value)
-    except TypeError:
-        raise SceneError(field, value, allowed) from None
-    return [whole(f"{field}[{i}]", n, least, most) for i, n in enumerate(given)]
+    return [whole(f"{field}[{i}]", n, least, most) for i, n in enumerate(value)]
 
 
 def is_array(value: Any) -> bool:
@@ -129,15 +123,12 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float
     """A copy as floats, of finite real numbers of any shape (also a single one)."""
     try:
         given = np.asarray(value)
-        real_ones = given.dtype.kind in "iuf" and not np.ma.is_masked(value)
-        result = given.astype(float) if real_ones else None
-    except MemoryError:
-        raise SceneError(field, value, "small enough for the memory") from None
+        if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
+            raise TypeError
+        result = given.astype(float)
     except Exception as error:  # an object's own code runs here, and may raise anything
         rows = ", with rows of equal length" if isinstance(error, ValueError) else ""
         raise SceneError(field, value, f"{allowed}{rows}") from None
-    if result is None:
-        raise SceneError(field, value, allowed)
     sizes = np.abs(result)
     if not (sizes <= most).all():  # nor where there is NaN
         require_all(field, result, np.isfinite(result), allowed)

@@ -350,7 +350,8 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     free = None if depth is None else depth / length
     medium: Medium | Conformal = (flat := medium_of(scene.bodies, length, free, scene.speed))
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
-        medium = Conformal(flat, *scene.surface.inclination_by(grid, length))
+        y = grid.y if scene.surface.y is None else scene.surface.y
+        medium = Conformal(flat, tuple((y / length).tolist()), tuple(scene.surface.inclination.tolist()))
     third_body = scene.third_body
     layer = 0.0 if third_body is None else third_body.compliance * scales.modulus / length
     operators = Operators(grid.scaled(length), medium, layer)

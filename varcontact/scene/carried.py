@@ -65,8 +65,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         if self.period is not None and self.period <= length:
             raise SceneError("carried.period", self.period, f"above the length of the samples, {length:.6g}")
 
-    def __repr__(self) -> str:
-        return checks.short_entries(self)
+    __repr__ = checks.short_entries
 
     @classmethod
     def flat(cls, length: float, radius: float, at: float, worn: bool = False, samples: int = 201) -> Carried:

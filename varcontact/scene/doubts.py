@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 from varcontact.scene.motion import Shift, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Paraboloids
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
@@ -28,11 +27,9 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     """Likely mistakes, see `Scene.doubts`."""
     found: list[str] = []
     surface, motion, units, G = scene.surface, scene.motion, scene.units, scene.bodies.combined_G
-    radii: tuple[float, ...] = (surface.R,) if isinstance(surface, Cylinders) else ()
+    radii = [getattr(surface, name) for name in ("Rx", "Ry", "R") if hasattr(surface, name)]
     if scene.third_body is not None and scene.third_body.k_tau < 0:
         found.append("the third body softens (k_tau < 0): the history need not be the only one")
-    if isinstance(surface, Paraboloids):
-        radii = surface.Rx, surface.Ry
     # moduli in pascals beside lengths in millimetres, or the other way round
     smallest = min(radii, default=0.0)
     if isinstance(units, Units) and (units.length, units.force) in PASCALS:
@@ -49,10 +46,8 @@ def doubts(scene: Scene) -> tuple[str, ...]:
         part, size, radius = max((size / radius, size, radius) for size, radius in zip(axes, radii, strict=False))
         if LARGE_CONTACT <= part < math.inf:
             name = "normal_force" if scene.approach is None else "approach"
-            words = (
-                f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius"
-            )
-            found.append(f"{words} {radius:.4g}; half-spaces stand for bodies much larger than it")
+            words = f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
+            found.append(f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it")
     heights = motion.height_range if isinstance(motion, Transient) else 0.0
     if scene.approach is not None and 0 < scene.approach <= heights:
         words = f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}"
@@ -67,8 +62,5 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     # tangential forces on a strip that slides on its base
     slides = scene.line and scene.bodies.slides and not scene.frictionless
     if slides and isinstance(motion, Steady | Shift) and (motion.Fx != 0 or motion.Fy or motion.rigid[1]):
-        words = (
-            "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
-        )
-        found.append(words)
+        found.append("a smooth base bears no shear: either end of the strip is taken to bear half of a shear force")
     return tuple(found)

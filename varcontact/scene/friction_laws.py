@@ -223,25 +223,22 @@ def _names(function: Any) -> tuple[str, ...]:
         return ARGUMENTS
     unknown = [each.name for each in parameters if each.name not in ARGUMENTS and each.default is each.empty]
     if unknown:
-        raise SceneError("friction.factors", f"{_name(function)}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name")
+        name = getattr(function, "__name__", function)
+        raise SceneError("friction.factors", f"{name}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name")
     return tuple(each.name for each in parameters if each.name in ARGUMENTS)
 
 
 def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
     """The values of a function for the elements, checked."""
-    shape = known[ARGUMENTS[0]].shape
+    shape, name = known[ARGUMENTS[0]].shape, getattr(function, "__name__", function)
     try:
-        found = np.asarray(function(**{name: known[name] for name in _names(function)}))
+        found = np.asarray(function(**{each: known[each] for each in _names(function)}))
     except Exception as error:  # the user's own code runs here
-        failed = f"{_name(function)} failed: {type(error).__name__}: {error}"
+        failed = f"{name} failed: {type(error).__name__}: {error}"
         raise SceneError("friction.factors", failed, f"functions of arrays of shape {shape}") from error
     if found.shape not in ((), shape):
-        raise checks.wrong_shape(f"friction.factors: {_name(function)}", found.shape, f"a number or of shape {shape}")
+        raise checks.wrong_shape(f"friction.factors: {name}", found.shape, f"a number or of shape {shape}")
     good = (found >= 0) & (found < np.inf) if found.dtype.kind in "fiu" else np.zeros(found.shape, bool)
     if not np.all(good):
-        raise SceneError("friction.factors", f"{_name(function)} = {found[~good][0]}", "numbers, zero or positive")
+        raise SceneError("friction.factors", f"{name} = {found[~good][0]}", "numbers, zero or positive")
     return np.broadcast_to(found.astype(float), shape)
-
-
-def _name(function: Any) -> str:
-    return str(getattr(function, "__name__", function))

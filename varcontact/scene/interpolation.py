@@ -37,18 +37,16 @@ class Interpolation:
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Values at the points of a grid, whose lines are in any order, and may be there twice."""
         (x, to_x), (y, to_y) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
-        return np.asarray(self._at(x, y)[np.ix_(to_y, to_x)])
+        found = self._spline(y, x)
+        if self._cliffs.any():
+            from scipy.ndimage import maximum_filter
 
-    def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        if not self._cliffs.any():
-            return np.asarray(self._spline(y, x))
-        from scipy.ndimage import maximum_filter
-
-        x, y = np.clip(x, self.x[0], self.x[-1]), np.clip(y, self.y[0], self.y[-1])
-        column = np.clip(np.searchsorted(self.x, x) - 1, 0, self.x.size - 2)
-        row = np.clip(np.searchsorted(self.y, y) - 1, 0, self.y.size - 2)
-        beside = maximum_filter(self._cliffs, 2 * SWING + 1)[np.ix_(row, column)]
-        return np.where(beside, self._calm(x, y), self._spline(y, x))
+            x, y = np.clip(x, self.x[0], self.x[-1]), np.clip(y, self.y[0], self.y[-1])
+            column = np.clip(np.searchsorted(self.x, x) - 1, 0, self.x.size - 2)
+            row = np.clip(np.searchsorted(self.y, y) - 1, 0, self.y.size - 2)
+            beside = maximum_filter(self._cliffs, 2 * SWING + 1)[np.ix_(row, column)]
+            found = np.where(beside, self._calm(x, y), found)
+        return np.asarray(found[np.ix_(to_y, to_x)])
 
     @cached_property
     def _spline(self) -> RectBivariateSpline:

@@ -333,13 +333,12 @@ class Scene(Generic[MotionT_co]):
         return doubts(self)
 
     def _repr_html_(self) -> str:
-        entries = {field.name: getattr(self, field.name) for field in fields(self)}
-        rows = [(name, checks.short(value)) for name, value in entries.items() if value is not None]
+        entries = ((field.name, getattr(self, field.name)) for field in fields(self))
+        rows = [(name, checks.short(value)) for name, value in entries if value is not None]
         rows += [("" if i else "doubtful", doubt) for i, doubt in enumerate(self.doubts)]
         return html_table("Scene", rows)
 
-    def __repr__(self) -> str:
-        return checks.short_entries(self)
+    __repr__ = checks.short_entries
 
     def to_toml(self) -> str:
         """The scene as the text of a scene file, which `read_scene` takes back.

@@ -165,8 +165,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     reference_depth: float | None = None
     inclination: np.ndarray | None = None
 
-    def __repr__(self) -> str:
-        return checks.short_entries(self)
+    __repr__ = checks.short_entries
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -248,12 +247,6 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         level = self._between.at(x, y)
         as_far_within = self._between.at(2 * x - grid.x, y), self._between.at(x, 2 * y - grid.y)
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
-
-    def inclination_by(self, grid: Grid, length: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The y at which inclinations are given, in units of a `length`, and these; without coordinates by `grid`."""
-        assert self.inclination is not None
-        y = grid.y if self.y is None else self.y
-        return tuple((y / length).tolist()), tuple(self.inclination.tolist())
 
     def inclination_at(self, grid: Grid) -> np.ndarray:
         """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the curvature at the end."""

@@ -16,7 +16,7 @@ from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, offset
-from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface
 
 MOST_STEPS = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
@@ -135,8 +135,6 @@ spin_offset=0.16666666666666666, dt=None)
             for k, each in enumerate(self.surface):
                 if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
                     raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
-                if is_line(each) != is_line(self.surface[0]):
-                    raise SceneError(f"motion.surface[{k}]", each, "line contact in all steps or in none")
             object.__setattr__(self, "surface", tuple(self.surface))
         several = isinstance(self.carried, Carried | Sequence | None)
         if not several or not all(isinstance(each, Carried) for each in self.heights):
@@ -147,8 +145,7 @@ spin_offset=0.16666666666666666, dt=None)
         if self.start is not None and not all(hasattr(self.start, name) for name in fields):
             raise SceneError("motion.start", self.start, "a Solution")
 
-    def __repr__(self) -> str:
-        return checks.short_entries(self)
+    __repr__ = checks.short_entries
 
     def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
         """One number, or as many as there are steps."""

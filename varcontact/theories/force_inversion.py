@@ -139,13 +139,10 @@ def _root(excess: Callable[[float], float], unit: float) -> float:
     """
     from scipy.optimize import brentq
 
-    low, high = -unit, unit
-    while excess(low) < 0:
-        low *= 4
-        if low < -FARTHEST * unit:
-            raise NotConverged("no creepage found for the prescribed force", abs(excess(low)))
-    while excess(high) > 0:
-        high *= 4
-        if high > FARTHEST * unit:
-            raise NotConverged("no creepage found for the prescribed force", abs(excess(high)))
-    return float(brentq(excess, low, high, xtol=1e-15 * unit, rtol=1e-14, maxiter=500))
+    ends = [-unit, unit]
+    for i, sign in enumerate((-1, 1)):
+        while sign * excess(ends[i]) > 0:
+            ends[i] *= 4
+            if abs(ends[i]) > FARTHEST * unit:
+                raise NotConverged("no creepage found for the prescribed force", abs(excess(ends[i])))
+    return float(brentq(excess, *ends, xtol=1e-15 * unit, rtol=1e-14, maxiter=500))

@@ -235,35 +235,29 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
     sum_y = np.where(whole, 0.0, half * (y + turn * d) + inner * turn)
     moment = np.where(whole, 0.0, -inner * y)
     if directions is not None or np.any(turn) or np.any(whole):
-        marched = None if directions is None else march(directions, columns[4:])
-        ends = half_circle_area(np.linspace(-1.0, 1.0, strips.along.size + 1))[::-1]
+        turned = edge * turn
+        rigid = ((x, y + place * turned) for place in strips.along)
+        toward, sign = (rigid, 1.0) if directions is None else (march(directions, columns[4:]), -1.0)
         share = half_circle_area(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
-        slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, ends, share, x, y, edge * turn, marched)
-        area = edge * edge
-        sum_x += area * (slip_x - (share - ends[-1]) * direction_x)
-        sum_y += area * (slip_y - (share - ends[-1]) * direction_y)
-        moment += area * edge * (slip_moment - lever * direction_y)
+        slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, share, toward)
+        area, part = edge * edge, share + np.pi / 4
+        sum_x += area * (sign * slip_x - part * direction_x)
+        sum_y += area * (sign * slip_y - part * direction_y)
+        moment += area * edge * (sign * slip_moment - lever * direction_y)
     weighted = -width * np.stack([sum_x, sum_y, across * sum_x, moment])
     return np.asarray(weighted.sum(axis=1))
 
 
 def _slip_area(
-    along: np.ndarray,
-    ends: np.ndarray,
-    share: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    turn: np.ndarray,
-    marched: Iterator[tuple[np.ndarray, np.ndarray]] | None,
+    along: np.ndarray, share: np.ndarray, toward: Iterator[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Integrals over the slip area of the bound: times its direction, that by its place along x, and by place alone.
+    """Integrals over the slip area of the bound: times a direction, that by its place along x, and by place alone.
 
-    The direction is that of the rigid slip ``(x, y + place turn)``, or against FASTSIM's traction. `ends` and `share`
-    are areas under a half circle, from its middle to the intervals' ends and to that of the slip area.
+    `toward` are vectors of this direction at each place, `share` areas under a half circle, to the slip area's end.
     """
-    sum_x, sum_y, moment, lever = np.zeros((4, *x.shape))
-    for i, place in enumerate(along):
-        px, py = (x, y + place * turn) if marched is None else next(marched)
+    sum_x, sum_y, moment, lever = np.zeros((4, *share.shape))
+    ends = half_circle_area(np.linspace(1.0, -1.0, along.size + 1))
+    for i, (place, (px, py)) in enumerate(zip(along, toward, strict=True)):
         weight = np.maximum(share - ends[i + 1], 0.0)
         np.minimum(weight, ends[i] - ends[i + 1], out=weight)
         size = np.sqrt(px * px + py * py)
@@ -275,7 +269,7 @@ def _slip_area(
         sum_y += size
         size *= place
         moment += size
-    return (sum_x, sum_y, moment, lever) if marched is None else (-sum_x, -sum_y, -moment, lever)
+    return sum_x, sum_y, moment, lever
 
 
 @dataclass(frozen=True, eq=False)

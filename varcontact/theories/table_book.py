@@ -24,8 +24,6 @@ AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
 AT_FULL, MORE = 3, 2.0**15
 """B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
-FEW = 64
-"""Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
 HALFWAY = 1.5
 """The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
 KNEE, ROOM = 1.8, 0.35
@@ -109,16 +107,11 @@ class TableBook:
         linear = linear_part(x, y, z, ratio, coefficients)
         if isinstance(x, float):
             return self._normalised(x, y, z, linear, self._rows, self._near(ratio))
-        rows, several = self._rows, isinstance(ratio, np.ndarray)
-        near: NearSplines = (0, (1.0,))
-        if not several and len(x) > FEW:
-            rows = _rows_of(self, ratio)
-        elif not several:
-            near = self._near(ratio)
-        found = np.empty((3, len(x)))
+        several, found = isinstance(ratio, np.ndarray), np.empty((3, len(x)))
+        rows = self._rows if several else _rows_of(self, ratio)
         for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
-            there = self._near(ratio[part]) if several else near
+            there = self._near(ratio[part]) if several else (0, (1.0,))
             found[:, part] = self._normalised(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
         return tuple(found)
 
@@ -146,13 +139,9 @@ class TableBook:
         found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
         Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
         tt, rr, along, turn = t * t, rest * rest, 1 - 2 * (x < 0), 1 - 2 * other
-        Fx, Fy, Mz = (
-            along * tt * Sx + rr * linear[0],
-            turn * tt * Sy + rr * linear[1],
-            turn * tt * Sz + rr * linear[2],
-        )
+        Fx, Fy = along * tt * Sx + rr * linear[0], turn * tt * Sy + rr * linear[1]
         cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
-        return Fx / cut, Fy / cut, Mz
+        return Fx / cut, Fy / cut, turn * tt * Sz + rr * linear[2]
 
     def _near(self, ratio: Any) -> NearSplines:
         """The splines in log(a/b) that are not zero there."""

@@ -219,16 +219,11 @@ def _component(part: float, other: float) -> float:
     if math.hypot(beyond, other) >= 1:
         return math.copysign(beyond, part)
 
-    if part == 0:
-        return 0.0
-
-    def excess(ratio: float) -> float:  # of ratio = xi' / |part|, in [1/3, 1] as F/(f Fz w') is in [1, 3]
-        w = math.hypot(ratio * part, other)
+    def excess(ratio: float) -> float:  # of ratio = xi'/part, in [1/3, 1] as F/(f Fz w') is in [1, 3]
+        w = min(math.hypot(ratio * part, other), 1.0)
         return (3 - 3 * w + w * w) * ratio - 1
 
-    highest = min(1.0, math.sqrt(1 - other**2) / abs(part))
-    ratio = highest if excess(highest) <= 0 else brentq(excess, 0.33, highest, xtol=1e-15, rtol=1e-15)
-    return float(ratio * part)
+    return float(brentq(excess, 0.33, 1.0, xtol=1e-15, rtol=1e-15) * part)
 
 
 def vermeulen_johnson_traction(
