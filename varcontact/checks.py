@@ -58,6 +58,12 @@ def positive(field: str, value: Any) -> float:
     return result
 
 
+def positive_or_infinite(field: str, value: Any) -> float:
+    """A number above zero, which may be infinite."""
+    result = real(field, value, "a positive number, or inf")
+    return result if result == math.inf else positive(field, result)
+
+
 def at_least_zero(field: str, value: Any, allowed: str = "a finite number, zero or positive") -> float:
     """A finite number that is not negative, of a size that can be computed with."""
     result = number(field, value, allowed)
@@ -103,10 +109,8 @@ def array(field: str, value: Any, *ndim: int, shape: tuple[int, ...] | None = No
     ndim = (len(shape),) if shape else ndim
     allowed = f"a {' or '.join(map(str, ndim))}-dimensional array of finite numbers"
     result = numbers(field, value, allowed)
-    if result.ndim not in ndim or result.size == 0:
-        raise wrong_shape(field, result.shape, allowed)
-    if shape and result.shape != shape:
-        raise wrong_shape(field, result.shape, meant or f"of shape {shape}")
+    if result.ndim not in ndim or result.size == 0 or (shape and result.shape != shape):
+        raise wrong_shape(field, result.shape, meant or (f"of shape {shape}" if shape else allowed))
     result.flags.writeable = False
     return result
 

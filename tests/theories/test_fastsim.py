@@ -278,7 +278,7 @@ NONE, ONES = (0, 0, 0), np.ones((2, 3))
         (lambda: fastsim_on_grid(GRID, A, B, 1.0, -ONES, NONE), r"bound\[0, 0\] = -1\.0 .*zero or positive"),
         (lambda: fastsim_on_grid(GRID, A, B, 1.0, ONES, (0, 0)), "creepage has shape .*three numbers"),
         (lambda: fastsim_on_grid(vc.Grid(nx=3, ny=2), A, B, 1.0, ONES, NONE), "must be explicit"),
-        (lambda: fastsim_field(*CONTACT, np.zeros((2, 3)), TABLE), "creepage has shape .*1-dimensional"),
+        (lambda: fastsim_field(*CONTACT, np.zeros((2, 3)), TABLE), "creepage has shape .*three numbers"),
         (lambda: fastsim_field(*CONTACT, (0, 0), TABLE), r"creepages? has shape \(2,\)"),
         (lambda: creepage_for_force(*CONTACT, TABLE, flexibility="all"), "flexibility = 'all'"),
         (lambda: creepage_for_force(*CONTACT, TABLE, vx=0.0, Fx=1.0), "vx and Fx are both given"),

@@ -21,7 +21,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.files import SCENE_BYTES, begins_with, check_replaceable, first_line, text_of, write_whole
@@ -144,7 +144,7 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     dims = {"rigid_slip": 2, "factors": 2, "h": 2 if rows else 1}  # one row or column is line contact
     entries = {name: _made(name, name, each, folder, dims) for name, each in table.items() if name != "friction"}
     if "friction" in table:
-        dims["friction"] = 1 if is_line(entries["surface"]) else 2
+        dims["friction"] = 1 if entries["surface"].line else 2
         entries["friction"] = _made("friction", "friction", table["friction"], folder, dims)
     return Scene(**entries)
 

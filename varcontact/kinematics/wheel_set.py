@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from varcontact.checks import Checked, number, numbers, positive, positives, wrong_shape
+from varcontact.checks import Checked, array, number, positive, positives
 from varcontact.kinematics.rigid import Creepages
 from varcontact.reference.creepage_coefficients import creepage_coefficients
+
+
+def _pair(field: str, value: object) -> tuple[float, ...]:
+    return tuple(array(field, value, shape=(2,), meant="two numbers, of the left and the right wheel").tolist())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,6 +20,8 @@ class WheelSetMotion(
     path="motion",
     **dict.fromkeys(("speed", "half_gauge"), positive),
     **dict.fromkeys(("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"), number),
+    radii=lambda field, value: _pair(field, positives(field, value)),
+    angles=_pair,
 ):
     """The linearised motion of a wheel set on straight rails (section 2.2.3): z up, x forward, y to the left.
 
@@ -62,14 +68,6 @@ class WheelSetMotion(
     yaw: float = 0.0
     yaw_rate: float = 0.0
     lateral_velocity: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, check in (("radii", positives), ("angles", numbers)):
-            pair = check(f"motion.{name}", getattr(self, name))
-            if pair.shape != (2,):
-                raise wrong_shape(f"motion.{name}", pair.shape, "two numbers, of the left and the right wheel")
-            object.__setattr__(self, name, tuple(pair.tolist()))
 
     @property
     def creepages(self) -> tuple[Creepages, Creepages]:

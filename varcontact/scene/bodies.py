@@ -26,11 +26,6 @@ def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
     )
 
 
-def _modulus(field: str, value: Any) -> float:
-    modulus = checks.real(field, value, "a positive modulus (inf: rigid)")
-    return modulus if modulus == math.inf else checks.positive(field, modulus)
-
-
 def _pair(field: str, value: Any, check: Any = checks.poisson_ratio) -> tuple[float, float]:
     """Values of both bodies, of which one at least is finite."""
     single = not checks.is_array(value)
@@ -75,7 +70,7 @@ class Bodies:
     slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        G, nu = _pair("bodies.G", self.G, _modulus), _pair("bodies.nu", self.nu)
+        G, nu = _pair("bodies.G", self.G, checks.positive_or_infinite), _pair("bodies.nu", self.nu)
         object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
         object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
 
@@ -104,7 +99,7 @@ class Bodies:
         >>> Bodies.from_young(E=210e9, nu=0.25)
         Bodies(G=84000000000.0, nu=0.25)
         """
-        moduli, ratios = _pair("bodies.E", E, _modulus), _pair("bodies.nu", nu)
+        moduli, ratios = _pair("bodies.E", E, checks.positive_or_infinite), _pair("bodies.nu", nu)
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property

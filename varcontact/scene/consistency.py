@@ -19,7 +19,7 @@ from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, Tempera
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
@@ -159,7 +159,7 @@ def _check_surfaces(scene: Scene) -> None:
             given = float(turns[turns != 0][0])
             raise SceneError(f"motion.{name}", given, "0 in line contact, where nothing depends on y")
     for surface in scene.surfaces:
-        if is_line(surface) != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
+        if surface.line != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
             allowed = "as the scene's surface: line contact with the same reference_depth, or none"
             raise SceneError("motion.surface", surface, allowed)
     if not any(getattr(surface, "inclination", None) is not None for surface in (scene.surface, *scene.surfaces)):

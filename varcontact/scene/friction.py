@@ -251,6 +251,5 @@ def slip_sizes(slip: Any) -> np.ndarray:
     """Sizes of slips, checked; infinite ones are allowed."""
     allowed = "numbers, zero or positive: sizes of slip"
     sizes = checks.numbers("slip", slip, allowed, most=np.inf)
-    if np.any(sizes < 0):
-        raise SceneError("slip", float(sizes.min()), allowed)
+    checks.require_all("slip", sizes, sizes >= 0, allowed)
     return sizes

@@ -209,8 +209,7 @@ def _factor(given: Any) -> Any:
     if not isinstance(given, np.ndarray | list | tuple):
         raise SceneError("friction.factors", given, "laws, arrays of numbers by place, or functions")
     field = checks.array("friction.factors", np.asarray(given)[None] if np.ndim(given) == 1 else given, 2)
-    if np.any(field < 0):
-        raise SceneError("friction.factors", float(field.min()), "zero or positive everywhere")
+    checks.require_all("friction.factors", field, field >= 0, "zero or positive everywhere")
     return field
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from varcontact.checks import Checked, at_least_zero, number, positive
+from varcontact.checks import Checked, at_least_zero, number, positive, positive_or_infinite
 from varcontact.errors import SceneError
 
 
 @dataclass(frozen=True)
-class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=positive):
+class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=positive, tau_c0=positive_or_infinite):
     """An elastic-plastic layer between the bodies: leaves, sand, oxides, wear debris.
 
     It shears by ``h/G`` times the traction. From the yield stress on it flows along the traction, and hardens:
@@ -48,9 +48,7 @@ class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=pos
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.tau_c0, float) or self.tau_c0 != math.inf:
-            object.__setattr__(self, "tau_c0", positive("third_body.tau_c0", self.tau_c0))
-        elif self.k_tau != 0:
+        if self.k_tau != 0 and not self.yields:
             raise SceneError("third_body.k_tau", self.k_tau, "0 without a third_body.tau_c0, from which it hardens")
 
     @property

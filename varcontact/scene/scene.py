@@ -22,7 +22,7 @@ from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
-from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
@@ -136,8 +136,7 @@ class Scene(Generic[MotionT_co]):
             set_(self, "thermal", tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal))
         consistency.check_classes(self)
         if self.normal_force is not None:
-            unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
-            check = checks.number if unloaded else checks.positive
+            check = checks.at_least_zero if isinstance(self.motion, TimeStep) else checks.positive
             set_(self, "normal_force", check("normal_force", self.normal_force))
         if self.approach is not None:
             set_(self, "approach", checks.number("approach", self.approach))
@@ -155,7 +154,7 @@ class Scene(Generic[MotionT_co]):
     @property
     def line(self) -> bool:
         """Whether it is a line contact, in plane strain."""
-        return is_line(self.surface)
+        return self.surface.line
 
     @property
     def conformal(self) -> bool:
@@ -234,22 +233,21 @@ class Scene(Generic[MotionT_co]):
     @cached_property
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where surface, bodies and load allow it, else None; a line contact has an infinite b."""
-        if not isinstance(self.bodies, Bodies):
+        bodies, surface, approach = self.bodies, self.surface, self.approach
+        if not isinstance(bodies, Bodies) or isinstance(surface, SampledDistance):
             return None
-        if not self.normal_force and (self.approach is None or self.approach <= 0):
+        if not self.normal_force and (approach is None or approach <= 0):
             return None  # a step without contact, or loads of the steps alone
-        load = {"force": self.normal_force, "approach": self.approach}
-        if isinstance(self.surface, Cylinders):
-            R, depth, approach = self.surface.R, self.surface.reference_depth, self.approach
-            contact = line_contact(R, self.bodies, **load, depth=depth)
-            if approach is None:
-                approach = math.nan if depth is None else contact.approach(depth)
-            return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf)
-        if isinstance(self.surface, Paraboloids):
-            return hertz(self.surface.Rx, self.surface.Ry, self.bodies, **load)
-        if isinstance(self.surface, Ellipse):
-            return hertz_ellipse(self.surface.a, self.surface.b, self.bodies, **load)
-        return None
+        load = {"force": self.normal_force, "approach": approach}
+        if isinstance(surface, Paraboloids):
+            return hertz(surface.Rx, surface.Ry, bodies, **load)
+        if isinstance(surface, Ellipse):
+            return hertz_ellipse(surface.a, surface.b, bodies, **load)
+        R, depth = surface.R, surface.reference_depth
+        contact = line_contact(R, bodies, **load, depth=depth)
+        if approach is None:
+            approach = math.nan if depth is None else contact.approach(depth)
+        return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf)
 
     @property
     def frictions(self) -> list[float | np.ndarray | Law | None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
 
     Rx: float
     Ry: float
+    line: ClassVar[bool] = False
 
     @classmethod
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
@@ -96,6 +98,7 @@ class Ellipse(Checked, path="surface", a=positive, b=positive):
 
     a: float
     b: float
+    line: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -120,6 +123,7 @@ class Cylinders(Checked, path="surface", R=positive, reference_depth=positive):
 
     R: float
     reference_depth: float | None = None
+    line: ClassVar[bool] = True
 
     def distance(self, grid: Grid) -> np.ndarray:
         """Undeformed distance (1, nx) at the centres of the elements of an explicit `grid` [length]."""
@@ -313,8 +317,3 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
 
 
 Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
-
-
-def is_line(surface: Surface) -> bool:
-    """Whether a surface makes a line contact."""
-    return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)

@@ -154,8 +154,7 @@ spin_offset=0.16666666666666666, dt=None)
             return None
         if not checks.is_array(value):
             return check(field, value)
-        ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
-        if ndim != 1 or len(value) != self.steps:
+        if len(value) != self.steps:
             raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
         given = ((f"{field}[{k}]", each) for k, each in enumerate(value))
         return tuple(None if optional and each is None else check(name, each) for name, each in given)

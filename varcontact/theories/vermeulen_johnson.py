@@ -195,7 +195,7 @@ def vermeulen_johnson_creepage(
     limit = positive("friction_force", friction_force)
     unit = 3 * limit / (positive("a", a) * positive("b", b) * positive("G", G))
     units = -unit / np.array([coefficients.C11, coefficients.C22])  # creepages are units * (xi', eta')
-    given = np.array([given_x, given_y]) / units
+    found = np.array([given_x, given_y]) / units
     force = np.hypot(Fx or 0.0, Fy or 0.0) / limit
     if force >= 1:
         raise Saturated(force * limit, limit)
@@ -203,11 +203,9 @@ def vermeulen_johnson_creepage(
         w = -math.expm1(math.log1p(-force) / 3)  # (131)
         found = np.array([Fx, Fy]) / limit * (w / force if force else 0.0)
     elif Fx is not None:
-        found = np.array([_component(Fx / limit, given[1]), given[1]])
+        found[0] = _component(Fx / limit, found[1])
     elif Fy is not None:
-        found = np.array([given[0], _component(Fy / limit, given[0])])
-    else:
-        found = given
+        found[1] = _component(Fy / limit, found[0])
     return np.append(units * found, 0.0)
 
 
