@@ -196,7 +196,7 @@ def _forces(
     fields = fields.reshape(len(fields), -1)
     fields[:7] = np.clip(fields[:7], -LARGEST_STEP, LARGEST_STEP)
     fields[:3] /= strips.by_bound
-    columns = np.concatenate([fields[:4], _moderate_steps(fields[7:])])
+    columns = np.concatenate([fields[:4], fields[7:]])
     sums = by_chunks(strips, columns, lambda chunk: _integrals(strips, chunk, directions))
     along_x, along_y, by_x, by_y = sums * (PEAK["elliptic"] * strips.by_bound * fields[6])
     moment = fields[4] * by_y - fields[5] * by_x
@@ -342,7 +342,8 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
     same two arrays every time: fresh ones would cost as much as the arithmetic.
     """
     edge, peak = strips.edge[:, None], strips.peak[:, None]
-    vx, vy, spin_y, spin_x = steps
+    # squares must not overflow
+    vx, vy, spin_y, spin_x = steps * np.minimum(1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0))
     step_x = -(edge / peak) * (vx - strips.across[:, None] * spin_y)
     by_place = -(edge / peak) * edge * spin_x
     middle = 1 - strips.first * strips.step / 2  # of the interval ahead of the first point
@@ -363,15 +364,10 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
         yield px, py
 
 
-def _moderate_steps(steps: np.ndarray) -> np.ndarray:
-    """Steps of `march` whose squares do not overflow, of the same direction."""
-    return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0)))
-
-
 def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of the peak."""
     by_creepage, by_spin = strips.by_creepage, strips.by_spin
-    steps = _moderate_steps(steps * np.array([by_creepage, by_creepage, by_spin, by_spin])[:, None])
+    steps = steps * np.array([by_creepage, by_creepage, by_spin, by_spin])[:, None]
     across, edge = strips.across[:, None], strips.edge[:, None]
     weight = strips.width[:, None] * strips.step * edge * strips.peak[:, None] * strips.by_bound
 

@@ -6,7 +6,6 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -87,9 +86,25 @@ def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "
     book = book_of(book)
     check_nu(book, c.nu)
     ratio = ratio_in_book(book, c.a / c.b, outside)
-    if c.table is None or outside == "clamp":
-        c = replace(c, table=coefficients_of(ratio, c.nu, c.slope))
-    return interpolated(book, ratio, c)
+    table = c.table
+    if table is None or outside == "clamp":
+        table = coefficients_of(ratio, c.nu, c.slope)
+    ab, limit = c.a * c.b, c.limit
+    size, unit, (by_x, by_y, by_spin) = ab**0.5, c.G * ab / limit, reduced_scales(table, ratio)
+    x, y, z = unit * (by_x * c.vx), unit * (by_y * c.vy), unit * size * (by_spin * c.spin)
+    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
+        Fx, Fy, Mz = book.normalised(x, y, z, ratio, table)
+        return limit * Fx, limit * Fy, limit * size * Mz
+    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
+
+    def each(value: Any) -> Any:
+        """One for each place, or one for all."""
+        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
+
+    table = CreepageCoefficients(each(table.C11), each(table.C22), each(table.C23), each(table.C33))
+    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), table)
+    return limit * Fx.reshape(shape), limit * Fy.reshape(shape), limit * size * Mz.reshape(shape)
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -176,23 +191,3 @@ def why_not_in_book(ratio: float, nu: float) -> str:
     if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
         return f"its book has a/b from {least:.4g} to {greatest:.4g}, and a/b is {ratio:.4g}"
     return ""
-
-
-def interpolated(book: TableBook, ratio: Any, contact: Contact) -> Forces:
-    """Fx, Fy and Mz of a contact, whose coefficients are those at a `ratio` in the book."""
-    ab, c, limit = contact.a * contact.b, contact.table, contact.limit
-    size, unit, (by_x, by_y, by_spin) = ab**0.5, contact.G * ab / limit, reduced_scales(c, ratio)
-    x, y, z = unit * (by_x * contact.vx), unit * (by_y * contact.vy), unit * size * (by_spin * contact.spin)
-    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
-        Fx, Fy, Mz = book.normalised(x, y, z, ratio, c)
-        return limit * Fx, limit * Fy, limit * size * Mz
-    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
-
-    def each(value: Any) -> Any:
-        """One for each place, or one for all."""
-        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
-
-    c = CreepageCoefficients(each(c.C11), each(c.C22), each(c.C23), each(c.C33))
-    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
-    Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), c)
-    return limit * Fx.reshape(shape), limit * Fy.reshape(shape), limit * size * Mz.reshape(shape)
