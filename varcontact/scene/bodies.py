@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
-from varcontact import checks
-from varcontact.checks import Checked, named
+from varcontact.checks import Checked, is_array, named, poisson_ratio, positive, positive_or_infinite
 from varcontact.errors import SceneError
 
 Relaxations = tuple[tuple[float, float], ...]
@@ -17,18 +17,17 @@ RIGID = "rigid"
 
 
 def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
-    pairs = checks.is_array(given) and len(given) >= least
-    if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
+    pairs = is_array(given) and len(given) >= least
+    if not pairs or not all(is_array(each) and len(each) == 2 for each in given):
         raise SceneError(field, given, "a list of pairs (f, tau)" + ", one at least" * least)
     return tuple(
-        (checks.positive(f"{field}[{k}][0]", part), checks.positive(f"{field}[{k}][1]", time))
-        for k, (part, time) in enumerate(given)
+        (positive(f"{field}[{k}][0]", part), positive(f"{field}[{k}][1]", time)) for k, (part, time) in enumerate(given)
     )
 
 
-def _pair(field: str, value: Any, check: Any = checks.poisson_ratio) -> tuple[float, float]:
+def _pair(field: str, value: Any, check: Any = poisson_ratio) -> tuple[float, float]:
     """Values of both bodies, of which one at least is finite."""
-    single = not checks.is_array(value)
+    single = not is_array(value)
     if not single and len(value) != 2:
         raise SceneError(field, value, "one value, or a pair (upper, lower)")
     pair = 2 * (check(field, value),) if single else (check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1]))
@@ -70,7 +69,7 @@ class Bodies:
     slides: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        G, nu = _pair("bodies.G", self.G, checks.positive_or_infinite), _pair("bodies.nu", self.nu)
+        G, nu = _pair("bodies.G", self.G, positive_or_infinite), _pair("bodies.nu", self.nu)
         object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
         object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
 
@@ -99,7 +98,7 @@ class Bodies:
         >>> Bodies.from_young(E=210e9, nu=0.25)
         Bodies(G=84000000000.0, nu=0.25)
         """
-        moduli, ratios = _pair("bodies.E", E, checks.positive_or_infinite), _pair("bodies.nu", nu)
+        moduli, ratios = _pair("bodies.E", E, positive_or_infinite), _pair("bodies.nu", nu)
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property
@@ -138,9 +137,7 @@ class Bodies:
 
 
 @dataclass(frozen=True)
-class Layer(
-    Checked, path="layer", h=checks.positive, G=checks.positive, nu=checks.poisson_ratio, relaxations=_relaxations
-):
+class Layer(Checked, path="layer", h=positive, G=positive, nu=poisson_ratio, relaxations=_relaxations):
     """A layer of a `Layered` body: homogeneous, isotropic, and bonded to what is below.
 
     Parameters
@@ -201,7 +198,7 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
         given = self.base
         if isinstance(given, list | tuple) and len(given) in (2, 3):
             G, nu, *own = given
-            base = checks.positive("bodies.base[0]", G), checks.poisson_ratio("bodies.base[1]", nu)
+            base = positive("bodies.base[0]", G), poisson_ratio("bodies.base[1]", nu)
             object.__setattr__(self, "base", (*base, *(_relaxations("bodies.relaxations", each, 1) for each in own)))
         elif not isinstance(given, str) or given not in ("rigid", "smooth"):
             raise SceneError("bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
@@ -215,13 +212,7 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
 
 
 @dataclass(frozen=True)
-class Viscoelastic(
-    Checked,
-    path="bodies",
-    G=checks.positive,
-    nu=checks.poisson_ratio,
-    relaxations=lambda field, value: _relaxations(field, value, least=1),
-):
+class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxations=partial(_relaxations, least=1)):
     """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
