@@ -84,24 +84,20 @@ def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisati
 
 def plastic_flow(disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray) -> np.ndarray:
     """What a third body flows in a step, (2, ny, nx), dimensionless, under the local shift of a state."""
-    layer = disc.loading.third_body
-    if layer is None or not layer.yields or disc.loading.frictionless:
+    stress = None if disc.loading.frictionless else with_yield_stress(disc, state).loading.yield_stress
+    if stress is None:
         return np.zeros_like(shift)
     if disc.hardening <= 0:
         return np.where(areas == PLASTIC, -shift, 0.0)
-    stress = with_yield_stress(disc, state).loading.yield_stress
-    assert stress is not None
     return Yielding(stress, disc.hardening).flow(state.traction)
 
 
 def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | None:
     """Plastic displacement and yield stress of the particles at the end of a step, (3, ny, nx), dimensionless."""
-    layer = disc.loading.third_body
-    if layer is None or not layer.yields:
+    stress = with_yield_stress(disc, state).loading.yield_stress
+    if stress is None:
         return None
     shift, (_, areas) = local_shift(disc, state), shift_and_areas(disc, state)
-    stress = with_yield_stress(disc, state).loading.yield_stress
-    assert stress is not None
     if disc.hardening > 0:
         stress = np.maximum(stress, np.hypot(*state.traction))
     flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step

@@ -153,19 +153,17 @@ class LayeredPair:
         rigid = all(base == "rigid" for base in bases)
         return rigid, rigid, all(base in ("rigid", "smooth") for base in bases)
 
-    def symbols(self, k: np.ndarray) -> np.ndarray:
-        """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n)."""
-        return self._of_both(self.upper.compliance(k), self.lower.compliance(k))
-
-    @property
-    def surface(self) -> np.ndarray:
-        """Their limits for large wave numbers, those of half-spaces of the surfaces."""
-        return self._of_both(self.upper.surface, self.lower.surface)
-
-    def _of_both(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    def symbols(self, k: np.ndarray | None = None) -> np.ndarray:
+        """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n); or in the limit of large ones."""
+        upper, lower = (each.surface if k is None else each.compliance(k) for each in (self.upper, self.lower))
         both = upper + lower
         both[1] = upper[1] - lower[1]
         return both
+
+    @property
+    def surface(self) -> np.ndarray:
+        """The symbols of half-spaces of the surfaces."""
+        return self.symbols()
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
