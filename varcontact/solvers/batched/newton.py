@@ -36,8 +36,6 @@ INNER, LATE_INNER = 0.2, 3e-2
 """Inner tolerance, and its least value near the solution."""
 MOST_INNER, MOST_STEPS = 25, 60
 """Inner iterations, and Newton steps."""
-FAR = 0.3
-"""Turn of a slipping traction [rad] from which a step is put back on the bound."""
 STEP_LENGTHS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 COARSE_TOLERANCE, COARSEST = 1e-2, 6
 """Of the problems with elements twice as large, which are solved first from twice so many elements on."""
@@ -276,7 +274,7 @@ class Method:
         turn = -dot(across, pool.traction) * outward
         right = lacking * normal + turn * across - pool.shift * (contact & ~slip)
         inverse = inverse_of(pool.windowed, shift)
-        return System(free, along, own, weights, inverse, slip, normal, across, right)
+        return System(free, along, own, weights, inverse, right)
 
     def _precondition(self, pool: Pool, system: System, right: np.ndarray) -> np.ndarray:
         field = times(system.free, right)
@@ -369,14 +367,6 @@ class Method:
         wanted = 0.3 * tol * at.size / np.maximum(at.residual, 1e-30)
         tolerance = np.clip(wanted, np.where(near, LATE_INNER, INNER), INNER)
         step, image, rigid = self._gcr(pool, system, at.lacking, tolerance)
-        turn = dot(system.across, pool.traction + step) / np.where(pool.bound > 0, pool.bound, np.inf)
-        far = np.abs(turn).max(axis=(0, 1)) > FAR
-        if far.any():
-            turn = np.clip(turn, -1.2, 1.2)
-            on_bound = pool.bound * (np.cos(turn) * system.normal + np.sin(turn) * system.across)
-            extra = (on_bound - pool.traction - step) * (system.slip & far)
-            image += self.product(extra.astype(np.float32), pool.symbol32, pool.own)
-            step += extra
         pool.rounding[...] += SINGLE * np.abs(step).max(axis=(0, 1, 2))
         image += self._rigid(rigid)
         length, todo = np.ones(pool.size, step.dtype), np.arange(pool.size)

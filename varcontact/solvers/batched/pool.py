@@ -65,9 +65,6 @@ class System:
     own: np.ndarray
     weights: tuple[np.ndarray, np.ndarray]
     inverse: tuple[np.ndarray, np.ndarray]
-    slip: np.ndarray
-    normal: np.ndarray
-    across: np.ndarray
     right: np.ndarray
 
 

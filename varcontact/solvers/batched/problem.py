@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from varcontact.elasticity.operators import DIFFERENCES
+from varcontact.solvers.newton import hierarchy
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,30 +146,11 @@ def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
 
 def halved(field: np.ndarray) -> np.ndarray:
     """Means of 2 x 2 elements (2 in line contact), with zeros beyond an odd end."""
-    for axis in (-3, -2):
-        if field.shape[axis] == 1:
-            continue
-        ends = [(0, 0)] * field.ndim
-        ends[axis] = (0, field.shape[axis] % 2)
-        field = np.pad(field, ends)
-        field = (np.moveaxis(field, axis, 0)[::2] + np.moveaxis(field, axis, 0)[1::2]) / 2
-        field = np.moveaxis(field, 0, axis)
-    return field
+    sums = hierarchy.halved(np.moveaxis(field, -1, 0))
+    return np.moveaxis(sums, 0, -1) / hierarchy.parts(field.shape[-3:-1])
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Linear interpolation on elements half as large, over the elements in contact only."""
-
-    def finer(values: np.ndarray) -> np.ndarray:
-        for axis in (-3, -2):
-            if shape[axis + 3] == 1:
-                continue
-            moved = np.moveaxis(values, axis, 0)
-            around = np.concatenate([0 * moved[:1], moved, 0 * moved[:1]])
-            pairs = [0.75 * moved + 0.25 * around[:-2], 0.75 * moved + 0.25 * around[2:]]
-            values = np.moveaxis(np.stack(pairs, 1).reshape(-1, *moved.shape[1:]), 0, axis)
-        return values[..., : shape[0], : shape[1], :]
-
-    weight = finer(contact.astype(float))
-    found: np.ndarray = finer(field * contact) / np.maximum(weight, 1e-9)
-    return found
+    found = hierarchy.doubled(np.moveaxis(field, -1, 0), np.moveaxis(contact, -1, 0)[:, None], shape)
+    return np.moveaxis(found, 0, -1)
