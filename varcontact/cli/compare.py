@@ -36,7 +36,11 @@ def compare(
     files = scenes or []
     check_outputs(out, plot, files, force)
     known = vc.standard_bank() if bank else {}
-    read = {name: vc.read_scene(path) for name, path in by_name(files, set(known)).items()}
+    if len({path.resolve() for path in files}) < len(files):
+        raise SceneError("scenes", " ".join(map(str, files)), "each file once")
+    stems = [path.stem for path in files]  # or paths, where these are not enough to tell the files apart
+    plain = [name for name in stems if stems.count(name) == 1 and name not in known]
+    read = {path.stem if path.stem in plain else str(path): vc.read_scene(path) for path in files}
     described = {name: scene for name, (scene, _) in read.items()} | known
     if not described:
         raise SceneError("scenes", None, "given: name a scene file or give --bank")
@@ -51,16 +55,6 @@ def compare(
     work = partial(vc.compare, described, chosen, tol=tol, store=out, workers=workers, **options)
     written = table_as_json if as_json else summary
     draw(plot, vc.plot_comparison, study(work, written, out, "--out FILE.csv", "scenes"))
-
-
-def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
-    """Scene files by their names, or by their paths where these are not enough to tell them apart."""
-    if len({path.resolve() for path in files}) < len(files):
-        paths = " ".join(map(str, files))
-        raise SceneError("scenes", paths, "each file once")
-    stems = [path.stem for path in files]
-    names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
-    return dict(zip(names, files, strict=True))
 
 
 def converge(

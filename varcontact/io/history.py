@@ -31,17 +31,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.system.files import (
-    PATIENCE,
-    begins_with,
-    check_replaceable,
-    check_writable,
-    first_line,
-    only_writer,
-    reading,
-    replacing,
-    writing,
-)
+from varcontact.system import files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,11 +51,11 @@ class Stored(Sequence[Solution]):
     @contextmanager
     def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
         """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history."""
-        check_writable("store", path, (".nc",))
+        files.check_writable("store", path, (".nc",))
         stored = cls(path, scene, plan, settings)
-        with only_writer("store", path):
+        with files.only_writer("store", path):
             if path.exists() and path.stat().st_size > 0:
-                if not begins_with(path, MAGIC):
+                if not files.begins_with(path, MAGIC):
                     raise OutputError("store", path, "exists already and holds no history")
                 other = cls.read(path)
                 with _file(path) as file:
@@ -81,7 +71,7 @@ class Stored(Sequence[Solution]):
         with _file(path) as file:
             if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
                 raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
-            with reading(path):
+            with files.reading(path):
                 scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
                 settings = _entry(file, "settings")
                 settings["tol"] = checks.positive("tol", settings["tol"])
@@ -97,7 +87,7 @@ class Stored(Sequence[Solution]):
     @property
     def grid(self) -> Grid:
         """The grid of all steps."""
-        with _file(self.path) as file, reading(self.path):
+        with _file(self.path) as file, files.reading(self.path):
             return Grid(**_entry(file, "grid"))
 
     def __len__(self) -> int:
@@ -115,11 +105,11 @@ class Stored(Sequence[Solution]):
         if self.measured is None:
             return replace(sol, note=AS_STORED)
         before = self._read(k - 1) if k > 0 else None
-        with reading(self.path, f"is damaged in step {k}"):
+        with files.reading(self.path, f"is damaged in step {k}"):
             return self.measured(k, before, sol)
 
     def _read(self, k: int) -> Solution:
-        with _file(self.path) as file, reading(self.path, f"is damaged in step {k}"):
+        with _file(self.path) as file, files.reading(self.path, f"is damaged in step {k}"):
             grid = Grid(**_entry(file, "grid"))
             found = {name: _native(file.variables[name][k]) for name in READ if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
@@ -129,7 +119,7 @@ class Stored(Sequence[Solution]):
         """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros([0, *(SIZES[dim] for dim in SERIES[name][0])])
-        with _file(self.path) as file, reading(self.path):
+        with _file(self.path) as file, files.reading(self.path):
             if name != "friction_work" or "power_density" in file.variables:
                 return _native(file.variables[name][:])
         return np.array([sol.friction_work for sol in self])  # an earlier version's was of another slip
@@ -141,13 +131,13 @@ class Stored(Sequence[Solution]):
             reason = f"has {count} steps where this run has written {k}: something else has changed it"
             raise OutputError("store", self.path, reason)
         if k == 0:
-            with replacing("store", self.path) as file:
+            with files.replacing("store", self.path) as file:
                 file.write(step_to_bytes(self.scene, self.plan, self.settings, sol, first=True))
             return
         with _file(self.path) as header:
             begin = int(header.first_step.decode())
         step = step_to_bytes(self.scene, self.plan, self.settings, sol, first=False)
-        with writing("store", self.path), self.path.open("r+b") as file:
+        with files.writing("store", self.path), self.path.open("r+b") as file:
             file.seek(begin + k * len(step))
             file.write(step)
             file.truncate()
@@ -163,18 +153,18 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
     check_history_file("path", path, overwrite)
     if len(history) == 0:
         raise OutputError("path", path, "no step of the history is finished")
-    with only_writer("path", path, PATIENCE), replacing("path", path) as file:
+    with files.only_writer("path", path, files.PATIENCE), files.replacing("path", path) as file:
         _write(history, file)
 
 
 def check_history_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no history may be written, see `save`."""
-    check_replaceable(field, path, (".nc",), "history", _is_whole, overwrite)
+    files.check_replaceable(field, path, (".nc",), "history", _is_whole, overwrite)
 
 
 def _is_whole(path: Path) -> bool:
     with suppress(OutputError):
-        return begins_with(path, MAGIC) and len(Stored.read(path)) > 0
+        return files.begins_with(path, MAGIC) and len(Stored.read(path)) > 0
     return False
 
 
@@ -220,7 +210,7 @@ def _file(path: Path) -> Iterator[Any]:
             break
         except Exception as error:  # whatever scipy makes of damaged bytes
             if left == 0:
-                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+                raise OutputError("path", path, f"cannot be read as netCDF ({files.first_line(error)})") from None
     try:
         yield file
     finally:

@@ -184,6 +184,7 @@ def sweep_file(
         with path.open("r+b", buffering=0) as file:
 
             def put(first: int, solved: np.ndarray) -> None:
+                solved["check"] = checksums(solved)
                 with writing("store", path):
                     if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
                         raise OutputError(

@@ -17,16 +17,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, VarcontactError, WorkersLost
-from varcontact.io.records import (
-    LONGEST_REASON,
-    blank,
-    checksums,
-    finished,
-    read_sweep_file,
-    record_type,
-    sweep_file,
-    tabulated,
-)
+from varcontact.io.records import LONGEST_REASON, blank, finished, read_sweep_file, record_type, sweep_file, tabulated
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -311,7 +302,6 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
             text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
             records["outcome"][k], records["reason"][k] = name, text.encode()
     series.forget()
-    records["check"] = checksums(records)
     return records
 
 
