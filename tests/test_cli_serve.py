@@ -61,7 +61,7 @@ def test_wheels_start_from_the_message_before_whatever_their_order():
     first, before = answer(line(GOOD))
     again, after = answer(line({**GOOD, "wheels": dict(reversed(WHEELS.items()))}), before)
     cold, _ = answer(line({**GOOD, "wheels": dict(reversed(WHEELS.items()))}))
-    assert before[0] == after.wheels[::-1] == tuple(WHEELS)
+    assert before[0] == after[0][::-1] == list(WHEELS)
     residuals = [[row["residual"] for row in reply["wheels"].values()] for reply in (again, cold)]
     assert residuals[0] != residuals[1]  # it did not begin from nothing
     for wheel, row in again["wheels"].items():
