@@ -177,7 +177,7 @@ def draw_section(
     room, all of this solution if not given.
     """
     line, grid = sol.scene.line, sol.grid
-    row, lengths = row_of(sol, y), measure(sol.scene, "length", grid.box)
+    row, lengths = _row_of(sol, y), measure(sol.scene, "length", grid.box)
     place, words = float(grid.y[row]), ""
     if sol.scene.motion is None:
         measured = measure(sol.scene, "pressure", sol.pressure[row])
@@ -213,7 +213,7 @@ def draw_section(
         ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
 
 
-def row_of(sol: Solution, y: float | None) -> int:
+def _row_of(sol: Solution, y: float | None) -> int:
     """The row of elements of a section at y, checked; that with the largest pressure if y is not given."""
     if y is None:
         return int(np.argmax(sol.pressure.max(axis=1)))

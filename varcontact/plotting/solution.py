@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.fields import box_of, draw_areas, draw_field, draw_section, row_of, to_scale
+from varcontact.plotting.fields import box_of, draw_areas, draw_field, draw_section, to_scale
 from varcontact.results.solution import Panel, Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.friction_laws import kind_of
@@ -31,10 +31,8 @@ def plot(
 ) -> Figure:
     """The picture of a solution, see `Solution.plot`."""
     names, line = _names(sol, what, ax), sol.scene.line
-    if y is not None:
-        row_of(sol, y)
-        if "section" not in names:
-            raise SceneError("y", y, 'left out, or with the panel "section"')
+    if y is not None and "section" not in names:
+        raise SceneError("y", y, 'left out, or with the panel "section"')
     if ax is not None:
         with style.panel(ax, figsize, (1.0, 1.0)):
             _draw(ax, sol, names[0], y)

@@ -86,19 +86,6 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
     return along_x + float(found[0]), along_y + float(found[1]), about_z
 
 
-def power(sol: Solution) -> float:
-    """Work put in by creepages and by the pressure, by distance rolled."""
-    if sol.scene.conformal or getattr(sol.motion, "rigid_slip", None) is not None:  # of each element in its own frame
-        disc, (vx, vy, spin) = discretise(sol.scene, sol.grid), sol.creepage
-        x, y = np.meshgrid(sol.grid.x, sol.grid.y)
-        given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
-        slip = given + np.array([vx - spin * y, vy + spin * x])
-        return rolling_resistance(sol) + (0.0 - float(np.sum(sol.traction * slip) * sol.grid.area))
-    loads, motion = np.array([*sol.force, sol.moment]), np.array(sol.creepage)
-    moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
-    return rolling_resistance(sol) - float(loads[moved] @ motion[moved])
-
-
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure by distance rolled [force].
 

@@ -218,10 +218,11 @@ class Plan:
     def _rows(self) -> list[tuple[str, str]]:
         kinds = ("dimension", "bodies", "surface", "motion", "friction")
         methods = ("method", "normal", "tangential", "coupling", "formulation")
+        why = {name: f": {reason}" for name, reason in self.reasons.items()}
         rows = [("WARNING", doubt) for doubt in self.doubts]
-        rows += [(name, self._with_reason(name, getattr(self, name))) for name in kinds]
-        rows += [("special", self._with_reason(name, name)) for name in self.special]
-        rows += [("", ""), *((name, self._with_reason(name, getattr(self, name))) for name in methods)]
+        rows += [(name, getattr(self, name) + why.get(name, "")) for name in kinds]
+        rows += [("special", name + why.get(name, "")) for name in self.special]
+        rows += [("", ""), *((name, getattr(self, name) + why.get(name, "")) for name in methods)]
         if self.sizes is not None:
             rows += [("", ""), *_rows_of_sizes(self.sizes)]
         for i, cost in enumerate(self.costs):
@@ -229,9 +230,6 @@ class Plan:
             seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
             rows.append(("" if i else "time, one core", f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"))
         return rows
-
-    def _with_reason(self, name: str, value: str) -> str:
-        return f"{value}: {self.reasons[name]}" if name in self.reasons else value
 
 
 def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:

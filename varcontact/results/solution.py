@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import Reported, html_table
@@ -163,8 +164,9 @@ class Solution(Reported):
     @property
     def _turned(self) -> tuple[np.ndarray, np.ndarray]:
         """Traction and pressure along the axes of the plane: in conformal contact turned back."""
-        fields, surface = (self.traction, self.pressure), self.scene.surface
-        return surface.along_axes(self.grid, *fields) if isinstance(surface, SampledDistance) else fields
+        if not isinstance(self.scene.surface, SampledDistance):
+            return self.traction, self.pressure
+        return self.scene.surface.along_axes(self.grid, self.traction, self.pressure)
 
     def _extrapolated(self, name: str, value: float) -> float:
         """A value by the estimate of its error, where that has it."""
@@ -300,9 +302,15 @@ class Solution(Reported):
         ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies friction loses all;
         viscoelastic ones lose the rest. A shift, and a step of a history, also change the elastic energy.
         """
-        from varcontact.results.physical import power
-
-        return power(self)
+        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:  # each element has its frame
+            disc, (vx, vy, spin) = discretise(self.scene, self.grid), self.creepage
+            x, y = np.meshgrid(self.grid.x, self.grid.y)
+            given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
+            slip = given + np.array([vx - spin * y, vy + spin * x])
+            return self.rolling_resistance - float(np.sum(self.traction * slip) * self.grid.area)
+        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
+        moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
+        return self.rolling_resistance - float(loads[moved] @ motion[moved])
 
     @property
     def rolling_resistance(self) -> float:
@@ -426,10 +434,7 @@ class Solution(Reported):
     def section(
         self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
     ) -> Figure:
-        """Picture of a section along x: the traction and its size within the bound; without a motion the pressure.
-
-        `y`, `ax`, `figsize` and errors are those of `plot`; the row of the largest pressure if no `y` is given.
-        """
+        """Picture of a section along x, the panel "section" of `plot`, with its arguments and errors."""
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:
