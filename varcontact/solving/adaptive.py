@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -51,7 +51,6 @@ MOST_BY_DEFAULT = 40_000
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
 
-Progress = Callable[[str], None]
 Answer = Solution | History
 
 
@@ -81,7 +80,7 @@ class GridLevel:
 
 
 @one_blas_thread()
-def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None) -> Answer:
+def solve(scene: Scene, options: SolveOptions) -> Answer:
     """A scene without a grid of its own, solved to an accuracy or within a time, on the finest grid that it took.
 
     `NotConverged`, with the best answer, if the accuracy is not reached: a finer grid does not fit into memory, or a
@@ -90,13 +89,13 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
     target, started = options.target, time.perf_counter()
     assert target is not None
     if options.plan.closed_form and not options.plan.has_friction:
-        return _closed_form(scene, options, progress)
+        return _closed_form(scene, options)
     budget = math.inf if target.time_budget is None else target.time_budget
     levels: list[GridLevel] = []
     n = _first(scene, options, target)
     while True:
         try:
-            levels.append(_level(scene, options, n, levels, progress, started + LATE * budget))
+            levels.append(_level(scene, options, n, levels, started + LATE * budget))
         except (OutOfTime, NotConverged) as error:
             if len(levels) >= GRIDS:
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
@@ -204,9 +203,7 @@ def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> in
     return usual if few and n > usual and not _fits(scene, options, n) else n
 
 
-def _level(
-    scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], progress: Progress | None, deadline: float
-) -> GridLevel:
+def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], deadline: float) -> GridLevel:
     """The answer on the next grid; where a contact is too small for it, as in a step with little load, on a finer one.
 
     Coarse grids have no certificate; a grid begins from the one before.
@@ -217,13 +214,14 @@ def _level(
     near, others = before if isinstance(before, Solution) else None, 1
 
     def tell(stage: str) -> None:
-        if progress is not None:
-            progress(f"{n} elements across the contact: {stage}")
+        if options.progress is not None:
+            options.progress(f"{n} elements across the contact: {stage}")
 
+    on_level = replace(options, progress=tell, final=final, deadline=deadline)
     while True:
         on_grid = gridded(scene, options.plan.closed_form, n)
         try:
-            answer = _solved(on_grid, options, tell, final, near, deadline)
+            answer = _solved(on_grid, on_level, near)
             break
         except NotConverged:  # where one lattice does not, another usually does
             if others == 0:
@@ -237,17 +235,10 @@ def _level(
     return GridLevel(n, answer, values(answer), time.perf_counter() - started, _patches(largest))
 
 
-def _solved(
-    scene: Scene,
-    options: SolveOptions,
-    progress: Progress | None,
-    final: bool = True,
-    near: Solution | None = None,
-    deadline: float = math.inf,
-) -> Answer:
+def _solved(scene: Scene, options: SolveOptions, near: Solution | None = None) -> Answer:
     if isinstance(scene.motion, Transient):
-        return solve_transient(scene, options, progress, final, deadline)
-    return solve_on_grid(scene, options, progress, final, near, deadline)
+        return solve_transient(scene, options)
+    return solve_on_grid(scene, options, near)
 
 
 def _patches(sol: Solution) -> tuple[Patch, ...]:
@@ -296,10 +287,10 @@ def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Excep
     raise NotConverged(message, reached, answer) from cause
 
 
-def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None) -> Answer:
+def _closed_form(scene: Scene, options: SolveOptions) -> Answer:
     started = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
-    answer = _solved(replace(scene, grid=grid), options, progress)
+    answer = _solved(replace(scene, grid=grid), options)
     steps = {f"[{k}]": sol for k, sol in enumerate(answer)} if isinstance(answer, History) else {"": answer}
     hertz = {name: sol.scene.hertz for name, sol in steps.items() if sol.pressure.any()}
     peaks = {f"peak_pressure{name}": each.peak_pressure for name, each in hertz.items() if each is not None}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -30,26 +29,18 @@ STEP_FIELDS, STEP_REST = 65.0, 1e4
 """Bytes of a step in memory: by element, and for the rest."""
 
 
-def solve_transient(
-    scene: Scene,
-    options: SolveOptions,
-    progress: Callable[[str], None] | None = None,
-    final: bool = True,
-    deadline: float = math.inf,
-) -> History:
+def solve_transient(scene: Scene, options: SolveOptions) -> History:
     """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that file.
 
     With a grid chosen for an accuracy or a time, the progress is told the stages within a step, too, and the steps
     are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
     """
-    plan, (certify, tol), polish = options.plan_for(scene), options.exactness(final), options.polish
-    chosen = options.target is not None
     if not isinstance(transient(scene).start, Solution | None):
         raise SceneError("motion.start", transient(scene).start, "a Solution")
-    solver = ContactSolver(plan, tol, polish, SolveStats(), certify=certify, continuum=chosen, deadline=deadline)
-    settings = {"tol": tol, "polish": polish}
+    solver = replace(options.solver(scene), refined=True)
+    settings, progress = {"tol": solver.tol, "polish": solver.polish}, options.progress
     if options.store is not None:
-        with Stored.recording(file_name("store", options.store), scene, plan, settings) as recording:
+        with Stored.recording(file_name("store", options.store), scene, solver.plan, settings) as recording:
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -40,13 +39,11 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
-from varcontact.solvers.interface import SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.selection import check_fits
 from varcontact.solving.surface_noise import noise_warning
 
 FOUND = 1e-4
@@ -81,22 +78,17 @@ class ContactOnGrid:
         cls,
         scene: Scene,
         options: SolveOptions,
-        progress: Callable[[str], None] | None = None,
-        final: bool = True,
         near: Solution | Near | None = None,
         known: Operators | None = None,
-        deadline: float = math.inf,
     ) -> ContactOnGrid:
         """See `solve_on_grid`; operators that are `known` serve again."""
-        solver = _solver(scene, options, progress, final, deadline)
+        solver = options.solver(scene)
         way = defect_correction.loosely(solver) if options.refine else solver
         return cls(scene, *solve_contact(scene, way, known, near=near), solver)
 
-    def loaded(
-        self, scene: Scene, options: SolveOptions, progress: Callable[[str], None] | None, near: Solution | Near | None
-    ) -> ContactOnGrid | None:
+    def loaded(self, scene: Scene, options: SolveOptions, near: Solution | Near | None) -> ContactOnGrid | None:
         """With the tractions to begin with of the same scene with friction, if these leave the pressure as it is."""
-        solver = _solver(scene, options, progress)
+        solver = options.solver(scene)
         disc = discretise(scene, self.disc.grid, self.disc.operators)
         exact = self.solver.plan.normal == solver.plan.normal == "norm" and self.disc.subgrid is None
         if not exact or solver.plan.coupling != "none":
@@ -129,41 +121,17 @@ class ContactOnGrid:
         return replace(solution, warnings=(warning,)) if warning else solution
 
 
-def _solver(
-    scene: Scene,
-    options: SolveOptions,
-    progress: Callable[[str], None] | None = None,
-    final: bool = True,
-    deadline: float = math.inf,
-) -> ContactSolver:
-    plan = options.plan_for(scene)
-    if final:  # a coarse grid fits where a finer one does
-        check_fits(scene, plan)
-    certify, tol = options.exactness(final)
-    continuum = options.target is not None or options.refine
-    stats, start, refined = SolveStats(progress), options.start, final and options.target is None
-    return ContactSolver(plan, tol, options.polish, stats, start, certify, refined, continuum, deadline)
-
-
-def solve_on_grid(
-    scene: Scene,
-    options: SolveOptions,
-    progress: Callable[[str], None] | None = None,
-    final: bool = True,
-    near: Solution | Near | None = None,
-    deadline: float = math.inf,
-) -> Solution:
+def solve_on_grid(scene: Scene, options: SolveOptions, near: Solution | Near | None = None) -> Solution:
     """A scene, which is no history, on its own grid: from the plan to the certified solution.
 
-    Where it is not the `final` grid, without a certificate and to a loose tolerance; a solution `near` is of the same
-    scene on another grid. Solvers raise `OutOfTime` at the `deadline`, by `time.perf_counter` [s].
+    A solution `near` is of the same scene on another grid.
     """
-    found = ContactOnGrid.of(scene, options, progress, final, near, deadline=deadline)
+    found = ContactOnGrid.of(scene, options, near)
     try:
-        if final and options.refine:
+        if options.refine:
             disc, state, refinement = defect_correction.run(scene, found.disc, found.state, found.solver)
             return defect_correction.refined(finish(scene, disc, state, found.solver), refinement)
-        return found.solution() if final else finish(scene, found.disc, found.state, found.solver)
+        return found.solution() if options.final else finish(scene, found.disc, found.state, found.solver)
     finally:
         found.disc.operators.forget()
 

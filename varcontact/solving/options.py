@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,9 +21,11 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solvers.interface import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.driver import check_refine
 from varcontact.solving.friction_law import check_start
-from varcontact.solving.selection import select
+from varcontact.solving.selection import check_fits, select
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
@@ -80,7 +83,8 @@ class Target:
 class SolveOptions:
     """How a scene is solved: the arguments of `solve`, checked once, with the scene's plan.
 
-    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its own grid.
+    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its own grid. `final`:
+    false on coarser grids of an accuracy. `deadline`: when solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
 
     scene: Scene
@@ -93,6 +97,9 @@ class SolveOptions:
     refine: bool
     store: str | Path | None
     target: Target | None
+    progress: Callable[[str], None] | None = None
+    final: bool = True
+    deadline: float = math.inf
 
     @classmethod
     def checked(
@@ -111,6 +118,7 @@ class SolveOptions:
         store: str | Path | None = None,
         accuracy: float | None = None,
         time_budget: float | None = None,
+        progress: Callable[[str], None] | None = None,
     ) -> SolveOptions:
         """The arguments of `solve`, refused as there, before any work, where they do not suit the scene."""
         if not isinstance(scene, Scene):
@@ -131,11 +139,18 @@ class SolveOptions:
         if store is not None and getattr(scene.motion, "control", None) is not None:
             allowed = "left out: a file cannot hold the function motion.control; save the answer"
             raise SceneError("store", store, allowed)
-        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target)
+        progress = checks.progress(progress)
+        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target, progress)
 
-    def exactness(self, final: bool) -> tuple[str, float]:
-        """The level of the certificate and the tolerance, on the final grid or on a coarser one."""
-        return (self.certify, self.tol) if final else ("none", max(self.tol, LOOSE))
+    def solver(self, scene: Scene) -> ContactSolver:
+        """The methods for the `scene`; on a coarser grid to a loose tolerance, without a certificate."""
+        plan, certify, tol = self.plan_for(scene), self.certify, self.tol
+        if self.final:  # a coarse grid fits where a finer one does
+            check_fits(scene, plan)
+        else:
+            certify, tol = "none", max(tol, LOOSE)
+        stats, continuum = SolveStats(self.progress), self.target is not None or self.refine
+        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, self.final, continuum, self.deadline)
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""

@@ -193,15 +193,14 @@ def solve(
         free = replace(scene, motion=scene.motion.free_rolling)
     options = SolveOptions.checked(
         free, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
-        accuracy, time_budget,
+        accuracy, time_budget, progress,
     )  # fmt: skip
-    progress = checks.progress(progress)
     if options.target is not None:
-        found: Solution | History = adaptive.solve(free, options, progress)
+        found: Solution | History = adaptive.solve(free, options)
     elif isinstance(free.motion, Transient):
-        found = solve_transient(free, options, progress)
+        found = solve_transient(free, options)
     else:
-        found = solve_on_grid(free, options, progress)
+        found = solve_on_grid(free, options)
     return harmonic_solution(scene, found) if swings else found
 
 

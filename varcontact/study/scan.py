@@ -113,12 +113,11 @@ def scanned(
     """The solutions of a `scan`, with its options, one after the other. Arguments are checked before the first."""
     motions = _motions(scene, creepages)
     scenes = [replace(scene, motion=each) for each in motions]
-    checked = SolveOptions.checked(scenes[0], **{"certify": "gap", **options})
+    checked = SolveOptions.checked(scenes[0], progress=progress, **{"certify": "gap", **options})
     for each in scenes[1:]:  # what does not apply to one of them is refused
         checked.plan_for(each)
-    progress = checks.progress(progress)
     if checked.target is not None:
-        return (cast(Solution, adaptive.solve(each, checked, progress)) for each in scenes)
+        return (cast(Solution, adaptive.solve(each, checked)) for each in scenes)
     return solve_in_turn(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
 
 

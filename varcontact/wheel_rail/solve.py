@@ -252,15 +252,14 @@ def _contacts(
     Of `frictionless` ones with their pressures, and tractions to begin with; none where these change a pressure.
     """
     found: list[ContactOnGrid | None] = []
-    settings = {name: value for name, value in methods.items() if name != "progress"}
     for k, scene in enumerate(scenes):
-        options, progress = SolveOptions.checked(scene, **settings), methods.get("progress")
+        options = SolveOptions.checked(scene, **methods)
         start = near[k] if len(near) == len(scenes) else None
         if frictionless:
-            found.append(frictionless[k].loaded(scene, options, progress, start))
+            found.append(frictionless[k].loaded(scene, options, start))
         else:
             own = known[k] if len(known) == len(scenes) else None
-            found.append(ContactOnGrid.of(scene, options, progress, near=start, known=own))
+            found.append(ContactOnGrid.of(scene, options, start, own))
     contacts = [each for each in found if each is not None]
     kept = [each.disc.operators for each in contacts]
     for each in known:
