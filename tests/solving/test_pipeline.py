@@ -14,7 +14,7 @@ from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
 from varcontact.solving.coupling import FixedPoint, Limits
-from varcontact.solving.pipeline import march, solve_tangential
+from varcontact.solving.pipeline import march, solve_problem
 from varcontact.solving.selection import select
 
 GRID = vc.Grid(nx=8, ny=8)
@@ -46,7 +46,7 @@ def solved(scene, tol=1e-8, polish=True, **methods):
     """The tangential problem under Hertz's pressure, solved: problem, answer, and (count, iterations) of solvers."""
     problem, plan = problem_of(scene), select(scene, **methods)
     settings = Settings(tol, plan.formulation)
-    raw = solve_tangential(problem, plan, polish, settings, None)
+    raw = solve_problem(problem, plan, polish, settings, None)
     calls = {name: (each.count, each.iterations) for name, each in settings.stats.calls[""].items()}
     return problem, raw, calls
 

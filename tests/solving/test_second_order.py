@@ -151,7 +151,7 @@ def test_computed_pressures():
 
 def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
     """One that fails, the easier problem, and the same one again from there: the answer of a solver that does not."""
-    scene, problems, solver = rolling().second_order(), [], contact_solver.solve_tangential
+    scene, problems, solver = rolling().second_order(), [], contact_solver.solve_problem
     direct = vc.solve(scene)
 
     def fails_once(problem, *arguments):
@@ -159,7 +159,7 @@ def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
         found = solver(problem, *arguments)
         return dataclasses.replace(found, solved=False) if len(problems) == 1 else found
 
-    monkeypatch.setattr(contact_solver, "solve_tangential", fails_once)
+    monkeypatch.setattr(contact_solver, "solve_problem", fails_once)
     sol = vc.solve(scene)
     tables = [problem.operator.grid_operator.table for problem in problems]
     assert len(tables) == 3 and np.array_equal(tables[0], tables[2]) and not np.array_equal(tables[0], tables[1])

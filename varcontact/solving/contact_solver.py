@@ -14,7 +14,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_
 from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
 from varcontact.discrete.stick_slip import with_yield_stress
-from varcontact.errors import NotConverged, Saturated, VarcontactError
+from varcontact.errors import NotConverged, Saturated
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
@@ -23,7 +23,7 @@ from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import FixedPoint, Limits, coupled_newton, distance
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
-from varcontact.solving.pipeline import check_memory, solve_normal, solve_tangential
+from varcontact.solving.pipeline import check_memory, solve_problem
 
 PASSES = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are exact."""
@@ -85,7 +85,7 @@ class ContactSolver:
                 # tractions see errors of pressures K by friction times as large
                 friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
                 enough = max(self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0), EXACTEST)
-            raw = solve_normal(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
+            raw = solve_problem(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
             if not raw.finite:
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -130,16 +130,13 @@ class ContactSolver:
 
         first, residual = one(replace(state, yield_stress=known))
         limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW)
-        found = FixedPoint(first, residual, "yield_stress", limits, least=0.0)
-        while found.goes_on:
-            found.add(*one(found.state))
-        return replace(found.best, passes=passes)
+        found = FixedPoint(first, residual, "yield_stress", limits, least=0.0).settled(one)
+        return replace(found, passes=passes)
 
     def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under a known yield stress, where a third body has one."""
-        problem = disc.tangential_problem(
-            state.pressure, state.bound_pressure, marching=self.plan.formulation == "marching"
-        )
+        fields, marches = (state.pressure, state.bound_pressure), self.plan.formulation == "marching"
+        problem = disc.tangential_problem(*fields, marching=marches)
         size, limit = math.hypot(*(force or 0.0 for force in problem.force)), problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
@@ -153,10 +150,7 @@ class ContactSolver:
         if isinstance(motion, Steady) and motion.slip_difference == "second-order" and not raw.solved:
             # on elements much longer than wide this is monotone where the slip of second order may not be
             first = disc.with_loading(motion=replace(motion, slip_difference="first-order", spin_offset=None))
-            easier = first.tangential_problem(
-                state.pressure, state.bound_pressure, marching=self.plan.formulation == "marching"
-            )
-            easy = self._solved(easier, None, settings)
+            easy = self._solved(first.tangential_problem(*fields, marching=marches), None, settings)
             again = self._solved(problem, easy, settings) if easy.solved else raw
             count = raw.iterations + easy.iterations + again.iterations * easy.solved
             raw = replace(again if again.solved else raw, iterations=count)
@@ -193,15 +187,14 @@ class ContactSolver:
 
     def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
         check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)
-        return solve_tangential(problem, self.plan, self.polish, settings, start)
+        return solve_problem(problem, self.plan, self.polish, settings, start)
 
     def _seen(self, state: ContactState) -> float:
         """What the next pass sees, after the last one's residual."""
         return max(SEEN * state.passes[-1][1], PASSES**2 * self.tol) if state.passes else FIRST
 
     def _settings(self, tol: float, rough: bool = False) -> Settings:
-        rough = rough or not self.refined
-        return Settings(tol, self.plan.formulation, self.stats, rough, self.deadline)
+        return Settings(tol, self.plan.formulation, self.stats, rough or not self.refined, self.deadline)
 
 
 def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
@@ -224,38 +217,23 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
     tol, law = PASSES * solver.tol, disc.loading.law
     assert law is not None
 
-    def residual(state: ContactState) -> float:
-        own = disc.with_loading(coefficient=coefficient(disc, state))
-        return max(residuals(own, state)) if solver.plan.loops else residuals(own, state)[1]
+    def one(state: ContactState) -> tuple[ContactState, float]:
+        trial = disc.with_loading(coefficient=state.friction)
+        enough = SEEN * state.passes[-1][1] if state.passes else FIRST  # no more than the next pass sees
+        after = _coupled(trial, solver, state, max(tol, enough))
+        after = replace(after, friction=coefficients_after(trial, after))
+        found = residuals(disc.with_loading(coefficient=coefficient(disc, after)), after)
+        return after, max(found) if solver.plan.loops else found[1]
 
     elements = int(np.count_nonzero(start.pressure)) + 2
     limits = Limits(tol, elements, patience=elements, plain=elements)
     if law.continuous:
         limits = Limits(tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
     try:
-        state = _pass_under_law(disc, solver, replace(start, passes=()), tol)
-        passes = FixedPoint(state, residual(state), "friction", limits, law.kinetic, law.static)
-        while passes.goes_on:
-            try:
-                state = _pass_under_law(disc, solver, passes.state, tol)
-                found = residual(state)
-            except VarcontactError as error:
-                if getattr(error, "field", "").startswith("friction"):  # of a law
-                    raise
-                passes.fail(error)
-            else:
-                passes.add(state, found)
+        first = one(replace(start, passes=()))
+        return FixedPoint(*first, "friction", limits, law.kinetic, law.static).settled(one)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})") from None
-    return passes.best
-
-
-def _pass_under_law(disc: Discretisation, solver: ContactSolver, state: ContactState, tol: float) -> ContactState:
-    """The contact with the coefficients of a state, and those of its slip; no more exact than the next pass sees."""
-    assert state.friction is not None
-    trial = disc.with_loading(coefficient=state.friction)
-    after = _coupled(trial, solver, state, max(tol, SEEN * state.passes[-1][1] if state.passes else FIRST))
-    return replace(after, friction=coefficients_after(trial, after))
 
 
 def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, tol: float) -> ContactState:
@@ -273,17 +251,13 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
     state = solver.joint_pass(disc, start) if together else solver.traction(disc, start)
     if not plan.loops:
         return state
+
+    def one(state: ContactState) -> tuple[ContactState, float]:
+        after = solver.joint_pass(disc, state) if together else solver.traction(disc, solver.pressure(disc, state))
+        return after, max(residuals(disc, after))
+
     unknown, least = ("pressure", 0.0) if together else ("traction", -math.inf)
-    passes = FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol), least)
-    while passes.goes_on:
-        try:
-            state = passes.state
-            state = solver.joint_pass(disc, state) if together else solver.traction(disc, solver.pressure(disc, state))
-        except VarcontactError as error:
-            passes.fail(error)
-        else:
-            passes.add(state, max(residuals(disc, state)))
-    return passes.best
+    return FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol), least).settled(one)
 
 
 def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:

@@ -6,6 +6,7 @@ J. ACM 12 (1965) 547-560.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,11 +44,11 @@ class Limits:
 
 
 class FixedPoint:
-    """Passes repeated until a field stays: who makes them asks `goes_on`, and adds each state that a pass ends in.
+    """Passes repeated until a field stays: `add` takes the state that a pass ends in, from `state`, and its residual.
 
-    The next pass begins at `state`; `best` has the least residual, and its `passes` tell how all went. They end also
-    where solvers give up twice in a row with nothing gained, or altogether. A pass depends on the one before by the
-    field `unknown`, which has a `least` and a `greatest` value.
+    `best` has the least residual, and its `passes` tell how all went. They end also where solvers give up twice in a
+    row with nothing gained. A pass depends on the one before by the field `unknown`, which has a `least` and a
+    `greatest` value.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class FixedPoint:
         self.state = self._best = replace(first, passes=((1.0, residual),))
         self._unknown, self._limits, self._range = unknown, limits, (least, greatest)
         self._lost = self._failures = self._held = 0
-        self._accelerated = self._over = False
+        self._accelerated = False
         self._given: list[np.ndarray] = []
         self._found: list[np.ndarray] = []
 
@@ -75,13 +76,20 @@ class FixedPoint:
         limits = self._limits
         reached = self._best.passes[-1][1] <= limits.tol or np.isnan(self._best.passes[-1][1])
         patient = len(self.state.passes) < limits.passes and self._lost < limits.patience and self._failures < 2
-        return patient and not (reached or self._over)
+        return patient and not reached
 
-    def fail(self, error: VarcontactError) -> None:
-        """A pass that ended in an error, as from an iterate that is no contact any more: the last one."""
-        if isinstance(error, Saturated) and len(self.state.passes) <= self._limits.plain and not self._accelerated:
-            raise error
-        self._over = True
+    def settled(self, one: Callable[[ContactState], tuple[ContactState, float]]) -> ContactState:
+        """The best state after passes `one`; an error, as of an iterate that is no contact any more, is the end."""
+        while self.goes_on:
+            try:
+                self.add(*one(self.state))
+            except VarcontactError as error:
+                early = len(self.state.passes) <= self._limits.plain and not self._accelerated
+                of_law = getattr(error, "field", "").startswith("friction")
+                if of_law or (early and isinstance(error, Saturated)):
+                    raise
+                break
+        return self.best
 
     def add(self, after: ContactState, residual: float) -> None:
         name, before = self._unknown, self.state.passes

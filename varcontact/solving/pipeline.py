@@ -61,28 +61,35 @@ class Task:
         return natural_residual(self.problem, answer)
 
     def solved(self, tol: float) -> RawSolution:
-        """The answer of the plan's solver; where the plan marches, of a step of the march."""
+        """The answer of the plan's solver, in steps of a march where the plan marches."""
         settings = replace(self.settings, tol=tol)
         if isinstance(self.problem, NormalProblem):
             return normal_solver(self.plan.normal)(self.problem, settings, self.start)
-        return tangential_solver(self.plan.tangential)(self.problem, settings, self.start)
+        if self.plan.formulation != "marching":
+            return tangential_solver(self.plan.tangential)(self.problem, settings, self.start)
+        plan = replace(self.plan, formulation="auto")
+
+        def step(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+            one = Task(problem, plan, False, settings, start)
+            return _refined(one) if plan.method == "convex" else one.solved(settings.tol)
+
+        return march(step, self.problem, settings, self.start)
 
 
-def solve_normal(
-    problem: NormalProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
+def solve_problem(
+    problem: NormalProblem | TangentialProblem,
+    plan: Plan,
+    polish: bool,
+    settings: Settings,
+    start: RawSolution | None,
 ) -> RawSolution:
     task = Task(problem, plan, polish, settings, start)
-    return _by_program(task) if states_programs(plan.normal) else task.solved(settings.tol)
-
-
-def solve_tangential(
-    problem: TangentialProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
-) -> RawSolution:
-    task = Task(problem, plan, polish, settings, start)
+    if isinstance(problem, NormalProblem):
+        return _by_program(task) if states_programs(plan.normal) else task.solved(settings.tol)
     if problem.no_slip and plan.tangential not in MATRIX_FREE:
         return NO_SLIP(problem, settings, None)
     if not states_programs(plan.tangential):
-        raw = _by_plan(task, (1.0 if plan.tangential in MATRIX_FREE else UNPOLISHED) * settings.tol)
+        raw = task.solved((1.0 if plan.tangential in MATRIX_FREE else UNPOLISHED) * settings.tol)
         return raw if task.residual(raw) <= settings.tol else _fallback(task, raw)
     if settings.formulation != "gap" or problem.monotone:
         return _by_program(task)
@@ -91,18 +98,6 @@ def solve_tangential(
         raise SceneError("formulation", "gap", allowed)
     raw = _active_sets(task, None)  # the certificate judges them
     return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
-
-
-def _by_plan(task: Task, tol: float) -> RawSolution:
-    """The plan's solver, in steps of a march where the plan marches."""
-    if isinstance(task.problem, NormalProblem) or task.plan.formulation != "marching":
-        return task.solved(tol)
-
-    def step(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        one = Task(problem, task.plan, False, settings, start)
-        return _refined(one) if task.plan.method == "convex" else one.solved(settings.tol)
-
-    return march(step, task.problem, replace(task.settings, tol=tol), task.start)
 
 
 def _fallback(task: Task, best: RawSolution) -> RawSolution:
@@ -179,7 +174,7 @@ def _by_program(task: Task) -> RawSolution:
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
     if task.plan.method == "convex" and (isinstance(problem, NormalProblem) or task.plan.formulation != "marching"):
         return _refined(closer)
-    raw = _by_plan(closer, closer.settings.tol)
+    raw = closer.solved(closer.settings.tol)
     if isinstance(problem, TangentialProblem):
         return raw
     # without the small pressures that it leaves where the bodies are apart, by the natural map ``p - e/rho``
@@ -211,7 +206,7 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     for accuracy in TO_POLISH:
         if best is not None and task.residual(best) <= enough:
             break
-        answer = _by_plan(task, accuracy)
+        answer = task.solved(accuracy)
         if answer.finite:
             best = better(task.problem, best, replace(_active_sets(task, answer), iterations=answer.iterations))
     assert answer is not None
