@@ -10,7 +10,6 @@ from tests.scenes import carters_cylinders, make_scene
 from tests.steady_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
-from varcontact.solving import contact_solver
 
 
 def errors(every, cells, second_order=True):
@@ -147,23 +146,6 @@ def test_computed_pressures():
 
 
 # ----------------------------------------------------------------------------- one discrete problem
-
-
-def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
-    """One that fails, the easier problem, and the same one again from there: the answer of a solver that does not."""
-    scene, problems, solver = rolling().second_order(), [], contact_solver.solve_problem
-    direct = vc.solve(scene)
-
-    def fails_once(problem, *arguments):
-        problems.append(problem)
-        found = solver(problem, *arguments)
-        return dataclasses.replace(found, solved=False) if len(problems) == 1 else found
-
-    monkeypatch.setattr(contact_solver, "solve_problem", fails_once)
-    sol = vc.solve(scene)
-    tables = [problem.operator.grid_operator.table for problem in problems]
-    assert len(tables) == 3 and np.array_equal(tables[0], tables[2]) and not np.array_equal(tables[0], tables[1])
-    np.testing.assert_allclose(sol.traction, direct.traction, rtol=0, atol=1e-8 * direct.pressure.max())
 
 
 def test_mirror_and_direction(rolling):

@@ -18,7 +18,7 @@ from varcontact.errors import NotConverged, Saturated
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
-from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.coupling import FixedPoint, Limits, coupled_newton, distance
@@ -135,25 +135,17 @@ class ContactSolver:
 
     def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under a known yield stress, where a third body has one."""
-        fields, marches = (state.pressure, state.bound_pressure), self.plan.formulation == "marching"
-        problem = disc.tangential_problem(*fields, marching=marches)
+        marches = self.plan.formulation == "marching"
+        problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=marches)
         size, limit = math.hypot(*(force or 0.0 for force in problem.force)), problem.area * float(problem.bound.sum())
         if size > 0 and size >= limit:
             raise Saturated(size * disc.scales.force, limit * disc.scales.force)
-        law, motion, enough = disc.loading.law, disc.loading.motion, self.tol
+        law, enough = disc.loading.law, self.tol
         in_passes = self.plan.loops or law is not None
         if in_passes and self.plan.tangential in MATRIX_FREE:
             # under a law with two coefficients who slips once slips for good: there no pass may be rough
             enough = self._seen(state) if law is None or law.continuous else PASSES**2 * self.tol
-        settings = self._settings(enough, in_passes)
-        raw = self._tractions(problem, state, settings)
-        if isinstance(motion, Steady) and motion.slip_difference == "second-order" and not raw.solved:
-            # on elements much longer than wide this is monotone where the slip of second order may not be
-            first = disc.with_loading(motion=replace(motion, slip_difference="first-order", spin_offset=None))
-            easy = self._solved(first.tangential_problem(*fields, marching=marches), None, settings)
-            again = self._solved(problem, easy, settings) if easy.solved else raw
-            count = raw.iterations + easy.iterations + again.iterations * easy.solved
-            raw = replace(again if again.solved else raw, iterations=count)
+        raw = self._tractions(problem, state, self._settings(enough, in_passes))
         if not raw.finite:
             raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
         traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -180,14 +172,12 @@ class ContactSolver:
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
         mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
-        if mirror is None:
-            return self._solved(problem, start, settings)
-        halved = None if start is None else replace(start, traction=start.traction[:, mirror.half])
-        return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
-
-    def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
-        check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)
-        return solve_problem(problem, self.plan, self.polish, settings, start)
+        unknowns = problem if mirror is None else mirror.fold(problem)
+        check_memory("tangential", self.plan.tangential, self.plan.formulation, unknowns.rigid_shift.size)
+        if mirror is not None and start is not None:
+            start = replace(start, traction=start.traction[:, mirror.half])
+        raw = solve_problem(unknowns, self.plan, self.polish, settings, start)
+        return raw if mirror is None else mirror.unfold(raw)
 
     def _seen(self, state: ContactState) -> float:
         """What the next pass sees, after the last one's residual."""

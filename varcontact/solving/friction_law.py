@@ -91,10 +91,8 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     return np.where((beyond | nearer).reshape(own.shape), own, static)
 
 
-def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
+def check_start(scene: Scene, start: str | Solution, theory: bool) -> None:
     """Refuse a start that is not valid, or that the scene, or a theory of its tractions, has no use for."""
-    if start is None:
-        return
     if not scene.under_law:
         raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
     if isinstance(scene.motion, Transient):
@@ -138,20 +136,18 @@ def remembered(disc: Discretisation, before: Solution, heated: Sequence[Heat] = 
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
-    """The part of ``static - kinetic`` that the particles have lost after a step of a history, (ny, nx) in [0, 1].
+    """The part of ``static - kinetic`` that the particles have lost, (ny, nx) in [0, 1]; `disc` has the coefficients.
 
-    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
-    once where nothing rolls.
+    Without a memory those that slip have lost that of their slip. An element that sticks forgets as other particles
+    fill it, and at once where nothing rolls.
     """
-    law = disc.loading.law
-    if law is None or law.static == law.kinetic:
-        return np.zeros(disc.grid.shape)
-    left, _ = _coefficients(law, solution)
-    whole, part = _way(disc)
-    if before is not None and whole == 0 and part > 0:
-        _, own = _coefficients(law, before)
-        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
-    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
+    law, left = _law(disc), np.asarray(disc.loading.coefficient)
+    if law.memory_distance == 0 and not law.local:
+        left, (whole, part) = _known(law, solution), _way(disc)
+        if before is not None and whole == 0 and part > 0:
+            _, own = _coefficients(law, before)
+            left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
+    return np.clip((law.static - left) / max(law.static - law.kinetic, np.finfo(float).tiny), 0.0, 1.0)
 
 
 def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:

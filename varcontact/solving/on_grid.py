@@ -42,7 +42,7 @@ from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
 from varcontact.solving.defect_correction import driver as defect_correction
-from varcontact.solving.friction_law import coefficient
+from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
 
@@ -310,14 +310,21 @@ def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | Non
     return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
 
 
-def finish(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> Solution:
-    """The solution, with its certificate; `NotConverged` if its residual misses the tolerance."""
+def finish(
+    scene: Scene,
+    disc: Discretisation,
+    state: ContactState,
+    solver: ContactSolver,
+    before: Solution | None = None,
+) -> Solution:
+    """The solution, after a step `before`, with its certificate; `NotConverged` if it misses the tolerance."""
     plan, tol = solver.plan, solver.tol
     approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         rounded = f"it is rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies approach by only {approach:.3g}"
         raise SceneError("surface.h", disc.base, f"counted from a level near the contact, less a constant: {rounded}")
-    if disc.loading.law is not None and plan.has_friction:
+    law, in_time = disc.loading.law, isinstance(disc.loading.motion, TimeStep)
+    if law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
     with solver.stats.stage("certificate"):
@@ -327,15 +334,13 @@ def finish(scene: Scene, disc: Discretisation, state: ContactState, solver: Cont
         certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
-    if not isinstance(disc.loading.motion, TimeStep):  # the solver of a history share its plan
+    if not in_time:  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, reasons=plan.reasons | found)
     stats = solver.stats
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
-    law, in_time = disc.loading.law, isinstance(disc.loading.motion, TimeStep)
-    if law is not None and plan.has_friction and (law.memory_distance > 0 or (law.local and in_time)):
-        lost = (law.static - np.asarray(disc.loading.coefficient)) / max(law.static - law.kinetic, np.finfo(float).tiny)
-        solution = replace(solution, weakening=np.clip(lost, 0.0, 1.0))
+    if law is not None and plan.has_friction and (in_time or law.memory_distance > 0):
+        solution = replace(solution, weakening=weakening(disc, before, solution))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

@@ -34,7 +34,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
+from varcontact.solving.friction_law import remembered, stick_slip_warning
 from varcontact.solving.on_grid import finish
 from varcontact.system.process import need
 
@@ -168,9 +168,9 @@ class March:
             if before is not None:
                 memory = memory + moved(self._kept(motion, before), self._passed(motion))
             solution = replace(solution, memory=memory)
-        if not self.scene.under_law or solution.weakening is not None:
-            return solution
-        return replace(solution, weakening=weakening(disc, before, solution))
+        if self.scene.under_law and solution.weakening is None:
+            solution = replace(solution, weakening=np.zeros(self.disc.grid.shape))
+        return solution
 
     def problem(self, k: int, before: Solution | None, heated: Sequence[Heat] = ()) -> tuple[Scene, Discretisation]:
         """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that particles bring along."""
@@ -251,7 +251,15 @@ class March:
         if without_load(disc, steps.plan.closed_form, cells):
             if cells != (1, 1):
                 disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
-            return without_contact(scene, disc, steps)
+            motion = scene.motion
+            assert isinstance(motion, TimeStep)
+            size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
+            if size > 0:
+                raise Saturated(size, 0.0)
+            level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
+            exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
+            state = replace(unloaded(disc.grid), approach=level)
+            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
         if steps.plan.coupling == "johnson":
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
@@ -264,7 +272,7 @@ class March:
             overlap = outside(disc, state, steps.plan.closed_form)
         if overlap is not None:
             enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
-        solution = finish(scene, disc, state, steps)
+        solution = finish(scene, disc, state, steps, before)
         warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
         return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
 
@@ -302,19 +310,6 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
         return False
     assert disc.hertz is not None
     return not disc.hertz.on_elements(disc.grid).any()
-
-
-def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) -> Solution:
-    """A step in which the bodies are apart, or just touch; `Saturated` if a tangential force is prescribed."""
-    motion = scene.motion
-    assert isinstance(motion, TimeStep)
-    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    if size > 0:
-        raise Saturated(size, 0.0)
-    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
-    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
-    state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
 
 
 def _plastic(step: Discretisation, before: Solution) -> np.ndarray | None:
