@@ -302,22 +302,17 @@ def _closed_form(scene: Scene, options: SolveOptions) -> Answer:
     return with_values(answer, ErrorEstimate(best, exact, how, solves, target.accuracy, target.time_budget, bars=exact))
 
 
-def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
+def with_values(answer: Answer, estimate: ErrorEstimate) -> Any:
     """An answer with an estimate, whose values become its own; of a history each step with those of the step."""
     if isinstance(answer, History):
-        steps = [_with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)]
-        return replace(answer, solutions=steps)
-    return _with_values(answer, estimate)
-
-
-def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
+        return replace(answer, solutions=[with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)])
     known = estimate.values
-    if {"Fx", "Fy"} <= set(known) and not solution.scene.conformal:  # where the pressure bears a part of Fy
-        size, limit = math.hypot(known["Fx"], known["Fy"]), friction_limit(solution)
+    if {"Fx", "Fy"} <= set(known) and not answer.scene.conformal:  # where the pressure bears a part of Fy
+        size, limit = math.hypot(known["Fx"], known["Fy"]), friction_limit(answer)
         part = limit / size if size > limit else 1.0  # extrapolated, a force may be beyond what friction carries
         known = known | {name: part * known[name] for name in ("Fx", "Fy")}
         estimate = replace(estimate, values=known)
-    names = creepage_names(solution)
-    first, second, third = (known.get(name, own) for name, own in zip(names, solution.creepage, strict=True))
-    approach = known.get("approach", solution.approach)
-    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
+    names = creepage_names(answer)
+    first, second, third = (known.get(name, own) for name, own in zip(names, answer.creepage, strict=True))
+    approach = known.get("approach", answer.approach)
+    return replace(answer, creepage=(first, second, third), approach=approach, error_estimate=estimate)

@@ -28,7 +28,7 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
-from varcontact.solving.lattices import Lattices, across, in_place, padded
+from varcontact.solving.lattices import of_scenes, padded, side_by_side
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
@@ -338,15 +338,6 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
 
 
-def _lattices(members: list[_Member]) -> Lattices:
-    """The elements of scenes of one kind."""
-    kind, contacts = members[0].kind, [member.hertz for member in members]
-    if kind.grid is None:
-        return in_place([member.grid for member in members], contacts)
-    a, b = np.array([[contact.a, contact.b] for contact in contacts]).T
-    return across(kind.grid, a, np.zeros_like(a) if kind.line else b)
-
-
 def _solve_group(
     members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
 ) -> tuple[Figures, np.ndarray]:
@@ -354,7 +345,8 @@ def _solve_group(
     kind, contacts = members[0].kind, [member.hertz for member in members]
     force = np.array([contact.force for contact in contacts])
     G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
-    lattices = Lattices.side_by_side([_lattices(list(alike)) for _, alike in groupby(members, lambda each: each.kind)])
+    own = [list(alike) for _, alike in groupby(members, lambda each: each.kind)]
+    lattices = side_by_side([of_scenes(e[0].kind.grid, [m.grid for m in e], [m.hertz for m in e]) for e in own])
     x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
     motions = [member.motion for member in members]
     steps = [motion.step(length) for motion, length in zip(motions, dx.tolist(), strict=True)]
@@ -411,11 +403,10 @@ def _solve_group(
     if kind.difference is not None:
         figures["friction_work"] = _power(figures)
     solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
-    if kept is not None:
-        for j in np.flatnonzero(solved):
-            ny, nx = members[j].kind.shape
-            fields = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], lattices.y[:ny, j]
-            kept[members[j].number] = fields
+    for j in np.flatnonzero(solved) if kept is not None else ():
+        assert kept is not None
+        ny, nx = members[j].kind.shape
+        kept[members[j].number] = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], lattices.y[:ny, j]
     return figures, solved
 
 

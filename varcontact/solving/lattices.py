@@ -23,17 +23,16 @@ class Lattices:
     share: np.ndarray
     compliance: np.ndarray | None = None
 
-    @classmethod
-    def side_by_side(cls, some: Sequence[Lattices]) -> Lattices:
-        """Those of several shapes in one: behind the rows and columns of the smaller ones nothing is carried."""
-        if len(some) == 1:
-            return some[0]
-        ny, nx = (max(each.share.shape[axis] for each in some) for axis in (0, 1))
 
-        def joined(name: str, shape: tuple[int, ...]) -> np.ndarray:
-            return np.concatenate([padded(getattr(each, name), shape) for each in some], axis=-1)
-
-        return cls(joined("sides", (2,)), joined("x", (nx,)), joined("y", (ny,)), joined("share", (ny, nx)))
+def side_by_side(some: Sequence[Lattices]) -> Lattices:
+    """Those of several shapes in one: behind the rows and columns of the smaller ones nothing is carried."""
+    if len(some) == 1:
+        return some[0]
+    ny, nx = np.max([each.share.shape[:2] for each in some], axis=0)
+    shapes = {"sides": (2,), "x": (nx,), "y": (ny,), "share": (ny, nx)}
+    return Lattices(
+        *(np.concatenate([padded(getattr(each, name), to) for each in some], -1) for name, to in shapes.items())
+    )
 
 
 def padded(field: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
@@ -43,8 +42,11 @@ def padded(field: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return np.pad(field, [(0, 0)] * (field.ndim - len(shape) - 1) + behind + [(0, 0)])
 
 
-def across(grid: Grid, a: np.ndarray, b: np.ndarray) -> Lattices:
-    """A grid across each contact: the unit circle's, stretched."""
+def of_scenes(grid: Grid | None, grids: list[Grid], contacts: list[HertzContact]) -> Lattices:
+    """A grid across each contact: the unit circle's, stretched; or `grids` that have their own place."""
+    if grid is None:
+        return _in_place(grids, contacts)
+    a, b = np.array([[contact.a, 0.0 if grid.line else contact.b] for contact in contacts]).T
     circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
     half = 0.5 if grid.line else 1.0
     lattice = grid.spread((-1.0, 1.0, -half, half))
@@ -56,7 +58,7 @@ def across(grid: Grid, a: np.ndarray, b: np.ndarray) -> Lattices:
     return Lattices(sides, x, y, share, edge_compliance(circle.covered(*lattice.lines)) if soft else None)
 
 
-def in_place(grids: list[Grid], contacts: list[HertzContact]) -> Lattices:
+def _in_place(grids: list[Grid], contacts: list[HertzContact]) -> Lattices:
     """Grids that have their own place; where the contact goes on outside nothing is carried."""
     shares = [contact.on_elements(grid) for grid, contact in zip(grids, contacts, strict=True)]
     for share, grid, contact in zip(shares, grids, contacts, strict=True):

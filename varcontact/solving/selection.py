@@ -118,7 +118,8 @@ def select(
     preset, reasons = _preset(scene, wanted, method), {"method": PRESETS[method].why}
     of_normal, reasons["normal"] = _normal(scene, normal, preset, method)
     of_tangential, reasons["tangential"] = _tangential(scene, tangential, preset)
-    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=_kind_of_bodies(scene))
+    bodies = "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
+    plan = Plan(of_normal, of_tangential, "none", method=method, bodies=bodies)
     loop, reasons["coupling"] = _coupling(scene, wanted, plan)
     programs, reasons["formulation"] = _formulations(scene, plan)
     plan = replace(plan, coupling=loop, formulation=programs[0])
@@ -311,10 +312,6 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     if wanted["formulation"] == "marching" and difference != "first-order":
         allowed = f'"auto" or "gap" with motion.slip_difference = "{difference}"'
         raise SceneError("formulation", "marching", allowed)
-
-
-def _kind_of_bodies(scene: Scene) -> str:
-    return "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
 
 
 def one_direction(scene: Scene) -> bool:

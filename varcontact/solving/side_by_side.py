@@ -25,16 +25,17 @@ BESIDE = "side by side with other contacts, by newton"
 @one_blas_thread()
 def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
     """The contacts, those that `_rolls_alike` tells with the tractions of their pressures, solved for side by side."""
+    from scipy.ndimage import find_objects
+
     found, alike = list(contacts), [k for k, each in enumerate(contacts) if _rolls_alike(each)]
     for difference in DIFFERENCES:
         some = [k for k in alike if getattr(contacts[k].disc.loading.motion, "slip_difference", "") == difference]
         if not some:
             continue
         discs, states = ([getattr(contacts[k], name) for k in some] for name in ("disc", "state"))
-        boxes = [tuple(_extent(state.pressure.any(axis=axis)) for axis in (1, 0)) for state in states]
-        bound = np.zeros(
-            (*(max(each.stop - each.start for each in along) for along in zip(*boxes, strict=True)), len(some))
-        )
+        boxes = [find_objects((state.pressure > 0).astype(int))[0] for state in states]
+        shape = np.max([state.pressure[box].shape for state, box in zip(states, boxes, strict=True)], axis=0)
+        bound = np.zeros((*shape, len(some)))
         shift, start = np.zeros((2, 2, *bound.shape))
         for j, (disc, state, box) in enumerate(zip(discs, states, boxes, strict=True)):
             pressed = (disc.loading.coefficient * state.pressure)[box]
@@ -56,11 +57,6 @@ def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
             state = replace(states[j], traction=traction, rigid=raw.rigid, **answered(states[j], "tangential", raw))
             found[some[j]] = replace(contacts[some[j]], state=state)
     return found
-
-
-def _extent(inside: np.ndarray) -> slice:
-    first, *_, last = np.flatnonzero(inside)[[0, -1]].tolist()
-    return slice(first, last + 1)
 
 
 def _rolls_alike(contact: ContactOnGrid) -> bool:

@@ -53,11 +53,12 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
         found, without = (_look(disc, state, solver, length) for length in (0.0, shortest))
         if _apart(found, without) < RULES:
             return ""
-        helps, wavelength, before = 0.0, 2 * shortest, without
-        while helps == 0 and wavelength <= longest:
-            after = _look(disc, state, solver, wavelength)
-            helps = wavelength / 2 if _apart(before, after) < SETTLED else 0.0
-            before, wavelength = after, 2 * wavelength
+        helps, after = shortest, without
+        while helps <= longest / 2:
+            before, after = after, _look(disc, state, solver, 2 * helps)
+            if _apart(before, after) < SETTLED:
+                break
+            helps *= 2
     except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
     length, per_area = "", ""
@@ -70,7 +71,7 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
     )
     if patches != pieces:
         text += f", in {patches} patch{'es' * (patches > 1)} in place of {pieces}"
-    if helps == 0:
+    if helps > longest / 2:
         return f"{text}; no smoothing settles it: measure the surface again, or take the answer for this grid alone"
     return f"{text}; {how_to_smooth(f'{helps:.3g}')}, from which on it has settled"
 

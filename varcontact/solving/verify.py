@@ -15,7 +15,6 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.state import ContactState, means, with_subgrid
 from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
-from varcontact.discrete.temperature import Heat
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History, heat_before, heat_of
@@ -94,9 +93,7 @@ def with_verified_steps(stored: Stored) -> Stored:
         solver = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, solver)
 
-    @cache
-    def heat(k: int) -> Heat:
-        return heat_of(stored[k])
+    heat = cache(lambda k: heat_of(stored[k]))
 
     def verified(k: int, before: Solution | None, sol: Solution) -> Solution:
         corrected = sol.refinement is not None and sol.pressure.any()
@@ -159,10 +156,11 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
     on_grid = {} if sol.error_estimate is None else sol.error_estimate.on_grid
     pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
     approach = (on_grid.get("approach", sol.approach) - disc.base) / disc.scales.displacement
-    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    state, rigid = ContactState(pressure, 0.0, traction, np.zeros(2)), np.zeros(2)
     if np.isnan(approach):
-        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
-    rigid = np.zeros(2)
+        problem = disc.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
+        distance = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
+        approach = float(np.mean(distance - sol.distance.ravel() / disc.scales.displacement))
     if disc.loading.motion is not None and not disc.loading.frictionless:
         creepages = [on_grid.get(name, own) for name, own in zip(creepage_names(sol), sol.creepage, strict=True)]
         rigid = (np.array(creepages) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
@@ -170,13 +168,6 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
             moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
             rigid = np.where(np.isnan(rigid), moved, rigid)
     return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
-
-
-def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """Deformed distance, dimensionless, (ny, nx)."""
-    problem = disc.normal_problem(state.traction if disc.K != 0 and np.any(state.traction) else None)
-    elastic = problem.operator.apply(state.pressure.reshape(1, -1))[0]
-    return np.asarray((problem.distance + elastic - state.approach).reshape(state.pressure.shape))
 
 
 def _rounding(disc: Discretisation, state: ContactState) -> float:

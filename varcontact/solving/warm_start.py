@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -37,47 +36,32 @@ class Series:
     polish: bool
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
-    _operators: Operators | None = None
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
 
     @one_blas_thread()
     def solve(self, scene: Scene, plan: Plan) -> Solution:
         """The solution of the next scene, which is no history; errors as of `solve`."""
         check_saturation(scene)
-        moved = self._moved(scene, plan)
-        if moved is None:
-            check_fits(scene, plan)
-        stats = SolveStats(self.progress)
+        stats, last = SolveStats(self.progress), self._last
         steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
-        if moved is None:
-            before = None if self._last is None else self._last[-1].traction
-            disc, state = solve_contact(scene, steps, self._operators, before)
-        else:
-            disc, state = moved
+        if last is not None and plan == last[1] and plan.coupling == "none" and _same_but_motion(scene, last[0]):
+            assert not isinstance(scene.motion, Transient)
+            disc = last[2].with_loading(motion=scene.motion)
+            state = replace(last[3], iterations={}, status={}, solved={}, friction=None)
             state = contact(disc, steps, state)
-        if self._operators is not disc.operators:
-            self.forget()
-        self._operators, self._last = disc.operators, (scene, plan, disc, state)
+        else:
+            check_fits(scene, plan)
+            known, before = (None, None) if last is None else (last[2].operators, last[3].traction)
+            disc, state = solve_contact(scene, steps, known, before)
+            if known is not None and known is not disc.operators:
+                known.forget()
+        self._last = scene, plan, disc, state
         return finish(scene, disc, state, steps)
 
     def forget(self) -> None:
         """Let go of dense matrices and factors; influence numbers stay."""
-        if self._operators is not None:
-            self._operators.forget()
-
-    def _moved(self, scene: Scene, plan: Plan) -> tuple[Discretisation, ContactState] | None:
-        """The contact of the scene before with another motion, where nothing else is different."""
-        if self._last is None or scene.motion is None or plan.coupling != "none":
-            return None
-        before, planned, disc, state = self._last
-        methods = ("normal", "tangential", "coupling", "formulation", "method")
-        if any(getattr(plan, name) != getattr(planned, name) for name in methods):
-            return None
-        if not _same_but_motion(scene, before):
-            return None
-        assert not isinstance(scene.motion, Transient)
-        state = replace(state, iterations={}, status={}, solved={}, friction=None)
-        return disc.with_loading(motion=scene.motion), state
+        if self._last is not None:
+            self._last[2].operators.forget()
 
 
 def solve_in_turn(
@@ -101,7 +85,7 @@ def solve_in_turn(
 def _same_but_motion(scene: Scene, other: Scene) -> bool:
     """Whether two scenes differ in creepages or forces only; arrays are the same if they are one."""
     one, two = scene.motion, other.motion
-    if type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
+    if one is None or type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
         return False
 
     def same(one: Any, other: Any) -> bool:

@@ -195,7 +195,8 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
     fine, disc = FineGrid(coarse, state.pressure), coarse
     field = fine.field(state.traction, _friction(disc, state))
     correction, excess = np.zeros(state.traction.shape), np.zeros(2)
-    forces, creepages, seconds = [_loads(disc, state)], [_creepages(disc, state)], []
+    scale, seconds = coarse.scales.pressure, []
+    forces, creepages = [resultants(state.traction * scale, coarse.grid)], [_creepages(disc, state)]
     for k, damping in enumerate(DAMPING):
         started = time.perf_counter()
         # what the elements' slip lacks of the continuum's under the field, in the contact
@@ -204,8 +205,8 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
         bound = field.friction * fine.pressure
         defect = held_behind(lacking, state.traction, bound) * (bound > 0)
         correction = correction + damping * (defect - correction)
-        carried_more = (_loads(coarse, state) - fine.forces(field))[:2] / coarse.scales.force
-        excess = excess + damping * (carried_more - excess)
+        carried_more = resultants(state.traction * scale, coarse.grid) - fine.forces(field)
+        excess = excess + damping * (carried_more[:2] / coarse.scales.force - excess)
         # the coarse problem with its rigid shift and prescribed forces corrected
         motion = coarse.loading.motion
         assert isinstance(motion, Steady)
@@ -239,11 +240,6 @@ def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
         nearest = distance_transform_edt(state.pressure == 0, return_distances=False, return_indices=True)
         return coefficient(disc, state)[tuple(nearest)]
     return np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape)
-
-
-def _loads(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """Fx, Fy and Mz of the elements, physical."""
-    return resultants(state.traction * disc.scales.pressure, disc.grid)
 
 
 def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
