@@ -214,8 +214,7 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
     near, others = before if isinstance(before, Solution) else None, 1
 
     def tell(stage: str) -> None:
-        if options.progress is not None:
-            options.progress(f"{n} elements across the contact: {stage}")
+        options.progress(f"{n} elements across the contact: {stage}")
 
     on_level = replace(options, progress=tell, final=final, deadline=deadline)
     while True:

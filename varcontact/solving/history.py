@@ -55,7 +55,7 @@ def _solved(
     history: History,
     keep: Callable[[int, Solution], None],
     solver: ContactSolver,
-    progress: Callable[[str], None] | None,
+    progress: Callable[[str], None],
 ) -> History:
     """The history with the steps that are not solved yet."""
     scene, count = history.scene, transient(history.scene).steps
@@ -65,8 +65,7 @@ def _solved(
     heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []
 
     def tell(stage: str) -> None:
-        if progress is not None:
-            progress(f"{len(history)} of {count} steps{stage}")
+        progress(f"{len(history)} of {count} steps{stage}")
 
     try:
         for k in range(len(history), count):

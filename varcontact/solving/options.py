@@ -97,7 +97,7 @@ class SolveOptions:
     refine: bool
     store: str | Path | None
     target: Target | None
-    progress: Callable[[str], None] | None = None
+    progress: Callable[[str], None]
     final: bool = True
     deadline: float = math.inf
 
@@ -139,8 +139,8 @@ class SolveOptions:
         if store is not None and getattr(scene.motion, "control", None) is not None:
             allowed = "left out: a file cannot hold the function motion.control; save the answer"
             raise SceneError("store", store, allowed)
-        progress = checks.progress(progress)
-        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target, progress)
+        told = checks.progress(progress)
+        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target, told)
 
     def solver(self, scene: Scene) -> ContactSolver:
         """The methods for the `scene`; on a coarser grid to a loose tolerance, without a certificate."""
@@ -149,8 +149,9 @@ class SolveOptions:
             check_fits(scene, plan)
         else:
             certify, tol = "none", max(tol, LOOSE)
-        stats, continuum = SolveStats(self.progress), self.target is not None or self.refine
-        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, self.final, continuum, self.deadline)
+        stats, chosen = SolveStats(self.progress), self.target is not None
+        refined, continuum = self.final and not chosen, chosen or self.refine
+        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, refined, continuum, self.deadline)
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""
