@@ -121,8 +121,6 @@ class SolveOptions:
         progress: Callable[[str], None] | None = None,
     ) -> SolveOptions:
         """The arguments of `solve`, refused as there, before any work, where they do not suit the scene."""
-        if not isinstance(scene, Scene):
-            raise SceneError("scene", scene, "a Scene")
         choices = normal, tangential, coupling, formulation, method
         plan = select(scene, *choices)
         tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
@@ -132,7 +130,8 @@ class SolveOptions:
         if not (getattr(scene.motion, "Fx", None) is None and getattr(scene.motion, "Fy", None) is None):
             check_saturation(scene)
         target = _target(scene, plan, accuracy, time_budget, start, store, refine)
-        corrects = refine is not None and check_refine(scene, plan, refine, target is not None, start)
+        if refine is not None:
+            check_refine(scene, plan, refine, target is not None, start)
         if store is not None and not isinstance(scene.motion, Transient):
             allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
             raise SceneError("store", store, allowed)
@@ -140,7 +139,7 @@ class SolveOptions:
             allowed = "left out: a file cannot hold the function motion.control; save the answer"
             raise SceneError("store", store, allowed)
         told = checks.progress(progress)
-        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target, told)
+        return cls(scene, choices, plan, tol, polish, start, certify, refine is not None, store, target, told)
 
     def solver(self, scene: Scene) -> ContactSolver:
         """The methods for the `scene`; on a coarser grid to a loose tolerance, without a certificate."""

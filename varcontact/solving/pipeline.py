@@ -33,8 +33,8 @@ TO_POLISH, TO_REFINE = (1e-2, 1e-4, 1e-6), (1e-6, 1e-8)
 """Accuracies asked of a solver of programs, each where the one before did not do for active sets, and for splitting."""
 NEARLY_ROUNDED = 1e-9
 """Residual at which a polished answer is not improved any more."""
-NEWTON_STEPS, NEWTON_STEPS_FROM_START = 60, 8
-"""Newton steps of TANG; and from the pass or the step before, until it must have come nearer."""
+NEWTON_STEPS = 60
+"""Newton steps of TANG."""
 MOST_STEPS = 2000
 IDLE_STEPS, NEARLY_STILL = 5, 1e-4
 """A march ends when it hardly moves, relative to the largest traction, and has come no nearer in this many steps."""
@@ -166,11 +166,7 @@ def _by_program(task: Task) -> RawSolution:
     if task.plan.method != "convex" and task.polish:
         if start is None:
             return _polished(task, None)
-        near = _active_sets(task, start, NEWTON_STEPS_FROM_START)
-        nearer = not near.solved and task.residual(near) <= 1e-2 * task.residual(start)
-        if nearer and isinstance(problem, TangentialProblem):
-            near = _active_sets(task, near)
-        return _polished(task, replace(near, iterations=0))
+        return _polished(task, replace(_active_sets(task, start), iterations=0))
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
     if task.plan.method == "convex" and (isinstance(problem, NormalProblem) or task.plan.formulation != "marching"):
         return _refined(closer)
@@ -217,12 +213,12 @@ def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     return best
 
 
-def _active_sets(task: Task, start: RawSolution | None, steps: int = NEWTON_STEPS) -> RawSolution:
+def _active_sets(task: Task, start: RawSolution | None) -> RawSolution:
     """NORM, or the safeguarded TANG."""
     if isinstance(task.problem, NormalProblem):
         return normal_solver("norm")(task.problem, task.settings, start)
     tang: TangentialSolver = counted(
-        "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, steps, settings)
+        "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, NEWTON_STEPS, settings)
     )
     return tang(task.problem, task.settings, start)
 

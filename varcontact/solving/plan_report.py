@@ -72,8 +72,6 @@ def plan(
     >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
     ['A_zz', 'A_tt - C_tt']
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
     chosen = select(scene, normal, tangential, coupling, formulation, method)
     special = chosen.special
     if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:

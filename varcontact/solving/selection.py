@@ -101,6 +101,8 @@ def select(
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'tang-safeguarded', 'none')
     """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
     if isinstance(scene.motion, TimeStep):
         raise SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
     if isinstance(scene.motion, Harmonic):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -47,7 +48,7 @@ def largest_contacts(scene: Scene) -> list[Scene]:
 
     Viscoelastic bodies are relaxed: their contact then is the largest under a load.
     """
-    largest: dict[tuple[int, bool], Scene] = {}
+    largest: dict[tuple[int, bool], tuple[float, Scene]] = {}
     bodies = scene.bodies.relaxed if isinstance(scene.bodies, BodyPair) else scene.bodies
     bare: dict[str, Any] = {"bodies": bodies, "friction": None, "motion": None}
     for k in range(transient(scene).steps):
@@ -55,18 +56,13 @@ def largest_contacts(scene: Scene) -> list[Scene]:
         load = approach if force is None else force
         assert load is not None
         key = (id(surface), force is None)
-        known = largest.get(key)
-        before = None if known is None else known.approach if force is None else known.normal_force
-        if force == 0 or (before is not None and before >= load):
+        if force == 0 or (key in largest and largest[key][0] >= load):
             continue
-        try:
-            still = replace(scene, normal_force=force, approach=approach, surface=surface, **bare)
-        except NoContact:
-            continue
-        largest[key] = still
+        with suppress(NoContact):
+            largest[key] = load, replace(scene, normal_force=force, approach=approach, surface=surface, **bare)
     if not largest:
         raise NoContact("motion", "no load in any step", "a history in which the bodies touch once at least")
-    return list(largest.values())
+    return [still for _, still in largest.values()]
 
 
 def transient(scene: Scene) -> Transient:

@@ -6,7 +6,7 @@ Its error is estimated from half as many elements. Other scenes, methods and gri
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,6 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.fine_grid import (
     PARTS,
-    FineField,
     FineGrid,
     held_behind,
     resultants,
@@ -54,10 +53,8 @@ LATE = 2
 """Passes whose changes the estimate counts as a whole: those that are damped."""
 
 
-def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> bool:
-    """Whether defect correction is asked for; `chosen`: the grid is to be chosen for an accuracy or a time."""
-    if refine is None:
-        return False
+def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> None:
+    """Refuse defect correction where it does not apply; `chosen`: the grid is chosen for an accuracy or a time."""
     kind = checks.choice("refine", refine, (CONTINUUM,))
     reason = _why_not(scene, plan)
     if isinstance(start, Solution):
@@ -75,7 +72,6 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         raise SceneError("grid", scene.grid, allowed)
     size = 8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts
     need("the parts of the elements", size, SMALLER)
-    return True
 
 
 def _why_not(scene: Scene, plan: Plan) -> str:
@@ -105,35 +101,23 @@ def run(
 ) -> tuple[Discretisation, ContactState, Refinement]:
     """The corrected problem on the elements, its solution to the solver's tolerance, and the field on parts."""
     with solver.stats.stage("refinement"):
-        found = defect_correct(disc, state, loosely(solver), solver)
+        corrected, state, found = defect_correct(disc, state, loosely(solver), solver)
     with solver.stats.stage("error estimate"):
         coarser = _on_half_as_many(scene, disc, solver)
     # the error: the difference from half as many elements, what late passes changed, or what the field misses of a
     # prescribed force; the components of force, and of creepage, share the length of a vector
-    motion, previous, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
+    motion, last = disc.loading.motion, found.forces[-1]
     assert motion is not None
-    assert previous is not None
-    last, prescribed = found.forces[-1], (motion.Fx, motion.Fy)
+    prescribed = motion.Fx, motion.Fy
     wanted = [F if given is None else given for F, given in zip(last, (*prescribed, None), strict=True)]
     of_forces = np.max([np.abs(last - coarser.forces[-1]), late_change(found.forces), np.abs(last - wanted)], axis=0)
     of_creepages = np.maximum(np.abs(found.creepages[-1] - coarser.creepages[-1]), late_change(found.creepages))
-    refinement = Refinement(
-        kind=CONTINUUM,
-        grid=found.fine.grid,
-        traction=found.field.traction * found.disc.scales.pressure,
-        slip=found.shift / rolled,
-        correction=-previous.displacement / rolled,
-        share=np.ones(found.disc.grid.shape),
-        forces=found.forces,
-        creepages=found.creepages,
-        estimate=np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]]),
-        creepage_estimate=np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages)),
-        seconds=found.seconds,
-    )
-    return found.disc, found.state, refinement
+    estimate = np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]])
+    of_creepages = np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages))
+    return corrected, state, replace(found, estimate=estimate, creepage_estimate=of_creepages)
 
 
-def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) -> Corrected:
+def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) -> Refinement:
     """The same on about half as many elements across the contact each way."""
     grid, hertz, (dx, dy) = disc.grid, scene.hertz, disc.grid.sides
     assert hertz is not None
@@ -147,7 +131,7 @@ def _on_half_as_many(scene: Scene, disc: Discretisation, solver: ContactSolver) 
     other = discretise(scene, coarser)
     try:
         state = contact(other, loose, loose.pressure(other, unloaded(coarser)))
-        return defect_correct(other, state, loose, replace(loose, tol=solver.tol))
+        return defect_correct(other, state, loose, replace(loose, tol=solver.tol))[-1]
     finally:
         other.operators.forget()
 
@@ -171,22 +155,9 @@ def refined(solution: Solution, found: Refinement) -> Solution:
     return replace(solution, refinement=found, power_density=density, error_estimate=estimate)
 
 
-@dataclass(frozen=True, eq=False)
-class Corrected:
-    """A coarse solution after the passes, and its field on parts of the elements. Dimensionless, but for `forces`."""
-
-    # the coarse problem as it was solved last, with the correction of its rigid shift in `previous_step`
-    disc: Discretisation
-    state: ContactState  # its solution
-    fine: FineGrid
-    field: FineField
-    shift: np.ndarray  # (2, ny PARTS, nx PARTS) The continuum's local shift under the field
-    forces: np.ndarray
-    creepages: np.ndarray  # (passes + 1, 2) vx and vy then, given or found for forces that are given
-    seconds: tuple[float, ...]  # of each pass
-
-
-def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver) -> Corrected:
+def defect_correct(
+    coarse: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver
+) -> tuple[Discretisation, ContactState, Refinement]:
     """Correct a coarse solution of steady rolling under Hertz's pressure: `loose` solves all passes but the last.
 
     Where forces are prescribed, those of the coarse problem are changed by what its elements carry more than the field.
@@ -223,8 +194,21 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
         forces.append(fine.forces(field))
         creepages.append(_creepages(disc, state))
         seconds.append(time.perf_counter() - started)
-    shift = fine.shift(field, state.rigid) * (field.bound > 0)
-    return Corrected(disc, state, fine, field, shift, np.array(forces), np.array(creepages), tuple(seconds))
+    shift, rolled = fine.shift(field, state.rigid) * (field.bound > 0), unit_slip(disc)
+    found = Refinement(
+        kind=CONTINUUM,
+        grid=fine.grid,
+        traction=field.traction * scale,
+        slip=shift / rolled,
+        correction=correction / rolled,
+        share=np.ones(disc.grid.shape),
+        forces=np.array(forces),
+        creepages=np.array(creepages),
+        estimate=np.zeros(3),
+        creepage_estimate=np.zeros(2),
+        seconds=tuple(seconds),
+    )
+    return disc, state, found
 
 
 def late_change(of_passes: np.ndarray) -> np.ndarray:
