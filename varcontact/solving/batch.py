@@ -19,7 +19,7 @@ from varcontact.discrete.contact_grid import common_grid, known_grid
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
-from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -97,7 +97,7 @@ def solve_batches(
         free = [k for k in sound if scenes[k].line == line and _without_grid(scenes[k])]
         if not free:
             continue
-        own, done = _to_accuracy([scenes[k] for k in free], BY_DEFAULT if accuracy is None else accuracy, tol)
+        own, done = _to_accuracy([scenes[k] for k in free], accuracy or BY_DEFAULT, tol)
         for name, values in own.items():
             figures.setdefault(name, np.full(len(scenes), math.nan))[free] = values
         solved[free] = done
@@ -193,17 +193,15 @@ def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[
             for name, unit in units.items():
                 value, error = richardson([one[name] for _, one in levels], [across for across, _ in levels])
                 best[name] = np.where(np.isnan(unit), found[name], value)
-                errors[name] = error + FLOOR * n**-ORDER * unit
+                errors[f"{name}_error"] = error + FLOOR * n**-ORDER * unit
             beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)  # by a little, where extrapolated
             best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
             rolls = np.array([isinstance(scene.motion, Steady) for scene in on_grid])
             best["friction_work"] = np.where(rolls, _power(best), found["friction_work"])
-            worst = np.fmax.reduce([errors[name] / unit for name, unit in units.items()])
+            worst = np.fmax.reduce([errors[f"{name}_error"] / unit for name, unit in units.items()])
             done = goes_on & (worst <= accuracy)
-            for name in FIGURES:
-                figures[name][left[done]] = best[name][done]
-            for name in units:
-                figures[f"{name}_error"][left[done]] = errors[name][done]
+            for name, values in (best | errors).items():
+                figures[name][left[done]] = values[done]
             solved[left[done]] = True
             goes_on &= ~done
         left = left[goes_on]
@@ -224,7 +222,6 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
         hertz, motion = scene.hertz, scene.motion
         assert isinstance(hertz, HertzContact)
         assert isinstance(scene.friction, float)
-        assert isinstance(motion, Steady | Shift)
         limits[k] = scene.friction * hertz.force
         units = frictional_units(limits[k], hertz.a, 1.0 if scene.line else hertz.b, scene.bodies, scene.line)
         if not scene.line:
@@ -267,11 +264,9 @@ class _Kind:
 class _Member:
     number: int
     kind: _Kind
-    motion: Steady | Shift | TimeStep
+    scene: Scene
     grid: Grid
     hertz: HertzContact
-    bodies: BodyPair | Bodies
-    friction: float | Law
 
 
 def fits(scene: Scene) -> bool:
@@ -331,32 +326,29 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         ahead = motion.direction * motion.dq / grid.sides[0]
         if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
             return None
-    assert isinstance(motion, Steady | Shift | TimeStep)
-    assert isinstance(scene.friction, float | Law)
-    under_law = isinstance(scene.friction, Law)
-    kind = _Kind(shape, None if grid.explicit else grid, difference, round(ahead), grid.line, under_law)
-    return _Member(number, kind, motion, grid, hertz, scene.bodies, scene.friction)
+    across, under_law = None if grid.explicit else grid, isinstance(scene.friction, Law)
+    kind = _Kind(shape, across, difference, round(ahead), grid.line, under_law)
+    return _Member(number, kind, scene, grid, hertz)
 
 
 def _solve_group(
     members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
 ) -> tuple[Figures, np.ndarray]:
     """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of the step before."""
-    kind, contacts = members[0].kind, [member.hertz for member in members]
+    kind, contacts, scenes = members[0].kind, [each.hertz for each in members], [each.scene for each in members]
     force = np.array([contact.force for contact in contacts])
-    G, nu = (np.array([getattr(member.bodies, f"combined_{name}") for member in members]) for name in ("G", "nu"))
+    G, nu = (np.array([getattr(each.bodies, f"combined_{name}") for each in scenes]) for name in ("G", "nu"))
     own = [list(alike) for _, alike in groupby(members, lambda each: each.kind)]
     lattices = side_by_side([of_scenes(e[0].kind.grid, [m.grid for m in e], [m.hertz for m in e]) for e in own])
     x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
-    motions = [member.motion for member in members]
-    steps = [motion.step(length) for motion, length in zip(motions, dx.tolist(), strict=True)]
+    steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
     area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])
     vx, vy, spin = np.array([each.rigid for each in steps]).T
     sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
-    given = np.array([[motion.Fx, motion.Fy] for motion in motions], dtype=float).T  # NaN for None
+    given = np.array([[each.Fx, each.Fy] for each in steps], dtype=float).T  # NaN for None
     W = np.empty((2, *lattices.share.shape))
     W[0], W[1] = (vx - spin * y) * step, (vy + spin * x + sampled) * step
-    laws = [member.friction for member in members]
+    laws = [scene.friction for scene in scenes]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
     bound = lattices.share * (friction * force / area)
     problem = BatchedProblem(

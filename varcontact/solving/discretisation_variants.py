@@ -26,10 +26,6 @@ STRIPS = 4
 """Elements along x in line contact for each of `cells`: there they cost next to nothing, as in ``grid="auto"``."""
 
 
-_AS = {"motion": '(("spin_offset", 0.0),)', "options": '(("tangential", "fastsim"),)'}
-"""How pairs of names and values are written."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Way:
     """One way to answer any scene that it serves.
@@ -84,8 +80,11 @@ class Way:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        _pairs("motion", self.motion)
-        _pairs("options", self.options)
+        for field, example in (("motion", '(("spin_offset", 0.0),)'), ("options", '(("tangential", "fastsim"),)')):
+            given = getattr(self, field)
+            pairs = isinstance(given, tuple) and all(isinstance(each, tuple) and len(each) == 2 for each in given)
+            if not (pairs and all(isinstance(name, str) for name, _ in given)):
+                raise SceneError(field, given, f"pairs of a name and a value, as {example}")
         found = [name for name, _ in self.options if name in ("accuracy", "time_budget")]
         if found:
             raise SceneError("options", found[0], "left out: give it as the accuracy of the way")
@@ -167,12 +166,6 @@ class Way:
         if self.motion and not isinstance(scene.motion, Steady):
             return f"{self.motion[0][0]} is for steady rolling"
         return ""
-
-
-def _pairs(field: str, value: Any) -> None:
-    pairs = isinstance(value, tuple) and all(isinstance(each, tuple) and len(each) == 2 for each in value)
-    if not (pairs and all(isinstance(name, str) for name, _ in value)):
-        raise SceneError(field, value, f"pairs of a name and a value, as {_AS[field]}")
 
 
 @dataclass(frozen=True, eq=False)

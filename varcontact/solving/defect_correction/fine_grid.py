@@ -42,7 +42,7 @@ class FineField:
 
 
 class FineGrid:
-    """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid` and `hertz`.
+    """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid`.
 
     `derivative`: minus that of displacement along x, times a part's length, its mean over each part. `times_root`:
     Hertz's pressure times 1, x and y. `over_root`: tractions like those at a trailing edge that sticks. `weight`: means
@@ -55,14 +55,14 @@ class FineGrid:
         assert hertz is not None and isinstance(medium, HalfSpaces)
         self.disc, self.pressure = disc, pressure  # of the elements
         self.grid, self.lattice = disc.grid.divided(CELLS), disc.lattice.divided(CELLS)
-        self.hertz, self.axes = hertz, (hertz.a / disc.scales.length, hertz.b / disc.scales.length)
+        axes = hertz.a / disc.scales.length, hertz.b / disc.scales.length
         self.pressure_on_parts = hertz.mean_pressure(*self.grid.lines) / disc.scales.pressure
         side = self.lattice.sides[0]
         self.derivative = influence_operator(self.lattice, "xy", "xy", medium=medium, lag=side, offset=-side / 2)
-        times_root, over_root, self.weight = root_means(self.lattice, *self.axes)
-        gradients = times_root_gradients(self.lattice, *self.axes, nu)
+        times_root, over_root, self.weight = root_means(self.lattice, *axes)
+        gradients = times_root_gradients(self.lattice, *axes, nu)
         self.times_root = KnownTractions.on(times_root, gradients, self.lattice, self.derivative)
-        gradients = rooted_gradients(*self.axes, nu=nu)[..., None, None]
+        gradients = rooted_gradients(*axes, nu=nu)[..., None, None]
         self.over_root = KnownTractions.on(over_root, gradients, self.lattice, self.derivative)
         assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
