@@ -10,19 +10,8 @@ from itertools import product
 import numpy as np
 
 from varcontact.checks import LARGE
+from varcontact.discrete import contact_grid
 from varcontact.discrete.certificate import Certificate, certificate_of
-from varcontact.discrete.contact_grid import (
-    across,
-    clipped,
-    contact_box,
-    enlarged,
-    fitted,
-    given_grid,
-    if_noise,
-    interpolated,
-    known_grid,
-    within,
-)
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
@@ -184,7 +173,7 @@ def solve_contact(
         grid, found = wanted, Near.of(disc, state)
     else:
         message = "grid: no potential contact was found that holds the contact; give an explicit grid"
-        message += if_noise(scene, grid)
+        message += contact_grid.if_noise(scene, grid)
         raise SceneError("grid", scene.grid, "explicit", message=message)
     if conformal and scene.normal_force is not None:
         disc, state = with_normal_force(disc, solver, state, coupled)
@@ -205,11 +194,11 @@ def place(
     A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For sampled distances
     looks at the frictionless contact tell, first across all samples, then closer and closer; or a solution `near`.
     """
-    spec, surface = known_grid(scene), scene.surface
+    spec, surface = contact_grid.known_grid(scene), scene.surface
     if near is not None and not solver.plan.closed_form:
         if spec.explicit:
             return spec, near
-        return within(spec.spread(contact_box(near.grid, near.pressure)), surface), near
+        return contact_grid.within(spec.spread(contact_grid.contact_box(near.grid, near.pressure)), surface), near
     if spec.explicit:
         return spec, None
     if not isinstance(surface, SampledDistance):
@@ -233,11 +222,11 @@ def place(
         lowest = _lowest_in_elements(surface, grid, depth)
         disc = discretise(replace(bare, surface=lowest, grid=grid), grid)
         state = look.pressure(disc, unloaded(grid) if last is None else _on(last, disc))
-        last, columns_and_rows = Near.of(disc, state), across(state.pressure)
+        last, columns_and_rows = Near.of(disc, state), contact_grid.across(state.pressure)
         if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
             break
-        box = clipped(contact_box(grid, state.pressure, around=1), surface)
-    return within(spec.spread(contact_box(grid, state.pressure)), surface), last
+        box = contact_grid.clipped(contact_grid.contact_box(grid, state.pressure, around=1), surface)
+    return contact_grid.within(spec.spread(contact_grid.contact_box(grid, state.pressure)), surface), last
 
 
 def adjust(
@@ -249,12 +238,12 @@ def adjust(
     with_tractions: bool = False,
 ) -> Grid | None:
     """A larger grid where the contact goes on outside, or a `closer` one where it has few elements; None: it fits."""
-    if closed_form and not given_grid(scene).explicit:
+    if closed_form and not contact_grid.given_grid(scene).explicit:
         return None  # placed around Hertz's contact
     overlap = outside(disc, state, closed_form)
     if overlap is not None:
-        return enlarged(scene, disc.grid, state.pressure, overlap, ROOM * with_tractions)
-    return fitted(scene, disc.grid, state.pressure, any_surface=with_tractions) if closer else None
+        return contact_grid.enlarged(scene, disc.grid, state.pressure, overlap, ROOM * with_tractions)
+    return contact_grid.fitted(scene, disc.grid, state.pressure, any_surface=with_tractions) if closer else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +267,7 @@ class Near:
 
 def _on(near: Solution | Near, disc: Discretisation) -> ContactState:
     """The pressure and the approach of a contact on another grid."""
-    pressure = interpolated(near.grid, near.pressure[None], disc.grid)[0] / disc.scales.pressure
+    pressure = contact_grid.interpolated(near.grid, near.pressure[None], disc.grid)[0] / disc.scales.pressure
     approach = (near.approach - disc.base) / disc.scales.displacement if np.isfinite(near.approach) else 0.0
     return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
@@ -288,10 +277,10 @@ def _with_tractions_of(near: Solution | Near, disc: Discretisation, state: Conta
     motion = disc.loading.motion
     if motion is None or disc.loading.law is not None:
         return state
-    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.scales.pressure
+    traction = contact_grid.interpolated(near.grid, near.traction, disc.grid) / disc.scales.pressure
     found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
     given = [motion.Fx is None, motion.Fy is None]
-    return replace(state, traction=traction, rigid=np.where(given, 0.0, found))
+    return replace(state, traction=traction * (state.pressure > 0), rigid=np.where(given, 0.0, found))
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

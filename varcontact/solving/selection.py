@@ -21,15 +21,8 @@ from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
-from varcontact.solvers.registry import (
-    MATRIX_FREE,
-    NORMAL,
-    TANGENTIAL,
-    available,
-    normal_methods,
-    states_programs,
-    tangential_methods,
-)
+from varcontact.solvers import registry
+from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
 from varcontact.solving.pipeline import check_memory
 from varcontact.theories.on_grid import THEORIES, why_not
 
@@ -60,7 +53,7 @@ PRESETS: dict[str, Preset] = {
         "requested: NORM and the safeguarded TANG, without programs",
         "norm",
         "tang-safeguarded",
-        tuple(name for name in NORMAL if name not in MATRIX_FREE),
+        tuple(name for name in registry.NORMAL if name not in MATRIX_FREE),
         tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
     ),
     "kalker": Preset(
@@ -153,17 +146,17 @@ def select(
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
     """Refuse names of solvers that there are not, that are not installed, or that are for the other problem."""
     if normal != "auto":
-        available("normal", normal, ("auto", *normal_methods()))
+        registry.available("normal", normal, ("auto", *registry.normal_methods()))
     if tangential != "auto":
-        methods = tangential_methods()
+        methods = registry.tangential_methods()
         if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
-            methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
-        if tangential in normal_methods() and tangential not in methods:
+            methods += [name for name in registry.normal_methods() if states_programs(name) and name not in methods]
+        if tangential in registry.normal_methods() and tangential not in methods:
             why = "it is for normal problems"
             if states_programs(tangential):
                 why = "it solves QPs, and Coulomb's disks are second-order cones"
             raise SceneError("tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}")
-        available("tangential", tangential, ("auto", *methods, *THEORIES))
+        registry.available("tangential", tangential, ("auto", *methods, *THEORIES))
 
 
 def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:

@@ -29,12 +29,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.defect_correction.fine_grid import (
-    PARTS,
-    FineGrid,
-    held_behind,
-    resultants,
-)
+from varcontact.solving.defect_correction.fine_grid import PARTS, FineGrid, held_behind, resultants
 from varcontact.solving.friction_law import coefficient
 from varcontact.system.process import SMALLER, need
 
