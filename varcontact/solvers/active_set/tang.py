@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude
 from varcontact.discrete.residuals import project, tangential_residual
-from varcontact.solvers.interface import Settings, check_time
+from varcontact.solvers.interface import Settings, TangentialSolver, check_time, counted
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible
 
@@ -246,9 +246,10 @@ def tang_safeguarded(
 def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
     """Where else to begin, and the Newton steps that led there; of random problems some need each."""
     if problem.free:
-        with settings.stats.called("tang"):
-            rough = tang(problem, deadline=settings.deadline)
-            settings.stats.iterated("tang", rough.iterations)
+        printed: TangentialSolver = counted(
+            "tang", lambda problem, settings, _: tang(problem, deadline=settings.deadline)
+        )
+        rough = printed(problem, settings, None)
         yield Point(rough.traction, rough.rigid), rough.iterations
     splitting = Splitting(problem)
     for rounds in SPLITTING_ROUNDS:

@@ -7,16 +7,15 @@ that it leaves unsolved go to dense active sets.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.interface import Settings, better, check_time
+from varcontact.solvers.interface import Settings, Solver, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
@@ -141,7 +140,7 @@ def solve(
     problem: GridProblem[G],
     start: RawSolution | None,
     settings: Settings,
-    active_sets: Callable[[RawSolution], RawSolution],
+    active_sets: Solver[Any, RawSolution],
 ) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets."""
     tol, spent, raw = ROUNDED * settings.tol, 0, None
@@ -167,7 +166,7 @@ def solve(
         found = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
         refined = replace(found, iterations=spent + found.iterations, status=raw.status, solved=True)
         return better(problem.problem, raw, refined)
-    other = active_sets(raw)
+    other = active_sets(problem.problem, settings, raw)
     reason = f"newton missed the tolerance, {other.solver} was used"
     return better(problem.problem, raw, replace(other, iterations=spent, reason=reason))
 

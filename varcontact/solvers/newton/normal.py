@@ -13,7 +13,7 @@ import numpy as np
 from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.interface import Settings
+from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point
@@ -28,16 +28,13 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     scaled = ScaledNormal.of(problem)
     if scaled is None:
         return apart
+    return solve(scaled, start, settings, counted("norm", _active_sets))
 
-    def active_sets(near: RawSolution) -> RawSolution:
-        """NORM from what Newton's method has; one element at a time where that cycles."""
-        with settings.stats.called("norm"):
-            raw = norm(problem, near, deadline=settings.deadline)
-            raw = raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
-            settings.stats.iterated("norm", raw.iterations)
-        return replace(raw, solver="norm")
 
-    return solve(scaled, start, settings, active_sets)
+def _active_sets(problem: NormalProblem, settings: Settings, near: RawSolution) -> RawSolution:
+    """NORM from what Newton's method has; one element at a time where that cycles."""
+    raw = norm(problem, near, deadline=settings.deadline)
+    return raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
 
 
 @dataclass(frozen=True, eq=False)

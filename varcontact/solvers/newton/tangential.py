@@ -16,7 +16,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem, Yieldin
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.interface import Settings
+from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, solve
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point, dot
@@ -32,6 +32,11 @@ STEEP = 1e8
 NEARLY_STICK = 1e-3
 """Slip divided by the bound below which the preconditioner treats an element as one that sticks."""
 
+ACTIVE_SETS: TangentialSolver = counted(
+    "tang-safeguarded", lambda problem, settings, near: tang_safeguarded(problem, settings=settings)
+)
+"""The safeguarded TANG, from its own start."""
+
 
 def newton_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
     """Solve the tangential problem by an inexact Newton method with products by FFT only.
@@ -45,15 +50,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     scaled = ScaledTangential.of(problem)
     if scaled is None:
         return still
-
-    def active_sets(near: RawSolution) -> RawSolution:
-        """The safeguarded TANG, from its own start."""
-        with settings.stats.called("tang-safeguarded"):
-            raw = tang_safeguarded(problem, settings=settings)
-            settings.stats.iterated("tang-safeguarded", raw.iterations)
-        return replace(raw, solver="tang-safeguarded")
-
-    return solve(scaled, start, settings, active_sets)
+    return solve(scaled, start, settings, ACTIVE_SETS)
 
 
 @dataclass(frozen=True, eq=False)
