@@ -1,6 +1,7 @@
 """Scenes in one line or two, the same scene in other units, and what is refused."""
 
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 
 import pytest
 
@@ -65,3 +66,15 @@ def refused(call, field=None, words="", match=None, error=vc.SceneError):
         call()
     assert field is None or found.value.field == field
     assert words in str(found.value)
+
+
+def refusals(*cases, of=None, by="match", fixture=None):
+    """A test for each pair of a call, or of arguments `of` one, and its error's pattern or field; after a fixture."""
+
+    @pytest.mark.parametrize(("given", "said"), cases)
+    def test(request, given, said):
+        first = [request.getfixturevalue(fixture)] if fixture else []
+        call = partial(of, *first, **given) if of else partial(given, *first)
+        refused(call, **{by: said})
+
+    return test

@@ -17,7 +17,7 @@ from tests.fuzz.extremes import Extreme, but, extremes
 from tests.fuzz.judge import faults
 from tests.fuzz.junk import Hostile
 from tests.fuzz.outcome import FAILED, PASSED, attempt
-from tests.scenes import make_scene
+from tests.scenes import make_scene, refusals
 from varcontact.discrete.certificate import ForceBounds
 from varcontact.solving.coupling import distance
 
@@ -147,27 +147,21 @@ y0 = -1.5
 
 BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)
 SCENE = vc.Scene(bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3))
-REFUSED = {
-    "seed 1, case 6": (lambda: vc.standard_bank(cells=False), "cells = False"),
-    "seed 1, case 50": (lambda: vc.reference.carter(1, 0.3, creepage=1e-3), "contact = 1 is not allowed"),
-    "seed 1, case 56": (lambda: vc.reference.bufler(1.0, 2j, force=1.0), "bodies = 2j is not allowed"),
-    "seed 1, case 116": (lambda: vc.reference.cattaneo_mindlin(None, BODIES, 0.3, 0.1), "contact"),
-    "seed 1, case 126": (lambda: vc.solve(SCENE, formulation=np.ones(3)), "formulation"),
-    "seed 1, case 182": (lambda: vc.plan(SCENE, normal=np.ones(0)), "normal"),
-    "seed 1, case 324": (lambda: vc.SampledDistance(np.broadcast_to(1.0, (10**8, 10**8))), "surface.h .* memory"),
-    "seed 1, case 379": (lambda: vc.StaticKinetic(0.3, Hostile()), "friction.kinetic = a Hostile"),
-    "seed 1, case 1135": (lambda: vc.reference.spence_ratio(UNLIKE, 0.3, 10**5000), "shape = a number of thousands"),
-    "seed 3, case 1214": (lambda: vc.reference.creepage_coefficients(1.0, 5e-324, 0.3), "b = 5e-324 .* 1e-100"),
-    "seed 2, case 700": (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_bad_arguments_are_named(case):
-    """Arguments: exceptions of others, or messages that named something else."""
-    call, message = REFUSED[case]
-    with pytest.raises(vc.SceneError, match=message):
-        call()
+# arguments: exceptions of others, or messages that named something else
+test_bad_arguments_are_named = refusals(
+    (lambda: vc.standard_bank(cells=False), "cells = False"),
+    (lambda: vc.reference.carter(1, 0.3, creepage=1e-3), "contact = 1 is not allowed"),
+    (lambda: vc.reference.bufler(1.0, 2j, force=1.0), "bodies = 2j is not allowed"),
+    (lambda: vc.reference.cattaneo_mindlin(None, BODIES, 0.3, 0.1), "contact"),
+    (lambda: vc.solve(SCENE, formulation=np.ones(3)), "formulation"),
+    (lambda: vc.plan(SCENE, normal=np.ones(0)), "normal"),
+    (lambda: vc.SampledDistance(np.broadcast_to(1.0, (10**8, 10**8))), "surface.h .* memory"),
+    (lambda: vc.StaticKinetic(0.3, Hostile()), "friction.kinetic = a Hostile"),
+    (lambda: vc.reference.spence_ratio(UNLIKE, 0.3, 10**5000), "shape = a number of thousands"),
+    (lambda: vc.reference.creepage_coefficients(1.0, 5e-324, 0.3), "b = 5e-324 .* 1e-100"),
+    (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
+    (lambda: vc.compare({}, ["fastsim"], progress=int), "progress"),
+)
 
 
 def test_a_word_for_overwrite(sol, tmp_path):
@@ -215,12 +209,6 @@ def test_steps_of_an_array_beyond_the_memory():
     """Arguments, seed 71, case 3039: it was copied before its shape was looked at."""
     with pytest.raises(vc.SceneError, match=r"motion.vx = .100000000 values. .* each of the 3 steps"):
         vc.Transient(steps=3, dq=0.1, vx=np.broadcast_to(1.0, (100_000_000, 100_000_000)))
-
-
-def test_progress_that_is_a_class():
-    """Arguments, seed 72, case 9130: `int` took every word, and failed at the first as no number."""
-    with pytest.raises(vc.SceneError, match="progress"):
-        vc.compare({}, ["fastsim"], progress=int)
 
 
 @pytest.mark.parametrize("cells", [b"x", "8", 8, [8, 12.5]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import refusals
 from varcontact.reference import bufler, carter, cattaneo_line, line_contact
 
 LIKE = vc.Bodies(G=3.0, nu=0.3)
@@ -207,25 +207,24 @@ def test_saturated(force):
         cattaneo_line(contact, 0.3, force)
 
 
-def test_bad_input():
-    contact = line_contact(5.0, LIKE, force=1.0)
-    unlike = line_contact(5.0, UNLIKE[0], force=1.0)
-    for call, field in (
-        (lambda: line_contact(-1.0, LIKE, force=1.0), "R"),
-        (lambda: line_contact(1.0, LIKE, force=np.nan), "force"),
-        (lambda: line_contact(1.0, LIKE, a=0.0), "a"),
-        (lambda: line_contact(1.0, LIKE), "force, a"),
-        (lambda: line_contact(1.0, LIKE, force=1.0, a=1.0), "force, a"),
-        (lambda: bufler(np.inf, LIKE, force=1.0), "R"),
-        (lambda: bufler(1.0, LIKE), "force, a"),
-        (lambda: bufler(1.0, LIKE, force=-1.0), "force"),
-        (lambda: carter(contact, 0.3), "creepage, force"),
-        (lambda: carter(contact, 0.3, creepage=0.1, force=0.1), "creepage, force"),
-        (lambda: carter(contact, 0.0, creepage=0.1), "friction"),
-        (lambda: carter(contact, 0.3, creepage=np.inf), "creepage"),
-        (lambda: carter(unlike, 0.3, creepage=0.1), "bodies.K"),
-        (lambda: cattaneo_line(unlike, 0.3, 0.1), "bodies.K"),
-        (lambda: cattaneo_line(contact, -0.3, 0.1), "friction"),
-        (lambda: cattaneo_line(contact, 0.3, np.nan), "force"),
-    ):
-        refused(call, field)
+CONTACT, COUPLED = (line_contact(5.0, bodies, force=1.0) for bodies in (LIKE, UNLIKE[0]))
+
+test_bad_input = refusals(
+    (lambda: line_contact(-1.0, LIKE, force=1.0), "R"),
+    (lambda: line_contact(1.0, LIKE, force=np.nan), "force"),
+    (lambda: line_contact(1.0, LIKE, a=0.0), "a"),
+    (lambda: line_contact(1.0, LIKE), "force, a"),
+    (lambda: line_contact(1.0, LIKE, force=1.0, a=1.0), "force, a"),
+    (lambda: bufler(np.inf, LIKE, force=1.0), "R"),
+    (lambda: bufler(1.0, LIKE), "force, a"),
+    (lambda: bufler(1.0, LIKE, force=-1.0), "force"),
+    (lambda: carter(CONTACT, 0.3), "creepage, force"),
+    (lambda: carter(CONTACT, 0.3, creepage=0.1, force=0.1), "creepage, force"),
+    (lambda: carter(CONTACT, 0.0, creepage=0.1), "friction"),
+    (lambda: carter(CONTACT, 0.3, creepage=np.inf), "creepage"),
+    (lambda: carter(COUPLED, 0.3, creepage=0.1), "bodies.K"),
+    (lambda: cattaneo_line(COUPLED, 0.3, 0.1), "bodies.K"),
+    (lambda: cattaneo_line(CONTACT, -0.3, 0.1), "friction"),
+    (lambda: cattaneo_line(CONTACT, 0.3, np.nan), "force"),
+    by="field",
+)

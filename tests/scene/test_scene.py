@@ -1,13 +1,12 @@
 """Every class checks itself when made, and names what is wrong."""
 
 import dataclasses
-import re
 
 import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import refusals, refused
 
 STEEL = vc.Bodies(G=82e9, nu=0.28)
 GOOD = {"bodies": STEEL, "surface": vc.Paraboloids(Rx=0.46, Ry=0.3), "normal_force": 1e5}
@@ -68,11 +67,8 @@ NAN, INF = float("nan"), float("inf")
     ],
 )
 def test_parts_refuse(make, field):
-    with pytest.raises(vc.SceneError) as failure:
-        make()
-    assert failure.value.field == field
-    assert all(name in str(failure.value) for name in field.split(", "))
-    assert re.search("must be|is missing|give both|prescribe one", str(failure.value))
+    for name in field.split(", "):
+        refused(make, field, name, match="must be|is missing|give both|prescribe one")
 
 
 @pytest.mark.parametrize(
@@ -106,10 +102,8 @@ def test_parts_refuse(make, field):
     ],
 )
 def test_scene_refuses(changes, field):
-    with pytest.raises(vc.SceneError) as failure:
-        vc.Scene(**{**GOOD, **changes})
-    assert failure.value.field == field
-    assert all(name in str(failure.value) for name in field.split(", "))
+    for name in field.split(", "):
+        refused(lambda: vc.Scene(**GOOD | changes), field, name)
 
 
 @pytest.mark.parametrize("approach", [0.0, -1e-6])
@@ -136,9 +130,6 @@ def test_combined_constants():
 
 def test_young():
     assert vc.Bodies.from_young(E=(210.0, INF), nu=0.25).pairs[0] == (84.0, INF)
-
-
-def test_pairs_may_be_arrays():
     assert vc.Bodies.from_young(E=np.array([210.0, 105.0]), nu=0.25).pairs[0] == (84.0, 42.0)
 
 
@@ -195,18 +186,14 @@ def test_no_hertz():
         vc.Scene(bodies=COAT, **ENTRIES | {"surface": vc.Ellipse(1.0, 1.0)})
 
 
-@pytest.mark.parametrize(
-    ("make", "field"),
-    [
-        (lambda: vc.Layer(h=0.0, G=1.0, nu=0.3), "layer.h"),
-        (lambda: vc.Layer(h=1.0, G=float("inf"), nu=0.3), "layer.G"),
-        (lambda: vc.Layer(h=1.0, G=1.0, nu=0.6), "layer.nu"),
-        (lambda: vc.Layered([], base="rigid"), "bodies.layers"),
-        (lambda: vc.Layered([vc.Layer(1.0, 1.0, 0.3)], base="soft"), "bodies.base"),
-        (lambda: vc.Layered([vc.Layer(1.0, 1.0, 0.3)], base=(0.0, 0.3)), "bodies.base[0]"),
-        (lambda: vc.Scene(bodies=(COAT, vc.Bodies(G=(1.0, 2.0), nu=0.3)), **ENTRIES), "bodies.lower"),
-        (lambda: vc.Scene(bodies=(COAT, 3.0), **ENTRIES), "bodies.lower"),
-    ],
+test_bad_bodies_are_named = refusals(
+    (lambda: vc.Layer(h=0.0, G=1.0, nu=0.3), "layer.h"),
+    (lambda: vc.Layer(h=1.0, G=float("inf"), nu=0.3), "layer.G"),
+    (lambda: vc.Layer(h=1.0, G=1.0, nu=0.6), "layer.nu"),
+    (lambda: vc.Layered([], base="rigid"), "bodies.layers"),
+    (lambda: vc.Layered([vc.Layer(1.0, 1.0, 0.3)], base="soft"), "bodies.base"),
+    (lambda: vc.Layered([vc.Layer(1.0, 1.0, 0.3)], base=(0.0, 0.3)), "bodies.base[0]"),
+    (lambda: vc.Scene(bodies=(COAT, vc.Bodies(G=(1.0, 2.0), nu=0.3)), **ENTRIES), "bodies.lower"),
+    (lambda: vc.Scene(bodies=(COAT, 3.0), **ENTRIES), "bodies.lower"),
+    by="field",
 )
-def test_bad_bodies_are_named(make, field):
-    refused(make, field)

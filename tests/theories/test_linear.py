@@ -1,11 +1,10 @@
 """Kalker's linear law: the paper's formulas, their inverse, bad input."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import varcontact as vc
+from tests.scenes import refusals
 from varcontact.reference import creepage_coefficients
 from varcontact.theories import linear_creepage, linear_forces
 
@@ -37,20 +36,14 @@ def test_inverse(vx, vy, spin):
         np.testing.assert_allclose(back, [vx, vy, spin], rtol=1e-12, atol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: linear_forces(0.0, B, G, (0, 0, 0), TABLE), "a = 0"),
-        (lambda: linear_forces(A, B, np.nan, (0, 0, 0), TABLE), "G = nan"),
-        (lambda: linear_forces(A, B, G, (0, 0), TABLE), r"creepages has shape \(2,\); it must be"),
-        (lambda: linear_forces(A, B, G, (0, 0, np.inf), TABLE), r"creepages\[2\] = inf"),
-        (lambda: linear_forces(A, B, G, "none", TABLE), "creepages = 'none'"),
-        (lambda: linear_creepage(A, B, G, TABLE, vx=0.1, Fx=2.0), "vx and Fx are both given"),
-        (lambda: linear_creepage(A, B, G, TABLE, spin=0.1, Mz=2.0), "spin and Mz are both given"),
-        (lambda: linear_creepage(A, B, -G, TABLE, Fx=1.0), "G = -80000"),
-        (lambda: linear_creepage(A, B, G, TABLE, Fy=np.nan), "Fy = nan"),
-    ],
+test_bad_input = refusals(
+    (lambda: linear_forces(0.0, B, G, (0, 0, 0), TABLE), "a = 0"),
+    (lambda: linear_forces(A, B, np.nan, (0, 0, 0), TABLE), "G = nan"),
+    (lambda: linear_forces(A, B, G, (0, 0), TABLE), r"creepages has shape \(2,\); it must be"),
+    (lambda: linear_forces(A, B, G, (0, 0, np.inf), TABLE), r"creepages\[2\] = inf"),
+    (lambda: linear_forces(A, B, G, "none", TABLE), "creepages = 'none'"),
+    (lambda: linear_creepage(A, B, G, TABLE, vx=0.1, Fx=2.0), "vx and Fx are both given"),
+    (lambda: linear_creepage(A, B, G, TABLE, spin=0.1, Mz=2.0), "spin and Mz are both given"),
+    (lambda: linear_creepage(A, B, -G, TABLE, Fx=1.0), "G = -80000"),
+    (lambda: linear_creepage(A, B, G, TABLE, Fy=np.nan), "Fy = nan"),
 )
-def test_bad_input(call, words):
-    with pytest.raises(vc.SceneError, match=words):
-        call()

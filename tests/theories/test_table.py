@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import refusals
 from varcontact.data.make_table_book import (
     DOUBT,
     GRIDS,
@@ -153,25 +154,20 @@ def test_it_is_smooth_enough_for_newtons_method():
             np.testing.assert_allclose(slopes[0], slopes[1], rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda t: table_forces(A, B, G, LIMIT, t, nu=0.3), "nu = 0.3 is not allowed: must be within 0.01 of the"),
-        (lambda t: table_forces(A, B, G, LIMIT, t, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
-        (lambda t: table_forces(A, B, G, -1.0, t), "friction_force = -1.0 is not allowed: must be positive"),
-        (lambda t: table_forces(A, B, G, [1.0, 0.0, 2.0], t), r"friction_force\[1\] = 0.0 is not allowed: must be"),
-        (lambda t: table_forces(A, B, G, [1.0, 2.0, np.nan], t), r"friction_force\[2\] = nan is not allowed"),
-        (lambda t: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
-        (lambda t: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, t)), r"creepages\[0, 0\] = nan"),
-        (lambda t: table_forces(A, B, np.nan, LIMIT, t), "G = nan is not allowed"),
-        (lambda t: table_forces(A, B, G, LIMIT, t[:, :2]), "creepages has shape"),
-        (lambda t: table_forces(0.0, B, G, LIMIT, t), "a = 0.0 is not allowed"),
-        (lambda t: table_forces(A, B, np.inf, LIMIT, t), "G = inf is not allowed"),
-    ],
+SOME = creepages(3)
+test_refused_by_name = refusals(
+    (lambda: table_forces(A, B, G, LIMIT, SOME, nu=0.3), "nu = 0.3 is not allowed: must be within 0.01 of the"),
+    (lambda: table_forces(A, B, G, LIMIT, SOME, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
+    (lambda: table_forces(A, B, G, -1.0, SOME), "friction_force = -1.0 is not allowed: must be positive"),
+    (lambda: table_forces(A, B, G, [1.0, 0.0, 2.0], SOME), r"friction_force\[1\] = 0.0 is not allowed: must be"),
+    (lambda: table_forces(A, B, G, [1.0, 2.0, np.nan], SOME), r"friction_force\[2\] = nan is not allowed"),
+    (lambda: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
+    (lambda: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, SOME)), r"creepages\[0, 0\] = nan"),
+    (lambda: table_forces(A, B, np.nan, LIMIT, SOME), "G = nan is not allowed"),
+    (lambda: table_forces(A, B, G, LIMIT, SOME[:, :2]), "creepages has shape"),
+    (lambda: table_forces(0.0, B, G, LIMIT, SOME), "a = 0.0 is not allowed"),
+    (lambda: table_forces(A, B, np.inf, LIMIT, SOME), "G = inf is not allowed"),
 )
-def test_refused_by_name(call, words):
-    with pytest.raises(vc.SceneError, match=words):
-        call(creepages(3))
 
 
 def test_a_book_comes_back_from_its_file(tmp_path):

@@ -1,10 +1,12 @@
 """Contacts tabulated: what the positions themselves give, at the nodes and between; mirror images; speed of change."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
+from tests.scenes import refusals
 from tests.wheel_rail.conditions import TRACK, WHEELSET, wheel
 from varcontact.errors import SceneError
 from varcontact.theories import table_forces
@@ -85,20 +87,14 @@ def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
     assert near == pytest.approx(table.contacts(1.0, 0.0, "right")[1])
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"y": [0.0, 1.0]}, "y = .*symmetric about 0"),
-        ({"yaw": [0.01, -0.01]}, "yaw = .*ascending"),
-        ({"friction": 0.0}, "friction = 0"),
-        ({"normal": "herz"}, r"normal = 'herz' .*did you mean hertz"),
-        ({"y": [-900.0, 900.0]}, "the wheel is beside the rail"),
-    ],
+test_what_is_refused = refusals(
+    ({"y": [0.0, 1.0]}, "y = .*symmetric about 0"),
+    ({"yaw": [0.01, -0.01]}, "yaw = .*ascending"),
+    ({"friction": 0.0}, "friction = 0"),
+    ({"normal": "herz"}, r"normal = 'herz' .*did you mean hertz"),
+    ({"y": [-900.0, 900.0]}, "the wheel is beside the rail"),
+    of=partial(geometry_table, TRACK, WHEELSET, y=[-1.0, 1.0], yaw=[-0.01, 0.01], vertical_force=LOAD),
 )
-def test_what_is_refused(more, said):
-    nodes = {"y": [-1.0, 1.0], "yaw": [-0.01, 0.01], "vertical_force": LOAD}
-    with pytest.raises(SceneError, match=said):
-        geometry_table(TRACK, WHEELSET, **(nodes | more))
 
 
 def test_each_wheel_bears_the_load_between_the_nodes():
@@ -111,7 +107,7 @@ def test_each_wheel_bears_the_load_between_the_nodes():
             assert (found[:, 4:] > 0).all()
 
 
-@pytest.mark.parametrize(("call", "words"), [
+test_bad_positions_and_velocities_are_refused = refusals(
     (lambda table: table.contacts(1.0, 0.0, "middle"), "side = 'middle' .* one of left, right"),
     (lambda table: table.contacts("a", 0.0, "left"), "y = 'a'"),
     (lambda table: table.forces(None, 0.0, MOVING), "y = None"),
@@ -120,7 +116,5 @@ def test_each_wheel_bears_the_load_between_the_nodes():
     (lambda table: table.forces(0.0, 0.0, 20e3), "velocity = 20000.0 .* a Velocity"),
     (lambda table: table.forces(0.0, 0.0, MOVING, "polach"), "theory = 'polach' .* a theory with a moment"),
     (lambda table: table.forces(0.0, 0.0, Velocity(speed=100.0, yaw_rate=1.0)), r"does not roll forwards, .* is -\d"),
-])  # fmt: skip
-def test_bad_positions_and_velocities_are_refused(table, call, words):
-    with pytest.raises(SceneError, match=words):
-        call(table)
+    fixture="table",
+)

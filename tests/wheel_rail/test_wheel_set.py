@@ -1,10 +1,13 @@
 """Balance of loads on a wheel set: symmetry, power, free rolling, starting guesses, curves, and what is refused."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from tests.scenes import refusals
 from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, manchester, round_rail, round_wheel
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
@@ -12,7 +15,6 @@ from varcontact.wheel_rail import (
     FrictionByAngle,
     Irregularity,
     Position,
-    Track,
     Velocity,
     WheelSet,
     WheelSetOnTrack,
@@ -194,7 +196,6 @@ def test_wheel_sets_run_on_the_tips_of_their_flanges():
 
 def test_wheel_that_friction_wedges_on_its_flange():
     """With friction 1 and a yaw that turns the flange off the rail, deeper means a lesser vertical force."""
-    from scipy.optimize import brentq
 
     def level(roll):
         at = wheel_set(
@@ -215,23 +216,13 @@ def test_wheel_that_friction_wedges_on_its_flange():
     assert borne.imbalance == 0
 
 
-@pytest.mark.parametrize(("kind", "entry", "words"), [
-    (WheelSet, {"wheel": TRACK.rail}, "of kind 'wheel'"),
-    (Track, {"rail": WHEELSET.wheel}, "of kind 'rail'"),
-    (WheelSet, {"wheel": WHEELSET.wheel, "flange_back": 70.0}, "its tip is at"),
-])  # fmt: skip
-def test_profiles_that_are_exchanged_or_mirrored(kind, entry, words):
-    with pytest.raises(SceneError, match=words):
-        kind(**entry)
-
-
 def test_a_mirrored_rail_is_warned_of_in_a_wheel_set():
     leaning = replace(TRACK.rail, y=-TRACK.rail.y)
     with pytest.warns(UserWarning, match="leans to the field side"):
         wheel_set(track=replace(TRACK, rail=leaning), free=()).estimate()
 
 
-@pytest.mark.parametrize(("more", "words"), [
+test_what_is_refused = refusals(
     ({"free": ("y", "lateral")}, "one quantity for each load"),
     ({"free": "y"}, "tuple of names"),
     ({"free": ("pitch_rate", "speed")}, "only their ratio"),
@@ -239,13 +230,12 @@ def test_a_mirrored_rail_is_warned_of_in_a_wheel_set():
     ({"z": 0.1}, "vertical_force"),
     ({"friction": (0.3, -1.0)}, "friction"),
     ({"friction": 0.0}, "without friction nothing else"),
-])  # fmt: skip
-def test_what_is_refused(more, words):
-    with pytest.raises(SceneError, match=words):
-        wheel_set(**more)
+    of=wheel_set,
+)
 
 
-def test_tracks_that_are_refused():
-    for more, words in (({"curve_radius": 500.0}, "larger than the gauge"), ({"stiffness": 3e4}, "stiffness")):
-        with pytest.raises(SceneError, match=words):
-            replace(TRACK, **more)
+test_tracks_that_are_refused = refusals(
+    ({"curve_radius": 500.0}, "larger than the gauge"),
+    ({"stiffness": 3e4}, "stiffness"),
+    of=partial(replace, TRACK),
+)
