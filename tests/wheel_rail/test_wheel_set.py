@@ -183,6 +183,14 @@ def test_what_no_position_bears(more, error, words):
         wheel_set(**more).estimate()
 
 
+@pytest.mark.parametrize("part", [1.005, 1.015])
+def test_a_torque_a_little_beyond_what_friction_bears(part):
+    """The fast way comes near the balance there, and forces no longer depend on the pitch rate."""
+    with pytest.raises(NotConverged, match="is more than friction bears, about") as caught:
+        wheel_set(torque=-part * 0.3 * 160e3 * 460.0).solve()
+    assert 0 < caught.value.residual < 0.02
+
+
 def test_wheel_sets_run_on_the_tips_of_their_flanges():
     """Freely, with the radius there; where one wheel cannot, the error says on what it stands."""
     wide = replace(WHEELSET, inside_distance=1420.0)

@@ -47,6 +47,8 @@ PRESSED = 0.02
 """Step to a greater depth, by the depth, at which a wheel must be borne by more."""
 EDGE = 10.0
 """Distance from the outer end of a wheel at which it falls between the rails [mm]."""
+FLAT = 1e10
+"""Condition of derivatives above which loads are not balanced by the unknowns."""
 ROUNDS = 20
 """Exact solutions with the derivatives of the fast way."""
 
@@ -142,7 +144,11 @@ def solve_wheel_set(
         [balance.imbalance(balance.wheels(x + sign * step, _near)) for step in STEP * np.eye(x.size)]
         for sign in (1, -1)
     ]
-    inverse = np.linalg.inv((np.array(ends[0]) - np.array(ends[1])).T / (2 * STEP)) if x.size else np.zeros((0, 0))
+    derivatives = ((np.array(ends[0]) - np.array(ends[1])) / (2 * STEP)).reshape(x.size, x.size).T
+    if x.size and np.linalg.cond(derivatives) > FLAT:  # as where friction is saturated
+        missed = np.abs(balance.imbalance(balance.wheels(x, _near))).max()
+        raise NotConverged(_unbalanced(balance.case), float(missed))
+    inverse = np.linalg.inv(derivatives)
 
     def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
         def imbalance(step: np.ndarray) -> np.ndarray:
@@ -280,7 +286,7 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     x = np.zeros(len(balance.names)) if start is None else start
     if not x.size:
         return x
-    words = f"no balance was found at y = {balance.case.position.y:.4g} mm, where {_trouble(balance.case)}"
+    words = _unbalanced(balance.case)
     missed, why = math.inf, ""
     for factor in FACTORS:
         options = {"factor": factor, "xtol": 1e-12, "eps": STEP**2}
@@ -294,19 +300,20 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     raise NotConverged(words if np.isfinite(missed) else words + why, missed)
 
 
-def _trouble(case: WheelSetOnTrack) -> str:
-    """Why a wheel set may have no balance."""
+def _unbalanced(case: WheelSetOnTrack) -> str:
+    """That a wheel set has no balance, and why that may be."""
+    words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
     laws = [each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0) for each in wheels]
     bearable = (case.vertical_force or np.inf) * max(laws)
     for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
         if abs(getattr(case, name)) > bearable * arm:
-            return f"{name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
+            return f"{words} {name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
     for wheel in wheels:
         radius, flange = wheel.locus.radii[wheel.locus.gap.argmin()], float(case.wheelset.profile.z.max())
         if radius > case.wheelset.radius + flange / 2:
-            return f"the {wheel.side} wheel stands on its rail with its flange"
-    return "a wheel may climb, fall or be wedged"
+            return f"{words} the {wheel.side} wheel stands on its rail with its flange"
+    return f"{words} a wheel may climb, fall or be wedged"
 
 
 def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _Balance:
