@@ -30,6 +30,16 @@ ny = {cells}
 """
 
 
+ROLLING_SPHERES = """
+normal_force = 1.0
+friction = 0.3
+bodies = { G = 1.0, nu = 0.28 }
+surface = { kind = "paraboloids", Rx = 100.0, Ry = 100.0 }
+grid = { nx = 6, ny = 6 }
+motion = { kind = "steady", vx = 0.05 }
+"""
+
+
 def run(*arguments, folder):
     """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process."""
     words, output, messages = ["varcontact", *map(str, arguments)], io.StringIO(), io.StringIO()
@@ -45,3 +55,10 @@ def run(*arguments, folder):
         except SystemExit as done:
             status = done.code or 0
     return subprocess.CompletedProcess(words, status, output.getvalue(), messages.getvalue())
+
+
+def assert_bad_input(done, words):
+    """Assert that a call was refused, with these words and nothing printed."""
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr

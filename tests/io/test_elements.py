@@ -11,19 +11,11 @@ import pytest
 from scipy.io import loadmat
 
 import varcontact as vc
-from tests.command import run
-from tests.scenes import make_scene
+from tests.command import ROLLING_SPHERES, assert_bad_input, run
+from tests.scenes import wheel_on_rail
 from varcontact.io.export import LOADS, QUANTITIES
 
-BALL = make_scene(
-    vc.Paraboloids(Rx=0.46, Ry=0.30),
-    106.7e3,
-    vc.Steady(vx=1e-3, spin=0.2),
-    vc.Grid(nx=7, ny=5),
-    friction=0.33,
-    bodies=vc.Bodies(G=82e9, nu=0.28),
-    units=vc.SI,
-)
+BALL = wheel_on_rail(vc.Steady(vx=1e-3, spin=0.2), vc.Grid(nx=7, ny=5), units=vc.SI)
 CASES = {
     "rolling": BALL,
     "shift": dataclasses.replace(BALL, motion=vc.Shift(ux=1e-6), units=None),
@@ -66,14 +58,8 @@ def test_the_table_has_a_row_per_element(sol):
 def test_units_of_the_table(one):
     """In the scene's; in a shift slip is a length, and work is by area alone."""
     units = one.to_dataframe().attrs["units"]
-    assert [units[name] for name in ("x", "pressure", "slip_x", "power_density", "Mz", "spin")] == [
-        "m",
-        "N/m^2",
-        "1",
-        "N/m^2",
-        "N m",
-        "1/m",
-    ]
+    names = ("x", "pressure", "slip_x", "power_density", "Mz", "spin")
+    assert [units[name] for name in names] == ["m", "N/m^2", "1", "N/m^2", "N m", "1/m"]
     shifted = vc.solve(CASES["shift"]).to_dataframe().attrs["units"]
     assert (shifted["slip_x"], shifted["power_density"]) == ("length", "force/length")
 
@@ -167,26 +153,15 @@ def test_a_failure_leaves_the_old_file(one, tmp_path, ending, monkeypatch):
     assert path.read_bytes() == before and os.listdir(tmp_path) == [path.name]
 
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-bodies = { G = 1.0, nu = 0.28 }
-surface = { kind = "paraboloids", Rx = 100.0, Ry = 100.0 }
-grid = { nx = 6, ny = 6 }
-motion = { kind = "steady", vx = 0.05 }
-"""
-
-
 def test_from_the_command_line(tmp_path):
     """A table of elements; of a history netCDF alone, and a moving picture."""
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(ROLLING_SPHERES)
     done = run("solve", "scene.toml", "--out", "a.csv", "--plot", "a.gif", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     sol = vc.solve(vc.read_scene(tmp_path / "scene.toml")[0])
     np.testing.assert_allclose(pd.read_csv(tmp_path / "a.csv")["pressure"], sol.pressure.ravel(), rtol=1e-12)
-    (tmp_path / "scene.toml").write_text(SCENE.replace('"steady"', '"transient", steps = 2, dq = 0.1'))
-    refused = run("solve", "scene.toml", "--out", "b.csv", folder=tmp_path)
-    assert refused.returncode == 2 and "the name must end in .nc" in refused.stderr
+    (tmp_path / "scene.toml").write_text(ROLLING_SPHERES.replace('"steady"', '"transient", steps = 2, dq = 0.1'))
+    assert_bad_input(run("solve", "scene.toml", "--out", "b.csv", folder=tmp_path), "the name must end in .nc")
     done = run("solve", "scene.toml", "--out", "b.nc", "--plot", "b.gif", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "b.gif").read_bytes().startswith(b"GIF89a")

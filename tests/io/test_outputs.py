@@ -6,30 +6,24 @@ import stat
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import pytest
 from matplotlib.figure import Figure
 
 import varcontact as vc
-from tests.command import run
+from tests.command import ROLLING_SPHERES, assert_bad_input, run
+from tests.scenes import make_scene
 from varcontact.plotting.style import check_picture, write_picture
 from varcontact.system.files import only_writer, replacing, write_whole
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-bodies = { G = 1.0, nu = 0.28 }
-surface = { kind = "paraboloids", Rx = 100.0, Ry = 100.0 }
-grid = { nx = 6, ny = 6 }
-motion = { kind = "steady", vx = 0.05 }
-"""
-PRESSED = SCENE.partition("motion")[0].replace("friction = 0.3\n", "")
-HISTORY = SCENE.replace('"steady", vx = 0.05', '"transient", steps = 2, dq = 0.1, Fx = -0.1')
+PRESSED = ROLLING_SPHERES.partition("motion")[0].replace("friction = 0.3\n", "")
+HISTORY = ROLLING_SPHERES.replace('"steady", vx = 0.05', '"transient", steps = 2, dq = 0.1, Fx = -0.1')
 
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(ROLLING_SPHERES)
     (tmp_path / "history.toml").write_text(HISTORY)
     (tmp_path / "pressed.toml").write_text(PRESSED)
     return tmp_path
@@ -37,10 +31,7 @@ def folder(tmp_path):
 
 @pytest.fixture(scope="module")
 def solution():
-    surface = vc.Paraboloids(Rx=100.0, Ry=100.0)
-    return vc.solve(
-        vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=surface, normal_force=1.0, grid=vc.Grid(nx=6, ny=6))
-    )
+    return vc.solve(make_scene(vc.Paraboloids(Rx=100.0, Ry=100.0), friction=None, grid=vc.Grid(nx=6, ny=6)))
 
 
 COMMANDS = {
@@ -58,25 +49,14 @@ def command(request):
     return COMMANDS[request.param]
 
 
-def refused(done, words):
-    assert (done.returncode, done.stdout) == (2, "")
-    assert words in done.stderr, done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_a_device_is_left_alone(folder, command):
-    """Under a fitting name: a symbolic link to it. Today's own name for nothing is still a device afterwards."""
+@pytest.mark.parametrize("make", [partial(os.symlink, os.devnull), os.mkfifo])
+def test_devices_and_pipes_are_left_alone(folder, command, make):
+    """Under a fitting name; a device by a symbolic link to it."""
     name, arguments = command
-    (folder / name).symlink_to(os.devnull)
-    refused(run(*arguments, folder=folder), "is a device or a pipe, not a file")
-    assert (folder / name).is_symlink() and stat.S_ISCHR(os.stat(os.devnull).st_mode)
-
-
-def test_a_pipe_is_left_alone(folder, command):
-    name, arguments = command
-    os.mkfifo(folder / name)
-    refused(run(*arguments, folder=folder), "is a device or a pipe, not a file")
-    assert (folder / name).is_fifo()
+    make(folder / name)
+    before = os.lstat(folder / name).st_mode
+    assert_bad_input(run(*arguments, folder=folder), "is a device or a pipe, not a file")
+    assert os.lstat(folder / name).st_mode == before and stat.S_ISCHR(os.stat(os.devnull).st_mode)
 
 
 @pytest.mark.parametrize("link", [os.symlink, os.link])
@@ -85,7 +65,9 @@ def test_the_scene_is_not_written_over(folder, command, link):
     name, arguments = command
     before = (folder / arguments[1]).read_bytes()
     link(folder / arguments[1], folder / name)
-    refused(run(*arguments, "--force", folder=folder), f"is the same file as '{arguments[1]}', which would be lost")
+    assert_bad_input(
+        run(*arguments, "--force", folder=folder), f"is the same file as '{arguments[1]}', which would be lost"
+    )
     assert (folder / arguments[1]).read_bytes() == before
 
 
@@ -105,11 +87,11 @@ def test_a_file_of_somebody_else_is_left_alone(folder, command):
     """By force solutions and pictures are written over it; tables and histories never are."""
     name, arguments = command
     (folder / name).write_text("my,own\n1,2\n")
-    refused(run(*arguments, folder=folder), "")
+    assert_bad_input(run(*arguments, folder=folder), "")
     assert (folder / name).read_text() == "my,own\n1,2\n"
     forced = run(*arguments, "--force", folder=folder)
     if name == "a.csv" or "history.toml" in arguments:
-        refused(forced, "is not a table of" if name == "a.csv" else "exists already and holds no history")
+        assert_bad_input(forced, "is not a table of" if name == "a.csv" else "exists already and holds no history")
         assert (folder / name).read_text() == "my,own\n1,2\n"
     else:
         assert forced.returncode == 0, forced.stderr
@@ -145,13 +127,15 @@ def test_a_history_is_not_written_over_by_a_solution(folder):
     """Nor the other way round: each may be days of work."""
     run("solve", "history.toml", "--out", "a.nc", folder=folder)
     before = (folder / "a.nc").read_bytes()
-    refused(
+    assert_bad_input(
         run("solve", "scene.toml", "--out", "a.nc", folder=folder),
         "--out = 'a.nc': exists already and is no solution of varcontact's; name another file, or add --force",
     )
     assert (folder / "a.nc").read_bytes() == before
     assert run("solve", "scene.toml", "--out", "a.nc", "--force", folder=folder).returncode == 0
-    refused(run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history")
+    assert_bad_input(
+        run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history"
+    )
 
 
 def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):

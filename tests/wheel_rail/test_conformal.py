@@ -9,7 +9,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
-from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
+from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, flat_track, round_rail, wheel
 from varcontact.kinematics import RigidBody
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
 from varcontact.wheel_rail.curve import spline
@@ -88,18 +88,19 @@ def test_forces_on_the_flange_root_are_those_of_contact():
 
 
 def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
-    worn = np.linspace(-0.7, 0.7, 281)
-    rail = Profile(y=20 * np.sin(worn), z=20 * (1 - np.cos(worn)), kind="rail")
-    across = rail.y
-    wheel = Profile(y=across, z=20.5 - np.sqrt(20.5**2 - across**2), kind="wheel", kinks=[])
-    track = Track(rail=rail, gauge_height=1.0)
-    track = Track(rail=rail, gauge_height=1.0, gauge=2 * (750.0 + track.gauge / 2 - track.origin[0]))
-    case = WheelOnRail(track=track, wheelset=WheelSet(wheel=wheel), vertical_force=100e3, dx=1.0, dy=1.0)
-    with pytest.warns(ConformalContact):
+    rail = round_rail(20.0, half=15.0)
+    hollow = Profile(y=rail.y, z=20.5 - np.sqrt(20.5**2 - rail.y**2), kind="wheel", kinks=[])
+    case = wheel(track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, dx=1.0, dy=1.0)
+    with pytest.warns(ConformalContact) as caught:
         planar = replace(case, conformal=False).solve()
+    told = [str(each.message) for each in caught]
+    assert any("the rail's radius of curvature there is 20 mm, less than 3 times as much" in text for text in told)
+    assert any("the wheel's radius of curvature there is 20.5 mm" in text for text in told)
+    assert all(text.startswith("conformal contact: the patch at y = 750 mm is ") for text in told)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         auto, curved = case.solve(), replace(case, conformal=True).solve()
+        wheel(vertical_force=20e3).solve()
     np.testing.assert_array_equal(auto.force, curved.force)
     assert auto.force[2] == pytest.approx(100e3, rel=1e-6)
     assert auto.force[0] < -1e3 < planar.force[0] < 1.0  # on a plane nothing slips; here the radius varies

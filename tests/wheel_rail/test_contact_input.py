@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import assert_bad_input, run
 from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, benchmark, manchester
 from varcontact.wheel_rail import Position, Velocity, read_contact_input
@@ -257,9 +257,8 @@ def test_the_command_solves_all_wheels_of_a_file(folder):
     """And writes nothing where the file is cut short; the command of scenes names the other."""
     path, table = folder / "case.inp", folder / "table.csv"
     path.write_text(CASE[: CASE.index(" 2000. ")])
-    refused = run("wheelrail", "case.inp", "--out", "table.csv", folder=folder)
-    assert refused.returncode == 2
-    assert "case.inp ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given" in refused.stderr
+    cut_short = run("wheelrail", "case.inp", "--out", "table.csv", folder=folder)
+    assert_bad_input(cut_short, "case.inp ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given")
     assert not table.exists()
     more = "  1 MODULE\n 1203100 C-P-B-T-N-F-S\n 0100001 V-L-D-C-M-Z-E\n 0101331 H-G-I-A-O-W-R\n 0 2. 5e3 0 0 0\n"
     coarse = CASE.replace("0.200   0.200", "0.500   0.500")
@@ -270,6 +269,4 @@ def test_the_command_solves_all_wheels_of_a_file(folder):
         rows = list(csv.DictReader(file))
     assert [(row["position"], row["outcome"]) for row in rows] == [("1", "solved"), ("2", "solved")]
     assert [float(row["track_Fz"]) for row in rows] == pytest.approx([10e3, 5e3], rel=1e-5)
-    refused = run("solve", "case.inp", folder=folder)
-    assert refused.returncode == 2
-    assert "`varcontact wheelrail` solves it" in refused.stderr
+    assert_bad_input(run("solve", "case.inp", folder=folder), "`varcontact wheelrail` solves it")

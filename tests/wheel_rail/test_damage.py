@@ -1,11 +1,11 @@
-"""Damage: laws of wear, the shakedown diagram, worn profiles that keep the area, and wear that makes profiles fit."""
+"""Damage: laws of wear, full slip, energy, the shakedown diagram, worn profiles, and wear that makes profiles fit."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.scenes import refused
+from tests.scenes import refusals
 from tests.wheel_rail.conditions import circles, wheel
 from varcontact import reference
 from varcontact.errors import SceneError
@@ -13,6 +13,7 @@ from varcontact.wheel_rail import (
     Archard,
     ArchardMap,
     Profile,
+    Velocity,
     british_rail_wear,
     fatigue_damage,
     shakedown,
@@ -27,11 +28,21 @@ LAW = Archard(k=3e-4, hardness=3000.0)
 
 
 @pytest.fixture(scope="module")
-def flanged():
-    """A right wheel on tread and gauge corner, and the left one as its mirror image."""
-    case = wheel(5.0, yaw=0.004, dx=0.5, dy=0.5)
-    mirrored = replace(case, side="left", position=replace(case.position, y=-5.0, yaw=-0.004))
-    return case.solve(), mirrored.solve()
+def right():
+    """A right wheel on tread and gauge corner."""
+    return wheel(5.0, yaw=0.004, dx=0.5, dy=0.5).solve()
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    return wheel(2.0, yaw=0.002, dx=0.5, dy=0.5).solve()
+
+
+@pytest.fixture(scope="module")
+def left(right):
+    """Its mirror image."""
+    place = replace(right.case.position, y=-5.0, yaw=-0.004)
+    return replace(right.case, side="left", position=place).solve()
 
 
 def removed(before, after):
@@ -42,8 +53,7 @@ def removed(before, after):
 
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
 @pytest.mark.parametrize("smoothing", [0.0, 3.0])
-def test_the_area_that_is_worn_off_is_the_volume_by_distance(flanged, kind, smoothing):
-    right, left = flanged
+def test_the_area_that_is_worn_off_is_the_volume_by_distance(right, left, kind, smoothing):
     before = right.case.track.rail if kind == "rail" else right.case.wheelset.wheel
     found = worn_profile([right], LAW, kind, passages=2e4, smoothing=smoothing)
     assert removed(before, found) == pytest.approx(2e4 * wear(right, LAW).volume, rel=0.02)
@@ -54,13 +64,50 @@ def test_the_area_that_is_worn_off_is_the_volume_by_distance(flanged, kind, smoo
     assert removed(before, both) == pytest.approx(2 * removed(before, found), rel=5e-3)
 
 
-def test_a_map_of_one_coefficient_is_archards_law(flanged):
+def test_a_map_of_one_coefficient_is_archards_law(right):
     alike = ArchardMap(hardness=3000.0, velocities=(100.0,), k=(3e-4, 3e-4), k_seizure=3e-4)
-    one, other = wear(flanged[0], LAW), wear(flanged[0], alike)
+    one, other = wear(right, LAW), wear(right, alike)
     assert other.volume == pytest.approx(one.volume, rel=1e-12)
     slow, fast = (replace(alike, k=(1e-4, 3e-4), velocities=(each,)) for each in (1e-3, 1e9))
-    assert wear(flanged[0], slow).volume == pytest.approx(one.volume, rel=1e-2)
-    assert wear(flanged[0], fast).volume == pytest.approx(one.volume / 3, rel=1e-12)
+    assert wear(right, slow).volume == pytest.approx(one.volume, rel=1e-2)
+    assert wear(right, fast).volume == pytest.approx(one.volume / 3, rel=1e-12)
+
+
+def test_a_locked_wheel_in_closed_form():
+    """Creepage -2: power f N V at the speed V over the rail, and the depth k/H p0 (pi/2) a at the middle by distance."""
+    sliding = circles(velocity=Velocity(speed=5000.0, pitch_rate=0.0), dx=0.25, dy=0.25).solve()
+    (worn,) = wear(sliding, LAW).patches
+    (each,) = sliding.patches
+    rolled = each.patch.creepage
+    assert abs(rolled.vx) * rolled.speed == pytest.approx(5000.0, rel=1e-6)
+    assert worn.power == pytest.approx(0.3 * 80e3 * 5.0, rel=1e-4)
+    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), sliding.case.bodies, force=80e3)
+    middle = 1e-7 * abs(rolled.vx) * hertz.peak_pressure * np.pi / 2 * hertz.a
+    assert worn.depth.max() == pytest.approx(middle, rel=0.01)
+    assert worn.volume == pytest.approx(1e-7 * abs(rolled.vx) * 80e3, rel=0.005)
+    assert worn.area == pytest.approx(np.pi * hertz.a * hertz.b, rel=0.02)
+    assert worn.power_by_area.max() == pytest.approx(0.3 * hertz.peak_pressure * 5.0, rel=0.01)
+
+
+def test_energy_is_counted_twice(rolling):
+    """By Coulomb's law f times pressure times slip is the work of friction; that is what motion puts in."""
+    (worn,) = wear(rolling, LAW).patches
+    (each,) = rolling.patches
+    assert worn.volume == pytest.approx(1e-7 * worn.t_gamma / 0.3, rel=1e-11)
+    assert worn.power_by_area.sum() * 0.25 == pytest.approx(worn.power, rel=1e-11)
+    assert worn.depth.min() > -1e-3 * worn.depth.max()
+    assert worn.depth.sum() * 0.5 == pytest.approx(worn.volume, rel=1e-12)
+    assert worn.t_gamma == pytest.approx(each.solution.friction_work, rel=1e-12)
+    assert worn.t_gamma - worn.t_gamma_without_spin == pytest.approx(-each.moment * each.patch.creepage.spin)
+    assert worn.t_gamma_by_area == pytest.approx(worn.t_gamma / worn.area)
+    assert wear(rolling).t_gamma == pytest.approx(worn.t_gamma)
+
+
+def test_the_power_grows_with_the_speed_and_the_wear_by_distance_does_not(rolling):
+    faster = replace(rolling.case, velocity=Velocity(speed=3000.0)).solve()
+    one, other = wear(rolling, LAW), wear(faster, LAW)
+    assert other.power == pytest.approx(3 * one.power, rel=1e-6)
+    assert other.volume == pytest.approx(one.volume, rel=1e-6)
 
 
 def test_functions_of_t_gamma():
@@ -100,28 +147,32 @@ def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     assert again.z == pytest.approx(worn[-1].z, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("call", "field"),
-    [
-        (lambda one: worn_profile([one, replace(one, case=circles())], LAW, "rail"), "found"),
-        (lambda one: worn_profile(one, LAW, "rail"), "found"),
-        (lambda one: worn_profile([one.case.estimate()], LAW, "rail"), "found[0]"),
-        (lambda one: worn_profile([one], LAW, "rail", smoothing=-1.0), "smoothing"),
-        (lambda one: worn_profile([one], 3.0, "rail"), "archard"),
-        (lambda one: wear_down(one.case, LAW, "rail", passages=1.0), "cases"),
-        (lambda one: wear_down([one], LAW, "rail", passages=1.0), "cases[0]"),
-        (lambda one: shakedown(one, 300.0), "solved"),
-        (lambda _: ArchardMap(velocities=(700.0, 200.0)), "wear.velocities"),
-        (lambda _: ArchardMap().coefficient("a", 1.0), "pressure"),
-        (lambda _: ArchardMap().coefficient(1e3, [2.0, -1.0]), "slip_velocity"),
-        (lambda _: sheffield_wear(1.0, pieces="ab"), "pieces"),
-        (lambda _: british_rail_wear(1.0, 900.0, pieces=[(0.0, 1.0, 0.0), (0.0, 2.0, 0.0)]), "pieces"),
-        (lambda _: fatigue_damage(1.0, course=3), "course"),
-        (lambda _: fatigue_damage([1.0, float("nan")]), "t_gamma[1]"),
-    ],
+test_what_is_refused = refusals(
+    (lambda one: worn_profile([one, replace(one, case=circles())], LAW, "rail"), "found"),
+    (lambda one: worn_profile(one, LAW, "rail"), "found"),
+    (lambda one: worn_profile([one.case.estimate()], LAW, "rail"), "found[0]"),
+    (lambda one: worn_profile([one], LAW, "rail", smoothing=-1.0), "smoothing"),
+    (lambda one: worn_profile([one], 3.0, "rail"), "archard"),
+    (lambda one: wear_down(one.case, LAW, "rail", passages=1.0), "cases"),
+    (lambda one: wear_down([one], LAW, "rail", passages=1.0), "cases[0]"),
+    (lambda one: shakedown(one, 300.0), "solved"),
+    (lambda _: ArchardMap(velocities=(700.0, 200.0)), "wear.velocities"),
+    (lambda _: ArchardMap().coefficient("a", 1.0), "pressure"),
+    (lambda _: ArchardMap().coefficient(1e3, [2.0, -1.0]), "slip_velocity"),
+    (lambda _: sheffield_wear(1.0, pieces="ab"), "pieces"),
+    (lambda _: british_rail_wear(1.0, 900.0, pieces=[(0.0, 1.0, 0.0), (0.0, 2.0, 0.0)]), "pieces"),
+    (lambda _: fatigue_damage(1.0, course=3), "course"),
+    (lambda _: fatigue_damage([1.0, float("nan")]), "t_gamma[1]"),
+    by="field",
+    fixture="right",
 )
-def test_what_is_refused(flanged, call, field):
-    refused(lambda: call(flanged[0]), field)
+test_wear_that_is_refused = refusals(
+    (lambda one: wear(one).patches[0].depth, "archard is missing for depth and volume"),
+    (lambda _: Archard(k=-1.0, hardness=3000.0), r"wear\.k = -1"),
+    (lambda one: wear(one, 0.1), r"archard = 0\.1 is not allowed: must be an Archard"),
+    (lambda one: wear(one.patches[0]), "must be a WheelRailSolution"),
+    fixture="right",
+)
 
 
 def test_functions_of_t_gamma_take_other_numbers():

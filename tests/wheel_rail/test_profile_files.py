@@ -1,11 +1,19 @@
 """The formats of profiles: each file written here in its own way gives the same profile."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
+from tests.scenes import refusals, refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
-from varcontact.errors import SceneError
 from varcontact.wheel_rail import Profile
+
+
+def simpack(points, form="{:.6f} {:.6f}", kind=0, unit=1000.0, more=""):
+    """A file of SIMPACK's, of a rail (0) or a wheel (1), with so many units in a metre."""
+    return SIMPACK.format(type=kind, unit=unit, more=more, points=rows(points, form))
+
 
 SIMPACK = """header.begin
   version  = 1
@@ -57,16 +65,11 @@ def test_two_columns(tmp_path, form):
     same(Profile.read(written(tmp_path / "rail.txt", text), "rail"), RAIL)
 
 
-@pytest.mark.parametrize(
-    ("separator", "suffix"),
-    [(";", "csv"), ("\t", "txt"), (" ", "dat"), (" ; ", "csv")],
-    ids=["csv", "tab", "blank", "both"],
-)
+@pytest.mark.parametrize(("separator", "suffix"), [(";", "csv"), ("\t", "txt"), (" ", "dat"), (" ; ", "csv")])
 def test_decimal_commas(tmp_path, separator, suffix):
     text = "y;z\n" + rows(RAIL_POINTS, "{:.6f}" + separator + "{:.6f}").replace(".", ",")
     same(Profile.read(written(tmp_path / f"rail.{suffix}", text), "rail"), RAIL)
-    miniprof = MINIPROF.replace("rail.ban", "rail") + "\n"
-    body = rows(RAIL_POINTS, "{:.6f}" + separator + "{:.6f}").replace(".", ",")
+    miniprof, (_, body) = MINIPROF.replace("rail.ban", "rail") + "\n", text.split("\n", 1)
     same(Profile.read(written(tmp_path / "r.ban", miniprof.format(n=1, columns="X,Y", points=body))), RAIL)
 
 
@@ -80,32 +83,26 @@ def test_files_of_other_programs(tmp_path):
 
 
 def test_simpack_of_rails_and_wheels(tmp_path):
-    rail = SIMPACK.format(type=0, unit=1000.0, more="", points=rows(RAIL_POINTS))
-    same(Profile.read(written(tmp_path / "rail.prr", rail)), RAIL)
-    wheel = SIMPACK.format(type=1, unit=1.0, more="", points=rows(WHEEL_POINTS[::-1] / 1000, "{:.9f} {:.9f} 1.0"))
+    same(Profile.read(written(tmp_path / "rail.prr", simpack(RAIL_POINTS))), RAIL)
+    wheel = simpack(WHEEL_POINTS[::-1] / 1000, "{:.9f} {:.9f} 1.0", kind=1, unit=1.0)
     same(Profile.read(written(tmp_path / "wheel.prw", wheel)), WHEEL)
 
 
 def test_simpack_shifts_mirrors_and_cuts_as_its_header_says(tmp_path):
-    more = "  shift.y = 2.5\n  shift.z = -1.0 ! a remark\n  mirror.y = 1\n"
-    text = SIMPACK.format(type=0, unit=1000.0, more=more, points=rows(RAIL_POINTS * [-1, 1] + [-2.5, 1.0]))
-    same(Profile.read(written(tmp_path / "moved.prr", text)), RAIL)
-    cut = SIMPACK.format(
-        type=0, unit=1000.0, more="  bound.y.min = -20\n  bound.y.max = 10\n", points=rows(RAIL_POINTS)
-    )
-    profile = Profile.read(written(tmp_path / "cut.prr", cut))
-    assert profile.y[0] >= -20
-    assert profile.y[-1] <= 10
+    def read(points, more):
+        return Profile.read(written(tmp_path / "changed.prr", simpack(points, more=more)))
+
+    moved = "  shift.y = 2.5\n  shift.z = -1.0 ! a remark\n  mirror.y = 1\n"
+    same(read(RAIL_POINTS * [-1, 1] + [-2.5, 1.0], moved), RAIL)
+    cut = read(RAIL_POINTS, "  bound.y.min = -20\n  bound.y.max = 10\n")
+    assert cut.y[0] >= -20
+    assert cut.y[-1] <= 10
     above = float(RAIL_POINTS[:, 1].mean())
-    cut = SIMPACK.format(type=0, unit=1000.0, more=f"  bound.z.max = {above}\n", points=rows(RAIL_POINTS))
-    profile = Profile.read(written(tmp_path / "above.prr", cut))
-    assert 0 < len(profile.y) < len(RAIL.y)
-    assert np.max(profile.z) <= above
-    turned = SIMPACK.format(
-        type=0, unit=1000.0, more="  rotate = 0.025\n", points=rows(np.stack([np.arange(-10.0, 11.0), np.zeros(21)], 1))
-    )
-    flat = Profile.read(written(tmp_path / "turned.prr", turned))
-    assert flat.angle_at(0.0) == pytest.approx(0.025)
+    top = read(RAIL_POINTS, f"  bound.z.max = {above}\n")
+    assert 0 < len(top.y) < len(RAIL.y)
+    assert np.max(top.z) <= above
+    turned = read(np.stack([np.arange(-10.0, 11.0), np.zeros(21)], 1), "  rotate = 0.025\n")
+    assert turned.angle_at(0.0) == pytest.approx(0.025)
 
 
 def test_miniprof_old_and_new(tmp_path):
@@ -127,8 +124,7 @@ def test_a_unit_of_length_by_hand(tmp_path):
 def test_z_up_is_turned_when_told(tmp_path):
     path = written(tmp_path / "up.txt", rows(RAIL_POINTS * [1, -1]))
     same(Profile.read(path, "rail", mirror_z=True), RAIL)
-    with pytest.raises(SceneError, match=r"up\.txt: the rail's profile is upside down"):
-        Profile.read(path, "rail")
+    refused(lambda: Profile.read(path, "rail"), words="up.txt: the rail's profile is upside down")
 
 
 @pytest.mark.parametrize(("name", "text", "kind", "field", "words"), [
@@ -149,16 +145,14 @@ def test_z_up_is_turned_when_told(tmp_path):
     ("rail.ban", "ColumnDef=X,A,Y\n\n1 2\n", None, "path", "rail.ban: lines have fewer columns"),
 ])  # fmt: skip
 def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, field, words):
-    with pytest.raises(SceneError, match=words) as caught:
-        Profile.read(written(tmp_path / name, text), kind)
-    assert caught.value.field == field
+    refused(lambda: Profile.read(written(tmp_path / name, text), kind), field, match=words)
 
 
-@pytest.mark.parametrize("options", [{"mirror_y": "yes"}, {"mirror_z": "false"}])
-def test_mirrors_are_true_or_false(options):
-    with pytest.raises(SceneError, match="true or false") as caught:
-        Profile.read(DATA / "profiles" / "rail_UIC60.csv", "rail", **options)
-    assert caught.value.field == next(iter(options))
+test_mirrors_are_true_or_false = refusals(
+    ({"mirror_y": "yes"}, "^mirror_y.* true or false"),
+    ({"mirror_z": "false"}, "^mirror_z.* true or false"),
+    of=partial(Profile.read, DATA / "profiles" / "rail_UIC60.csv", "rail"),
+)
 
 
 def test_a_minus_of_a_typesetter_is_a_minus(tmp_path):

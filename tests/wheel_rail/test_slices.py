@@ -1,12 +1,13 @@
 """Rails whose profile changes along the track, and wheels out of round: closed forms, symmetries, one profile."""
 
-import re
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.scenes import refusals
 from varcontact.errors import NoContact, SceneError
 from varcontact.wheel_rail import (
     Position,
@@ -137,7 +138,7 @@ def test_two_rails_under_one_wheel_bear_it_together() -> None:
     """Wing and nose of equal heights to either side of the middle, each with half of the load."""
     wing, nose = (round_rail(y=y, width=20.0) for y in (-35.0, 35.0))
     track = Track(rail=(wing, nose), gauge=2 * (750.0 - 35.0 - 20.0), gauge_height=0.5)
-    case = WheelOnRail(track=track, wheelset=WHEEL, vertical_force=80e3, dx=1.0, dy=1.0, friction=0.0)
+    case = replace(on(RAIL), track=track)
     found = case.solve()
     assert len(found.patches) == 2
     assert [each.normal_force for each in found.patches] == pytest.approx([40e3, 40e3], rel=1e-6)
@@ -155,9 +156,7 @@ def test_nose_takes_over_where_it_begins() -> None:
     track = Track(rail=(wing, nose), gauge=2 * (750.0 - 35.0 - 20.0), gauge_height=0.5)
     shares = []
     for s in (-100.0, 100.0, 180.0):
-        case = WheelOnRail(
-            track=track, wheelset=WHEEL, vertical_force=80e3, dx=1.0, dy=1.0, friction=0.0, position=Position(s=s)
-        )
+        case = replace(on(RAIL, position=Position(s=s)), track=track)
         shares.append({bool(each.patch.location[1] > 750.0): each.normal_force for each in case.solve().patches})
     assert list(shares[0]) == [False]
     assert shares[1][False] == pytest.approx(shares[1][True], rel=1e-4)
@@ -209,39 +208,30 @@ def test_a_crossing_on_one_side_alone() -> None:
         replace(track, left_rail=CYLINDER)
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"positions": [0.0, 20.0, 10.0]}, "slice 3 at 10 is out of order"),
-        ({"positions": [0.0, 0.0, 0.0]}, "slice 3 at 0 is out of order"),
-        ({"positions": [0.0, 1.0], "profiles": [RAIL]}, "as many as positions"),
-        ({"positions": [0.0, 1.0], "profiles": [RAIL, CYLINDER]}, "all of a rail: slice 2 is not"),
-        ({"positions": [0.0, 7.0], "profiles": CYLINDER}, "less than a turn"),
-        ({"positions": [0.0, 1.0], "z": [1.0, 2.0, 3.0]}, "one for each position"),
-        ({"positions": [0.0, 1.0], "features": [[0.0, 5.0], [5.0, 0.0]]}, "ascend"),
-    ],
+test_slices_that_make_no_surface_are_refused = refusals(
+    ({"positions": [0.0, 20.0, 10.0]}, "slice 3 at 10 is out of order"),
+    ({"positions": [0.0, 0.0, 0.0]}, "slice 3 at 0 is out of order"),
+    ({"positions": [0.0, 1.0], "profiles": [RAIL]}, "as many as positions"),
+    ({"positions": [0.0, 1.0], "profiles": [RAIL, CYLINDER]}, "all of a rail: slice 2 is not"),
+    ({"positions": [0.0, 7.0], "profiles": CYLINDER}, "less than a turn"),
+    ({"positions": [0.0, 1.0], "z": [1.0, 2.0, 3.0]}, "one for each position"),
+    ({"positions": [0.0, 1.0], "features": [[0.0, 5.0], [5.0, 0.0]]}, "ascend"),
+    of=partial(ProfileSlices, profiles=RAIL),
 )
-def test_slices_that_make_no_surface_are_refused(given: dict[str, Any], words: str) -> None:
-    with pytest.raises(SceneError, match=re.escape(words)):
-        ProfileSlices(**{"profiles": RAIL} | given)
+RISING = ProfileSlices(profiles=RAIL, positions=[0.0, 100.0], z=[0.0, 1.0])
+STEP = ProfileSlices(profiles=RAIL, positions=[0.0, 50.0, 50.0, 100.0], z=[0.0, 0.0, -9.0, -9.0])
+NODES: dict[str, Any] = {"y": [-1.0, 1.0], "yaw": [-1e-3, 1e-3], "vertical_force": 1e4}
+test_what_needs_one_profile_refuses_slices = refusals(
+    (lambda: on(RISING, position=Position(s=101.0)), r"position\.s.*within the slices, 0 to 100 mm"),
+    (lambda: on(RISING, conformal=True), "straight along the rail"),
+    (lambda: on(RISING, position=Position(s=50.0)).estimate("hertz"), r"normal = .hertz"),
+    (lambda: geometry_table(Track(rail=RISING), WHEEL, **NODES), "one profile along the track"),
+    (lambda: worn_profile([on(RISING).solve()], Archard(k=1e-4, hardness=2e3), "rail"), "which does not vary"),
+    (lambda: Track(rail=flat(0.01)), "a Profile of kind 'rail'"),
+    (lambda: on(STEP, z=1.0, vertical_force=None, position=Position(s=10.0)).patches(1.0), "a step is too high"),
+)
 
 
-def test_what_needs_one_profile_refuses_slices() -> None:
-    slices = ProfileSlices(profiles=RAIL, positions=[0.0, 100.0], z=[0.0, 1.0])
-    with pytest.raises(SceneError, match=r"position.s.*within the slices, 0 to 100 mm"):
-        on(slices, position=Position(s=101.0))
-    with pytest.raises(SceneError, match="straight along the rail"):
-        on(slices, conformal=True)
-    with pytest.raises(SceneError, match=r"normal = .hertz"):
-        on(slices, position=Position(s=50.0)).estimate("hertz")
-    with pytest.raises(SceneError, match="one profile along the track"):
-        geometry_table(Track(rail=slices), WHEEL, y=[-1.0, 1.0], yaw=[-1e-3, 1e-3], vertical_force=1e4)
-    with pytest.raises(SceneError, match="which does not vary"):
-        worn_profile([on(slices).solve()], Archard(k=1e-4, hardness=2e3), "rail")
+def test_a_wheel_beside_slices_has_no_contact() -> None:
     with pytest.raises(NoContact, match="beside the rail"):
-        _ = on(slices, position=Position(y=300.0)).touching
-    with pytest.raises(SceneError, match="a Profile of kind 'rail'"):
-        Track(rail=flat(0.01))
-    high = ProfileSlices(profiles=RAIL, positions=[0.0, 50.0, 50.0, 100.0], z=[0.0, 0.0, -9.0, -9.0])
-    with pytest.raises(SceneError, match="a step is too high"):
-        on(high, z=1.0, vertical_force=None, position=Position(s=10.0)).patches(1.0)
+        _ = on(RISING, position=Position(y=300.0)).touching

@@ -13,9 +13,7 @@ from tests.wheel_rail.conditions import (
     WHEEL,
     benchmark,
     circles,
-    flat_track,
     manchester,
-    round_rail,
     wheel,
 )
 from varcontact import reference
@@ -218,23 +216,6 @@ def test_creepages_are_the_velocities_of_particles_followed_in_time():
     beside = patch.frame.globally([0.0, 1.0, patch.approach])
     turn = (axes.T @ (followed(beside) - followed(particle)))[0]  # minus the rate of rotation about the normal
     assert found.spin == pytest.approx(turn / speed, abs=1e-9)
-
-
-def test_conformal_contact_is_said_with_its_numbers():
-    worn = round_rail(20.0, half=15.0)
-    hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
-    sides = {"dx": 1.0, "dy": 1.0, "conformal": False}
-    case = wheel(track=flat_track(worn), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, **sides)
-    with pytest.warns(ConformalContact) as caught:
-        case.solve()
-    told = [str(each.message) for each in caught]
-    assert any("the rail's radius of curvature there is 20 mm, less than 3 times as much" in text for text in told)
-    assert any("the wheel's radius of curvature there is 20.5 mm" in text for text in told)
-    assert all(text.startswith("conformal contact: the patch at y = 750 mm is ") for text in told)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        wheel(vertical_force=20e3).solve()
-        assert replace(case, conformal="auto").solve().patches[0].patch.scene.conformal
 
 
 @pytest.mark.parametrize(
