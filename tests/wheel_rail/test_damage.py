@@ -74,7 +74,7 @@ def test_a_map_of_one_coefficient_is_archards_law(right):
 
 
 def test_a_locked_wheel_in_closed_form():
-    """Creepage -2: power f N V at the speed V over the rail, and the depth k/H p0 (pi/2) a at the middle by distance."""
+    """Creepage -2: power f N V at the speed V over the rail; the depth k/H p0 (pi/2) a in the middle."""
     sliding = circles(velocity=Velocity(speed=5000.0, pitch_rate=0.0), dx=0.25, dy=0.25).solve()
     (worn,) = wear(sliding, LAW).patches
     (each,) = sliding.patches
