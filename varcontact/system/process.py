@@ -122,7 +122,7 @@ if hasattr(os, "register_at_fork"):  # a child forked while another thread holds
     )
 
 
-def one_blas_thread() -> contextlib.ContextDecorator:
+def one_blas_thread() -> _Limit:
     """Limit BLAS to one thread within a block, or as a decorator within a function.
 
     Every public function holds it whose matrices or products grow with the elements of a contact or the points of a

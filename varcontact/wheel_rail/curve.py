@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfit, polyval
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
@@ -147,24 +148,21 @@ def _fit(s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool,
 
     if smoothing == 0 or s.size < FEWEST:
         return np.asarray(CubicSpline(s, points).c)
-    before, after = (_beyond(s, points, smoothing, end) for end in (0, -1))
-    longer = np.concatenate([before[0][::-1], s, after[0]])
+    longer, along, first = s, points, 0
+    for end in (0, -1):  # the parabola of the points within the smoothed wavelength
+        away = np.abs(s - s[end])
+        near = np.argsort(away)[: max(FEWEST, int(np.count_nonzero(away <= smoothing)))]
+        step = float(away[near].max()) / (len(near) - 1)
+        out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
+        beyond = polyval(out, polyfit(away[near], points[near], 2)).T
+        if end == 0:
+            longer, along, first = np.append(s[0] + out[::-1], s), np.append(beyond[::-1], points, axis=0), out.size
+        else:
+            longer, along = np.append(longer, s[-1] - out), np.append(along, beyond, axis=0)
     weights = np.gradient(longer)
-    first, last = len(before[0]), len(before[0]) + s.size - 1
-    weights[[first, last]] *= np.where(kinks, HELD, 1.0)
+    weights[[first, first + s.size - 1]] *= np.where(kinks, HELD, 1.0)
     strength = (smoothing / (2 * np.pi)) ** 4
-    along = np.concatenate([before[1][::-1], points, after[1]])
     parts = [PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T]
     knots = parts[0].x
     keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])  # from_spline repeats the end knots
     return np.stack([part.c[:, keep] for part in parts], axis=-1)
-
-
-def _beyond(s: np.ndarray, points: np.ndarray, smoothing: float, end: int) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters and points that go on from an end as the parabola of those within the smoothed wavelength."""
-    away = np.abs(s - s[end])
-    near = np.argsort(away)[: max(FEWEST, int(np.count_nonzero(away <= smoothing)))]
-    step = float(away[near].max()) / (len(near) - 1)
-    out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
-    fit = np.polynomial.polynomial.polyfit(away[near], points[near], 2)
-    return s[end] + (out if end == 0 else -out), np.polynomial.polynomial.polyval(out, fit).T

@@ -111,20 +111,12 @@ def solve_wheels_on_rails(
         flat, going = [contact for _, contacts in waiting for contact in contacts], []
         settled = settled_together(flat) if together else flat
         for steps, contacts in waiting:
-            then = _advanced(steps, [settled.pop(0) for _ in contacts])
-            if then is not None:
-                going.append((steps, then))
+            with one_blas_thread(), suppress(StopIteration):
+                own = [settled.pop(0) for _ in contacts]
+                going.append((steps, steps.send(own) if own else next(steps)))
             yield from found.items()
             found.clear()
         waiting = going
-
-
-@one_blas_thread()
-def _advanced(steps: Steps[None], settled: list[ContactOnGrid]) -> list[ContactOnGrid] | None:
-    """What the steps wait for next; None at their end."""
-    with suppress(StopIteration):
-        return steps.send(settled) if settled else next(steps)
-    return None
 
 
 def _wheel(

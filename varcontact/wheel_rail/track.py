@@ -139,18 +139,13 @@ class Track:
             set_(self, "stiffness", tuple(stiffness.tolist()))
         for side in SIGN:
             check_kind(f"track.{side}", getattr(self, side), Irregularity)
-            self.of(side)
-        deepest = float(self._inner[1].max())
-        if deepest < self.gauge_height:
-            allowed = f"at most {deepest:.3g} mm, where the rail's profile ends on the track side"
-            raise SceneError("track.gauge_height", self.gauge_height, allowed)
-
-    def of(self, side: Side) -> Track:
-        """The track whose rails are those of a `side`: itself, where both sides have the same."""
-        return self if self.left_rail is self.right_rail is None else self._of_sides[side]
+        _ = self.origin, self.of_sides  # which check the gauge, and the rails of each side
 
     @cached_property
-    def _of_sides(self) -> dict[Side, Track]:
+    def of_sides(self) -> dict[Side, Track]:
+        """The tracks whose rails are those of one side: itself, where both sides have the same."""
+        if self.left_rail is self.right_rail is None:
+            return dict.fromkeys(SIGN, self)
         given: dict[Side, Any] = {"left": self.left_rail, "right": self.right_rail}
         return {
             side: replace(self, rail=self.rail if own is None else own, left_rail=None, right_rail=None)
@@ -173,17 +168,15 @@ class Track:
         return self.left_rail is self.right_rail is None and len(self.rails) == 1 and self.rails[0].constant
 
     @cached_property
-    def _inner(self) -> tuple[np.ndarray, np.ndarray]:
-        """The turned profile from its track side to its top: points (y, z), and their depths below the top."""
-        curve = self.profile.curve.moved(rotation(roll=-self.cant)[1:, 1:], np.zeros(2))
-        points = curve.points(curve.sampled(FINE))
-        points = points[: int(points[:, 1].argmin()) + 1]
-        return points, points[:, 1] - points[-1, 1]
-
-    @cached_property
     def origin(self) -> np.ndarray:
         """Origin of the right rail's profile, (y, z) in track coordinates [mm]."""
-        points, depth = self._inner
+        curve = self.profile.curve.moved(rotation(roll=-self.cant)[1:, 1:], np.zeros(2))
+        points = curve.points(curve.sampled(FINE))
+        points = points[: int(points[:, 1].argmin()) + 1]  # from the track side to the top
+        depth = points[:, 1] - points[-1, 1]
+        if depth.max() < self.gauge_height:
+            allowed = f"at most {depth.max():.3g} mm, where the rail's profile ends on the track side"
+            raise SceneError("track.gauge_height", self.gauge_height, allowed)
         deep = int(np.flatnonzero(depth >= self.gauge_height)[-1])
         part = (self.gauge_height - depth[deep + 1]) / (depth[deep] - depth[deep + 1])
         at_height = points[deep + 1, 0] + part * (points[deep, 0] - points[deep + 1, 0])
@@ -197,11 +190,7 @@ class Track:
         """
         if not self.constant:
             raise SceneError("track.rail", self.rail, "one profile along the track, the same on both sides")
-        return self._placed[side]
-
-    @cached_property
-    def _placed(self) -> dict[Side, Curve]:
-        return {side: self._in_track(self.profile, side).single_valued() for side in SIGN}
+        return self._in_track(self.profile, side).single_valued()
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
         matrix, shift = self._motion(side)

@@ -170,7 +170,7 @@ class WheelOnRail(OnTrack):
             reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
             raise SceneError("bodies.G", G, message=reason)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
-        set_(self, "track", self.track.of(self.side))
+        set_(self, "track", self.track.of_sides[self.side])
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         optional = ("vertical_force", "dx", "dy", "join", "separate", "turn")
         checks.entries(self, "", checks.positive, *(name for name in optional if getattr(self, name) is not None))
