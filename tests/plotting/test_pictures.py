@@ -18,21 +18,10 @@ from matplotlib.patches import PathPatch
 from PIL import Image
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import wheel_on_rail
 from varcontact.plotting.unit_labels import measure
 
-mpl.use("Agg")
-
-STEEL = vc.Bodies(G=82e9, nu=0.28)
-RAIL = make_scene(
-    vc.Paraboloids(Rx=0.46, Ry=0.30),
-    106.7e3,
-    vc.Steady(vx=1e-3, vy=5e-4, spin=0.2),
-    vc.Grid(nx=10, ny=10),
-    friction=0.33,
-    bodies=STEEL,
-    units=vc.SI,
-)
+RAIL = wheel_on_rail(vc.Steady(vx=1e-3, vy=5e-4, spin=0.2), vc.Grid(nx=10, ny=10), units=vc.SI)
 CYLINDER = dataclasses.replace(
     RAIL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=16)
 )
@@ -231,7 +220,6 @@ def test_the_largest_stress_is_marked(wheel, plane):
 
 
 def test_curves(wheel):
-    """Forces with the sign turned, in parts of what friction can carry; several curves by their names."""
     slow = vc.scan(rail(motion=vc.Steady()), [(vx, 0.0, 0.0) for vx in (0.0, 1e-3, 6e-3)])
     figure = vc.plot_curve({"f = 0.33": slow, "twice": [*slow, slow[-1]]})
     check_readable(figure)
@@ -253,7 +241,6 @@ def history():
 
 
 def test_a_history_has_one_abscissa(history):
-    """The distance rolled for forces, creepages and areas; creepages only where forces are prescribed."""
     figure = history.plot()
     check_readable(figure)
     forces, creepages, areas = figure.axes
@@ -267,7 +254,6 @@ def test_a_history_has_one_abscissa(history):
 
 
 def test_a_moving_picture(history, tmp_path):
-    """A frame a step, each different, on the same axes; drawn again, and never over what is another's."""
     path = tmp_path / "history.gif"
     history.animate(path, fps=5)
     with Image.open(path) as film:
@@ -322,7 +308,6 @@ def test_the_style_is_for_everybody():
 
 @pytest.mark.filterwarnings("error")
 def test_many_pictures_leave_none_behind(wheel):
-    """Neither in pyplot nor in memory, and nothing is warned of."""
     with mpl.rc_context({"figure.max_open_warning": 2}):
         figures = [weakref.ref(wheel.plot("pressure")) for _ in range(4)]
     gc.collect()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import LIKE, make_scene, refused
 from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import harmonic_coefficients, harmonic_line
 
@@ -15,19 +15,14 @@ STEADY = vc.Steady(vx=0.03, vy=0.02, spin=0.05)
 
 
 def line(cells=60, friction=0.3, depth=20.0, **motion):
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Cylinders(R=50.0, reference_depth=depth), normal_force=0.01,
-        friction=friction, motion=vc.Steady(**motion), grid=vc.Grid(nx=cells),
-    )  # fmt: skip
+    surface, bodies = vc.Cylinders(R=50.0, reference_depth=depth), vc.Bodies(G=1.0, nu=0.3)
+    scene = make_scene(surface, 0.01, vc.Steady(**motion), vc.Grid(nx=cells), friction, bodies)
     return vc.solve(scene, tol=1e-11)
 
 
-def ball(cells=12, bodies=None, edge="centres", **changes):
-    scene = vc.Scene(
-        bodies=bodies or vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
-        **{"friction": 0.3, "motion": STEADY} | changes, grid=vc.Grid(nx=cells, ny=cells, edge=edge),
-    )  # fmt: skip
-    return vc.solve(scene, tol=1e-11)
+def ball(cells=12, edge="centres", motion=STEADY, **changes):
+    grid = vc.Grid(nx=cells, ny=cells, edge=edge)
+    return vc.solve(make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, motion, grid, **changes), tol=1e-11)
 
 
 def test_line_contact_without_slip():
@@ -50,16 +45,14 @@ def test_sphere_without_slip():
         np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(expected).max())
 
 
-def without_slip(cells=12, motion=None, surface=None, **changes):
+def without_slip(cells=12, motion=None, surface=None, friction=np.inf, **changes):
     surface = surface or vc.Ellipse(a=1.0, b=1.0)
     grid = vc.Grid(nx=cells) if isinstance(surface, vc.Cylinders) else vc.Grid(nx=cells, ny=cells)
-    given = {"bodies": vc.Bodies(G=1.0, nu=0.28), "normal_force": 1.0, "friction": np.inf, "grid": grid}
     motion = motion or vc.Harmonic(wave_number=1.5, vx=2e-3, vy=1e-3, spin=-1e-3)
-    return vc.Scene(surface=surface, motion=motion, **given | changes)
+    return make_scene(surface, 1.0, motion, grid, friction, **changes)
 
 
 def test_harmonic_creepages_are_one_dense_complex_solve():
-    """A - exp(-i Omega) C on the elements of the contact, and the forces of its tractions."""
     scene = without_slip()
     found, motion = vc.solve(scene), scene.motion
     grid, step = found.free_rolling.grid, found.free_rolling.grid.dx
@@ -103,7 +96,7 @@ def test_harmonic_creepages_of_unlike_bodies(surface, wave_number):
         np.testing.assert_allclose(found.pressure, change, atol=1e-6 * np.abs(change).max())
 
 
-@pytest.mark.parametrize("bodies", [None, UNLIKE])
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 @pytest.mark.parametrize("friction", [0.3, np.inf])
 def test_slow_swings_are_the_sensitivity(bodies, friction):
     sol = ball(bodies=bodies, friction=friction)
@@ -247,8 +240,7 @@ def test_growth_by_wavelength():
     np.testing.assert_allclose(found[1].real, known.real, rtol=0.015)
     np.testing.assert_allclose(found[1].real[3:], known.real[3:], rtol=0.003)
     off = np.abs(2 * found[1] - found[0] - known) / np.abs(known)
-    assert off[:3].max() < 0.015
-    assert off[3:].max() < 0.015
+    assert off.max() < 0.015
 
 
 LOAD_SWINGS = {0.5: {0.5: 0.123 - 0.304j, 1: -0.214 + 0.530j, 2: -0.577 + 0.104j, 100: -0.7071},
@@ -282,7 +274,6 @@ def sampled(cells):
 
 
 def test_growth_of_a_history():
-    """A wave of the rail as long as two contacts, carried through one."""
     sol, contacts, cells = sampled(96), 2, 96
     dx, nx = sol.grid.dx, sol.grid.nx
     x, length = np.arange(contacts * cells) * dx, contacts * cells * dx

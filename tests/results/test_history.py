@@ -91,12 +91,14 @@ def test_a_dataset_stacks_the_steps(history, tmp_path):
 
 
 def test_interrupted_and_gone_on_with_is_the_same(history, tmp_path):
-    """Ctrl-C leaves what is finished; the same call goes on from there, bit for bit."""
     path, whole = tmp_path / "history.nc", history.scene
     with pytest.raises(vc.Interrupted, match="after 3 of 5 steps") as stop:
         vc.solve(whole, store=path, progress=stopping(3))
     assert len(stop.value.partial) == 3
     same(stop.value.partial, vc.load(path))
+    with pytest.raises(KeyboardInterrupt) as stop:
+        vc.solve(whole, progress=stopping(2))
+    same(stop.value.partial, history[:2])
     told = []
     same(vc.solve(whole, store=path, progress=told.append), history)
     assert told == ["3 of 5 steps", "4 of 5 steps"]
@@ -115,18 +117,10 @@ def test_a_history_is_netcdf(history, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
-def test_interrupted_in_memory_keeps_what_is_finished(history):
-    with pytest.raises(KeyboardInterrupt) as stop:
-        vc.solve(history.scene, progress=stopping(2))
-    same(stop.value.partial, history[:2])
-
-
 def test_a_history_begins_with_a_saved_step(history, tmp_path):
-    """The rest of a history from any of its steps, saved as a solution, is the same."""
     history[1].save(tmp_path / "step.nc")
-    rest = {}
-    for name in ("dq", "direction", "vx", "Fx", "normal_force", "approach", "friction", "rotation"):
-        rest[name] = getattr(MOTION, name)[2:]
+    names = ("dq", "direction", "vx", "Fx", "normal_force", "approach", "friction", "rotation")
+    rest = {name: getattr(MOTION, name)[2:] for name in names}
     motion = dataclasses.replace(MOTION, steps=3, start=vc.load(tmp_path / "step.nc"), **rest)
     posed = dataclasses.replace(history.scene, motion=motion, grid=history.grid)
     later = vc.solve(posed, method="active-set")  # as "auto" chose before
@@ -137,7 +131,6 @@ def test_a_history_begins_with_a_saved_step(history, tmp_path):
 
 
 def test_a_start_on_another_grid_is_interpolated_on_request():
-    """Refused by itself; interpolated, the history goes on nearly as on its own grid."""
     coarse = vc.solve(scene(motion=vc.Shift(Fx=-2e-3), grid=vc.Grid(nx=16, ny=16)))
     fine = scene(grid=vc.Grid(nx=20, ny=20), motion=vc.Transient(steps=1, Fx=-2e-3, start=coarse))
     with pytest.raises(vc.SceneError, match=r"motion.start = .*18 x 18 elements.*interpolate"):
@@ -149,7 +142,6 @@ def test_a_start_on_another_grid_is_interpolated_on_request():
 
 
 def test_memory_does_not_grow_with_the_steps(tmp_path):
-    """Stored, twenty steps more leave less memory taken than the fields of five."""
     kept = []
     vc.solve(cylinder(vc.Transient(steps=2, dq=0.5, Fx=-0.2), 200), store=tmp_path / "imports.nc")
     for steps in (10, 30):
@@ -166,7 +158,6 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
 
 
 def test_saving_does_not_take_the_whole_into_memory(tmp_path):
-    """Many steps, of which no more than a few are in memory at once, whether they come from a file or not."""
     one = vc.solve(cylinder(vc.Transient(steps=1, dq=0.5, Fx=-0.2), 200))
     whole = cylinder(vc.Transient(steps=150, dq=0.5, Fx=-0.2), 200, grid=one.grid)
     in_memory = dataclasses.replace(one, scene=whole, solutions=[one[0]] * 150)

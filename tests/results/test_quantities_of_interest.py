@@ -1,6 +1,5 @@
 """The norm of errors: which values count, their units, and invariance to units of length and force."""
 
-import dataclasses
 import math
 from dataclasses import replace
 
@@ -8,18 +7,12 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene, refused
+from tests.scenes import LIKE, make_scene, refused
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.results.quantities_of_interest import error, semi_axes, units, values
 
-SCENE = make_scene(
-    vc.Paraboloids(Rx=1.0, Ry=1.0),
-    1e-3,
-    vc.Steady(vx=1e-3, spin=1e-3),
-    vc.Grid(nx=10, ny=10),
-    friction=0.4,
-    bodies=vc.Bodies(G=1.0, nu=0.0),
-)
+SPHERES, ROLLS = vc.Paraboloids(Rx=1.0, Ry=1.0), vc.Steady(vx=1e-3, spin=1e-3)
+SCENE = make_scene(SPHERES, 1e-3, ROLLS, vc.Grid(nx=10, ny=10), 0.4, vc.Bodies(G=1.0, nu=0.0))
 
 
 def test_forces_by_f_fz_and_the_moment_by_f_fz_a():
@@ -33,10 +26,7 @@ def test_the_error_is_the_largest_in_units():
     per, exact = {"Fx": 2.0, "Mz": 0.5}, {"Fx": 1.0, "Mz": 0.0}
     assert error({"Fx": 1.2, "Mz": 0.1, "more": 9.0}, exact, per) == pytest.approx(0.2)
     assert error({"Fx": 0.6, "Mz": 0.0}, exact, per) == pytest.approx(0.2)
-
-
-def test_a_value_that_was_not_found_is_no_small_error():
-    assert math.isnan(error({"Fx": 1.0}, {"Fx": 1.0, "Mz": 0.0}, {"Fx": 1.0, "Mz": 1.0}))
+    assert math.isnan(error({"Fx": 1.0}, exact, per)), "a value that was not found is no small error"
     assert math.isnan(error({"Fx": math.nan}, {"Fx": 1.0}, {"Fx": 1.0}))
 
 
@@ -49,11 +39,9 @@ def test_prescribed_forces_count_by_the_saturation_shift():
 
 
 def test_prescribed_forces_in_line_contact_count_by_carters_creepage():
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=2.0), normal_force=1e-3, friction=0.3,
-        motion=vc.Steady(Fx=-2e-4), grid=vc.Grid(nx=20),
-    )  # fmt: skip
-    contact = line_contact(2.0, scene.bodies, force=1e-3)
+    bodies, motion = vc.Bodies(G=1.0, nu=0.25), vc.Steady(Fx=-2e-4)
+    scene = make_scene(vc.Cylinders(R=2.0), 1e-3, motion, vc.Grid(nx=20), bodies=bodies)
+    contact = line_contact(2.0, bodies, force=1e-3)
     sol = vc.solve(scene)
     assert list(values(sol)) == ["vx", "Fy"]
     full = carter(contact, 0.3, creepage=1e-6).full_sliding_creepage
@@ -68,9 +56,6 @@ def test_normal_contact_counts_relative_to_itself():
     assert units(sol) == values(sol)
     given = vc.solve(replace(SCENE, motion=None, friction=None, normal_force=None, approach=1e-3), normal="norm")
     assert list(values(given)) == ["normal_force", "peak_pressure"]
-
-
-def test_a_motion_without_friction_is_normal_contact():
     assert list(values(vc.solve(replace(SCENE, friction=0.0)))) == ["approach", "peak_pressure"]
 
 
@@ -97,9 +82,6 @@ def test_friction_by_element_counts_as_it_is():
     assert units(vc.solve(replace(SCENE, friction=friction, grid=grid)))["Fx"] == pytest.approx(0.2e-3, rel=1e-9)
 
 
-# -------------------- Sensitivity against central differences of whole solutions
-
-
 GRID = vc.Grid(nx=8, ny=8)
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 STEADY = vc.Steady(vx=0.05, vy=-0.02, spin=0.03)
@@ -107,22 +89,15 @@ SHIFT = vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
 TOL = 1e-11
 
 
-def names_of(motion):
-    return ("vx", "vy", "spin") if isinstance(motion, vc.Steady) else ("ux", "uy", "rotation")
-
-
 def differences(sol, step=1e-6):
     """Central differences about the creepages of a solution, on its own grid."""
-    names, columns = names_of(sol.scene.motion), []
-    base = dataclasses.replace(
-        sol.scene.motion, Fx=None, Fy=None, **dict(zip(names, sol.creepage, strict=True))
-    )  # fmt: skip
+    motion, columns = sol.scene.motion, []
+    names = ("vx", "vy", "spin") if isinstance(motion, vc.Steady) else ("ux", "uy", "rotation")
+    base = replace(motion, Fx=None, Fy=None, **dict(zip(names, sol.creepage, strict=True)))
     for name in names:
-        ends = []
-        for sign in (1, -1):
-            motion = dataclasses.replace(base, **{name: getattr(base, name) + sign * step})
-            ends.append(vc.solve(dataclasses.replace(sol.scene, motion=motion, grid=sol.grid), tol=TOL).force)
-        columns.append((ends[0] - ends[1]) / (2 * step))
+        moved = [replace(base, **{name: getattr(base, name) + sign * step}) for sign in (1, -1)]
+        ahead, behind = (vc.solve(replace(sol.scene, motion=each, grid=sol.grid), tol=TOL).force for each in moved)
+        columns.append((ahead - behind) / (2 * step))
     return np.array(columns).T
 
 
@@ -133,31 +108,26 @@ def agrees(sol):
     np.testing.assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("friction", [0.3, np.inf])
-@pytest.mark.parametrize("motion", [STEADY, SHIFT])
-@pytest.mark.parametrize("bodies", [vc.Bodies(G=1.0, nu=0.28), UNLIKE])
-def test_creepages(rolling, bodies, motion, friction):
-    sol = vc.solve(rolling(bodies=bodies, motion=motion, friction=friction, grid=GRID), tol=TOL)
-    assert friction == np.inf or min(sol.elements["slip"], sol.elements["stick"]) >= 5
+HERTZ = make_scene(vc.Ellipse(a=1.2, b=0.9)).hertz
+BY_APPROACH = {"normal_force": None, "approach": HERTZ.approach, "surface": vc.Paraboloids(HERTZ.Rx, HERTZ.Ry)}
+GIVEN = {
+    "rolling": {"motion": STEADY},
+    "shift": {"motion": SHIFT},
+    "rolling without slip": {"motion": STEADY, "friction": np.inf},
+    "shift without slip": {"motion": SHIFT, "friction": np.inf},
+    "force": {"motion": vc.Steady(Fx=-0.15, vy=-0.02, spin=0.03)},
+    "forces": {"motion": vc.Shift(Fx=-0.15, Fy=0.1)},
+    "approach": {"motion": STEADY, **BY_APPROACH},
+}
+
+
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
+@pytest.mark.parametrize("given", GIVEN.values(), ids=GIVEN)
+def test_sensitivity_is_that_of_differences(rolling, bodies, given):
+    """Of unlike bodies at a given approach the normal force changes with the creepage, and that with it."""
+    sol = vc.solve(rolling(bodies=bodies, grid=GRID, **given), tol=TOL)
+    assert "friction" in given or min(sol.elements["slip"], sol.elements["stick"]) >= 5
     agrees(sol)
-
-
-@pytest.mark.parametrize("bodies", [vc.Bodies(G=1.0, nu=0.28), UNLIKE])
-def test_approach_prescribed(rolling, bodies):
-    """Unlike bodies: the normal force then changes with the creepage, and that with it."""
-    hertz = rolling().hertz
-    scene = rolling(
-        bodies=bodies, surface=vc.Paraboloids(hertz.Rx, hertz.Ry), normal_force=None, approach=hertz.approach,
-        motion=STEADY, grid=GRID,
-    )  # fmt: skip
-    agrees(vc.solve(scene, tol=TOL))
-
-
-@pytest.mark.parametrize("motion", [vc.Steady(Fx=-0.15, vy=-0.02, spin=0.03), vc.Shift(Fx=-0.15, Fy=0.1)])
-@pytest.mark.parametrize("bodies", [vc.Bodies(G=1.0, nu=0.28), UNLIKE])
-def test_prescribed_forces(rolling, bodies, motion):
-    """By the creepages that the forces gave."""
-    agrees(vc.solve(rolling(bodies=bodies, motion=motion, grid=GRID), tol=TOL))
 
 
 def test_full_slip_and_frictionless(rolling):

@@ -105,7 +105,6 @@ def edited(data, **changes):
 
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_files_are_refused(tmp_path, sol, damage):
-    """Variables missing, or of other shapes than the file's own grid: refused when loaded, not when used."""
     path = tmp_path / "a.nc"
     DAMAGES[damage](sol.to_xarray()).to_netcdf(path, engine="h5netcdf")
     with pytest.raises(vc.OutputError, match="is damaged"):
@@ -114,7 +113,6 @@ def test_damaged_files_are_refused(tmp_path, sol, damage):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_summary_is_strict_json_whatever_came_out(sol, value):
-    """What is no finite number is None: the JSON that is printed has no NaN and no Infinity."""
     bounds = ForceBounds(np.array([value, 0.1, value]), np.zeros(3))
     bad = dataclasses.replace(
         sol,
@@ -170,7 +168,6 @@ def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
 
 
 def test_creepage_is_open_without_friction(rolling):
-    """No force whatever the creepage: none is told, and what is prescribed stays."""
     free = vc.solve(rolling(friction=0.0, motion=vc.Steady(Fx=0.0, vy=0.01, spin=0.1)))
     assert np.isnan(free.creepage[0])
     assert free.creepage[1:] == (0.01, 0.1)

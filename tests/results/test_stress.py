@@ -3,17 +3,15 @@
 import dataclasses
 
 import hypothesis
-import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.scenes import make_scene
+from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-
-mpl.use("Agg")
 
 
 @pytest.fixture(scope="module")
@@ -30,15 +28,8 @@ def unlike(rolling):
 @pytest.fixture(scope="module")
 def cylinders():
     """Hertz's line contact under normal force: a = 1, p0 = 1."""
-    scene = make_scene(
-        vc.Cylinders(R=2 / 3, reference_depth=7.0),
-        np.pi / 2,
-        None,
-        vc.Grid(nx=400),
-        friction=None,
-        bodies=vc.Bodies(G=1.0, nu=0.25),
-    )
-    return vc.solve(scene)
+    surface, bodies = vc.Cylinders(R=2 / 3, reference_depth=7.0), vc.Bodies(G=1.0, nu=0.25)
+    return vc.solve(make_scene(surface, np.pi / 2, None, vc.Grid(nx=400), None, bodies))
 
 
 def at_centres(grid):
@@ -54,8 +45,6 @@ def test_surface_displacements_are_the_influence_numbers(unlike, shift):
     found = vc.stress(unlike, points, 1).displacement - vc.stress(unlike, points, 2).displacement
     moved = dataclasses.replace(grid, x0=grid.x0 + shift[0], y0=grid.y0 + shift[1])
     x, y = moved.x[:, None] - grid.x, moved.y[:, None] - grid.y
-    from varcontact.elasticity.halfspace import influence_numbers
-
     tractions = np.concatenate([unlike.traction, unlike.pressure[None]])
     B = influence_numbers(
         x[None, :, None, :], y[:, None, :, None], *grid.sides, nu=bodies.combined_nu, K=bodies.K, G=bodies.combined_G,
@@ -96,7 +85,6 @@ def test_gradients_in_the_scenes_axes(unlike, body):
 
 
 def test_a_rigid_body_has_stresses_but_no_strains(rolling):
-    """The limit of a stiff body: the same stresses, displacements to zero."""
     points = np.array([[0.1, -0.3, -0.5], [0.4, 0.0, 0.0]]).T
     rigid = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.5, 0.2))))
     stiff = dataclasses.replace(rigid, scene=rolling(bodies=vc.Bodies(G=(1.0, 1e9), nu=(0.5, 0.2))))
@@ -135,9 +123,8 @@ def test_invariants(components, pressure):
 
 def test_yield_below_a_hertzian_circle():
     """Johnson 3.4: the largest shear stress is 0.31 p0, at the depth 0.48 a, for nu = 0.3."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=32, ny=32)
-    )
+    bodies, grid = vc.Bodies(G=1.0, nu=0.3), vc.Grid(nx=32, ny=32)
+    scene = make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, None, grid, None, bodies)
     depths = np.linspace(0.3, 0.7, 81)
     below = vc.stress(vc.solve(scene), [0 * depths, 0 * depths, depths])
     assert below.tresca.max() / 2 / scene.hertz.peak_pressure == pytest.approx(0.310, abs=0.001)
@@ -178,7 +165,6 @@ def test_line_contact_displacements_are_the_influence_numbers(cylinders):
 
 
 def test_line_contact_without_reference_depth(cylinders):
-    """Its displacements are unknown, and said to be; stresses are the same."""
     scene = dataclasses.replace(cylinders.scene, surface=vc.Cylinders(R=2 / 3))
     without = vc.stress(dataclasses.replace(cylinders, scene=scene), [0.0, 0.0, 0.5])
     assert np.isnan(without.displacement).all()
@@ -194,6 +180,8 @@ def test_shapes_follow_the_points(unlike):
     assert many.principal.shape == many.points.shape
     assert many.deviator.shape == (3, 3, 2, 4)
     assert vc.stress(unlike, np.ones((3, 0))).tresca.shape == (0,)
+    by_numpy = vc.stress(unlike, (0.1, 0.2, 0.3), np.int64(1))
+    np.testing.assert_array_equal(np.asarray(by_numpy.stress), np.asarray(one.stress))
 
 
 @pytest.mark.parametrize(
@@ -259,18 +247,14 @@ def test_picture(rolling, tmp_path, quantity):
     assert figure.axes[0].get_ylim() == pytest.approx((-1.0, 1.0))
 
 
-def test_picture_of_a_line_contact(cylinders):
-    assert "y =" not in vc.plot_stress(cylinders, "tresca").axes[0].get_title()
-
-
 @pytest.mark.parametrize("bad", [{"quantity": "mises"}, {"depth": 0.0}, {"y": "middle"}])
-def test_pictures_that_are_refused(cylinders, bad):
+def test_pictures_of_a_line_contact(cylinders, bad):
+    assert "y =" not in vc.plot_stress(cylinders, "tresca").axes[0].get_title()
     with pytest.raises(vc.SceneError, match=next(iter(bad))):
         vc.plot_stress(cylinders, **bad)
 
 
 def test_stress_that_does_not_fit_is_refused(unlike, monkeypatch):
-    """Before the work, with what would fit: fewer depths, or with one depth fewer elements."""
     monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
     monkeypatch.setattr("varcontact.system.process.available", lambda: 2300.0 * unlike.grid.size)
     with pytest.raises(vc.TooLarge, match="fewer depths at a time would fit"):

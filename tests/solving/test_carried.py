@@ -18,16 +18,10 @@ LOAD = np.pi / (4 * R * (1 - NU))  # half length 1 under G = 1
 
 
 def roller(cells=24, room=1.6, surface=None, **motion):
-    dx = 2 / cells
-    nx = 2 * round(room * cells / 2)
-    return make_scene(
-        surface or vc.Cylinders(R=R, reference_depth=50.0),
-        LOAD,
-        vc.Transient(**{"Fx": -0.5 * FRICTION * LOAD, "dq": dx} | motion),
-        vc.Grid(nx=nx, dx=dx, x0=-nx * dx / 2),
-        friction=FRICTION,
-        bodies=vc.Bodies(G=1.0, nu=NU),
-    )
+    dx, nx = 2 / cells, 2 * round(room * cells / 2)
+    surface, grid = surface or vc.Cylinders(R=R, reference_depth=50.0), vc.Grid(nx=nx, dx=dx, x0=-nx * dx / 2)
+    motion = vc.Transient(**{"Fx": -0.5 * FRICTION * LOAD, "dq": dx} | motion)
+    return make_scene(surface, LOAD, motion, grid, FRICTION, vc.Bodies(G=1.0, nu=NU))
 
 
 def waves(length, part, cells, **more):
@@ -256,20 +250,13 @@ def test_passages_wear_a_corrugation_away_as_linear_theory_says():
 
 
 def test_a_flat_deeper_than_the_approach_is_doubted():
-    """At a given approach the bodies part over it; of a flat that is less deep nothing is said."""
     x = np.linspace(-1.0, 1.0, 41)
     for deep in (True, False):
         depth = (2.0 if deep else 0.5) * 0.5**2 / R
         flat = vc.Carried(np.where(np.abs(x) < 0.9, -depth, 0.0), x, period=20.0)
         motion = vc.Transient(steps=1, dq=0.1, vx=0.0, carried=flat)
-        scene = replace(
-            roller(steps=1),
-            surface=vc.Paraboloids(R, R),
-            normal_force=None,
-            approach=0.25 / R,
-            grid=vc.Grid(nx=12, ny=12),
-            motion=motion,
-        )
+        given = {"surface": vc.Paraboloids(R, R), "normal_force": None, "approach": 0.25 / R}
+        scene = replace(roller(steps=1), **given, grid=vc.Grid(nx=12, ny=12), motion=motion)
         assert any("exceed the approach" in doubt for doubt in scene.doubts) == deep
         force = vc.solve(scene)[-1].normal_force
         assert (force == 0.0) == deep

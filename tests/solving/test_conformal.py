@@ -92,10 +92,8 @@ def test_a_third_body_lies_on_the_curved_surface(pose, layer):
     np.testing.assert_allclose([*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7)
     assert max(newton.certificate.relative_gap, sets.certificate.relative_gap) < 1e-9
     assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
-    flat = [
-        replace(one, surface=vc.SampledDistance(DISTANCE[::2, ::2], inclination=turn)) for turn in (0 * COARSE.y, None)
-    ]
-    turned, plane = (vc.solve(each) for each in flat)
+    flat = [vc.SampledDistance(DISTANCE[::2, ::2], inclination=turn) for turn in (0 * COARSE.y, None)]
+    turned, plane = (vc.solve(replace(one, surface=each)) for each in flat)
     np.testing.assert_allclose(turned.force, plane.force, rtol=1e-8)
 
 

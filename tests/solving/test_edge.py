@@ -80,7 +80,6 @@ def test_moved_lattice_has_the_same_force(rolling):
 
 
 def test_a_steady_state_stays(rolling):
-    """Steps of a history on touched elements: the steady solution is the one after it."""
     steady = vc.solve(rolling(grid=TOUCHED))
     motion = vc.Transient(steps=2, start=steady, vx=0.04, vy=-0.02, spin=0.05)
     for grid in (steady.grid, "auto"):
@@ -123,7 +122,6 @@ def test_pressures_to_be_judged_are_those_on_parts(rolling):
 
 
 def test_words():
-    """What is no edge is refused, with the nearest that is; grids made of others keep it."""
     with pytest.raises(vc.SceneError, match=r"grid\.edge.*did you mean touched"):
         vc.Grid(nx=4, ny=4, edge="touch")
     with pytest.raises(vc.SceneError, match=r"grid\.edge"):

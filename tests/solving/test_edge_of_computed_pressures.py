@@ -38,9 +38,6 @@ def second_order(scene):
     return dataclasses.replace(scene.second_order(), grid=scene.grid)
 
 
-# ----------------------------------------------------------------------------- Hertz's pressure, solved for
-
-
 @pytest.mark.parametrize("edge", ["touched", "softened"])
 def test_means_are_hertzs(rolling, edge):
     """Pressures and what the contact covers tend to the closed forms; forces are those by these."""
@@ -58,9 +55,6 @@ def test_means_are_hertzs(rolling, edge):
         moment = abs(found.moment - exact.moment)
         assert np.max([*np.abs(found.force - exact.force), moment]) < 0.3 * 0.1 / cells
     assert max(off) < 0.015
-
-
-# ----------------------------------------------------------------------------- errors
 
 
 def moved_lattice(cells, moved, edge):
@@ -86,9 +80,6 @@ def test_errors_are_smaller_than_by_centres():
         off[edge] = [np.sqrt(np.mean(np.square(each))) for each in (single, two)]
     assert off["softened"][0] < 0.6 * off["centres"][0]
     assert off["softened"][1] < 0.4 * off["centres"][1]
-
-
-# ----------------------------------------------------------------------------- one discrete problem
 
 
 def test_the_certificate_judges_the_pressure_on_the_parts():
@@ -144,7 +135,6 @@ def test_a_bound_on_forces_needs_a_pressure_that_tells_what_is_covered():
 
 
 def test_a_start_keeps_its_elements():
-    """A history on the grid of its start: a steady state stays, though its edge was softened or touched."""
     steady = vc.solve(posed("touched"))
     motion = vc.Transient(steps=2, start=steady, vx=0.03, vy=-0.02, spin=0.04)
     history = vc.solve(posed(grid="auto", motion=motion))
@@ -162,9 +152,6 @@ def test_a_step_in_which_only_parts_touch():
     history = vc.solve(posed(normal_force=None, approach=0.7, grid=grid, motion=motion))
     fine = vc.solve(posed("centres", 40, normal_force=None, approach=0.1))
     assert history[1].normal_force == pytest.approx(fine.normal_force, rel=0.25)
-
-
-# ----------------------------------------------------------------------------- what else knows the pressure
 
 
 def test_files(tmp_path):
@@ -190,7 +177,6 @@ def test_files(tmp_path):
 
 
 def test_a_history(tmp_path):
-    """A steady state stays; a step without load has no pressure on the parts; the file has every step as it is."""
     steady = vc.solve(posed("touched"))
     motion = vc.Transient(steps=3, start=steady, vx=0.03, vy=-0.02, spin=0.04, normal_force=[1.0, 1.0, 0.0])
     history = vc.solve(posed("touched", motion=motion, grid=steady.grid), store=tmp_path / "history.nc")

@@ -34,9 +34,6 @@ def half_space_force(nu, G=1.0):
     return math.pi * G / (2 * (1 - nu))
 
 
-# ----------------------------------------------------------------------------- solutions by other methods
-
-
 @pytest.mark.parametrize("row", rows("cylinder on bonded layer"))
 def test_cylinder_on_a_bonded_layer(row):
     nu, h = row["nu"], 1 / row["size"]
@@ -113,9 +110,6 @@ def test_strip_that_rolls_freely(row):
     assert sol.certificate.relative_gap < 1e-9 and abs(sol.force[0]) < 1e-12
 
 
-# ----------------------------------------------------------------------------- limits
-
-
 @pytest.mark.parametrize("shape", [SPHERES, LINE])
 def test_homogeneous_bodies_cut_into_layers(shape):
     """Unlike half-spaces, one of them cut into layers: tractions, forces and creepage are theirs."""
@@ -123,22 +117,13 @@ def test_homogeneous_bodies_cut_into_layers(shape):
     motion = ROLLING["motion"] if shape is SPHERES else vc.Steady(Fx=-0.01)
     line = vc.Cylinders(1.0, reference_depth=50.0)
     entries = ROLLING | {"motion": motion, "surface": shape["surface"] if shape is SPHERES else line}
-    half = vc.solve(
-        vc.Scene(
-            bodies=vc.Bodies((1.0, 3.0), (0.2, 0.4)),
-            grid=vc.Grid(nx=16, ny=16) if shape is SPHERES else vc.Grid(nx=40),
-            **entries,
-        )
-    )
-    grid = half.grid
-    layered = vc.solve(vc.Scene(bodies=(cut, vc.Bodies(3.0, 0.4)), grid=grid, **entries))
+    grid = vc.Grid(nx=16, ny=16) if shape is SPHERES else vc.Grid(nx=40)
+    half = vc.solve(vc.Scene(bodies=vc.Bodies((1.0, 3.0), (0.2, 0.4)), grid=grid, **entries))
+    layered = vc.solve(vc.Scene(bodies=(cut, vc.Bodies(3.0, 0.4)), grid=half.grid, **entries))
     np.testing.assert_allclose(layered.pressure, half.pressure, atol=1e-8 * half.pressure.max())
     np.testing.assert_allclose(layered.traction, half.traction, atol=1e-7 * half.pressure.max())
     np.testing.assert_allclose(layered.creepage, half.creepage, atol=1e-8)
     assert layered.approach == pytest.approx(half.approach, rel=1e-8)
-
-
-# ----------------------------------------------------------------------------- solvers
 
 
 @pytest.mark.parametrize("shape", [SPHERES, LINE])
@@ -163,9 +148,6 @@ def test_soft_pad_on_a_nearly_rigid_half_space():
     loads = [vc.solve(vc.Scene(bodies=("rigid", body), normal_force=0.5, **LINE)) for body in (pad, bonded)]
     assert loads[0].pressure.max() == pytest.approx(loads[1].pressure.max(), rel=1e-3)
     assert math.isnan(loads[0].approach) and loads[1].approach > 0
-
-
-# ----------------------------------------------------------------------------- files and refusals
 
 
 def test_scene_file_by_hand(tmp_path):

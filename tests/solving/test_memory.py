@@ -46,7 +46,6 @@ SCENE = scene_file("vx = 0.04", (1.2, 0.9), 700)
 
 
 def test_a_plan_that_does_not_fit_says_so_and_fails(tmp_path):
-    """As solving does, with the same words."""
     (tmp_path / "scene.toml").write_text(SCENE)
     planned = run("plan", "scene.toml", "--tangential", "clarabel", folder=tmp_path)
     solved = run("solve", "scene.toml", "--tangential", "clarabel", folder=tmp_path)
@@ -91,8 +90,8 @@ def test_histories_without_end():
 
 def test_a_history_that_does_not_fit_into_memory_is_sent_to_a_file(rolling, built):
     """And is refused before its steps are looked at one by one."""
-    scene = rolling(surface=vc.Paraboloids(1.0, 0.8), motion=vc.Transient(steps=10**5, vx=0.01))
-    scene = rolling(surface=scene.surface, motion=scene.motion, grid=vc.Grid(nx=900, ny=900))
+    motion, grid = vc.Transient(steps=10**5, vx=0.01), vc.Grid(nx=900, ny=900)
+    scene = rolling(surface=vc.Paraboloids(1.0, 0.8), motion=motion, grid=grid)
     with pytest.raises(vc.TooLarge, match=r"the history in memory needs about .* with store = a file"):
         vc.solve(scene)
     assert not built

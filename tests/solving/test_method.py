@@ -41,14 +41,12 @@ def check_convex(scene):
 
 @pytest.mark.parametrize("name", UNLIKE)
 def test_convex_on_unlike_bodies(name):
-    """Both problems in every pass by the conic solver: no pressure and no traction from active sets."""
     sol = check_convex(UNLIKE[name])
     assert sol.plan.coupling == "panagiotopoulos"
     assert sol.calls["normal"]["clarabel"].count >= len(sol.passes) > 1
 
 
 def test_convex_history(rolling):
-    """Each step by the program; calls are those of the step."""
     scene = rolling(motion=vc.Transient(steps=3, vx=0.04, spin=0.05), grid=vc.Grid(nx=6, ny=6))
     history = vc.solve(scene, method="convex")
     for step, other in zip(history, vc.solve(scene, method="active-set"), strict=True):
@@ -80,9 +78,6 @@ def test_kalker_is_as_printed(rolling):
     np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-8)
 
 
-# --------------------------------------------------------------------------- what really produced the answer
-
-
 def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     """Clarabel is not called at all: then nothing says that it solved anything."""
     a, b = np.sqrt(5), 1 / np.sqrt(5)
@@ -110,9 +105,6 @@ def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
     assert (old.calls, old.solved_by, old.plan.method) == ({}, {}, "auto")
     assert old.report().count("tang-safeguarded: active sets") == 1
     np.testing.assert_array_equal(old.traction, sol.traction)
-
-
-# --------------------------------------------------------------------------- refused, by name
 
 
 @pytest.mark.parametrize(
@@ -149,7 +141,6 @@ def test_contradictions_are_refused(rolling, arguments, field, words):
 
 
 def test_plan_and_scan_take_a_method(rolling):
-    """The plan is that of the solution; a scan calls the conic solver for each creepage."""
     scene = rolling(grid=CELLS)
     planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
     assert (planned.normal, planned.tangential, planned.method) == ("hertz", "clarabel", "convex")

@@ -81,7 +81,6 @@ def test_no_pass_asks_for_more_than_the_next_one_sees(monkeypatch, changes):
 
 @pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint", "newton"])
 def test_passes_form_no_matrix(built, monkeypatch, coupling):
-    """Tables by offset are made once, kernels once for each box of elements."""
     kernels, make = [], kernel.Kernel
 
     def refuse(*_):

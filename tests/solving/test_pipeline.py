@@ -99,7 +99,6 @@ def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, repl
 
 
 def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
-    """The better of both is kept, and says whose it is."""
     monkeypatch.setattr(pipeline, "refine", gives_up)
     problem, raw, _ = solved(rolling(grid=GRID), tol=1e-30, method="convex")
     assert raw.solver == "clarabel"

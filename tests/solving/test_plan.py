@@ -57,7 +57,6 @@ def choices(plan):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_plan_and_reality_agree(rolling, name):
-    """Choices, elements and tables: as they then are, or bounds on them."""
     changes, methods = SCENES[name]
     scene = rolling(**changes)
     plan, sol = vc.plan(scene, **methods), vc.solve(scene, **methods)
@@ -77,7 +76,6 @@ def test_plan_and_reality_agree(rolling, name):
 
 
 def test_tables_are_those_that_are_built(rolling, built):
-    """Names and numbers of offsets; bytes to a factor of two."""
     for changes in ({}, {"motion": vc.Shift(ux=0.05)}, {"motion": None}, {"friction": 0.0}, COUPLED):
         scene = rolling(**changes)
         planned = {matrix.name: matrix for matrix in vc.plan(scene).sizes.matrices if matrix.kind == "table"}
@@ -180,7 +178,6 @@ def test_a_history_whose_load_is_given_by_step_is_planned(rolling):
 
 @pytest.mark.parametrize("changes", [{}, {"bodies": UNLIKE}, {"grid": AROUND}, {"surface": SAMPLES, "grid": EXPLICIT}])
 def test_a_history_is_planned_by_bounds_of_its_steps(rolling, changes):
-    """Every step has the same plan."""
     scene = rolling(**changes, motion=vc.Transient(steps=2, vx=0.04, vy=0.01))
     plan, history = vc.plan(scene), vc.solve(scene)
     assert (plan.motion, plan.sizes.exact) == ("transient", False)

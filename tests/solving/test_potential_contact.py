@@ -63,14 +63,8 @@ def test_a_mirrored_surface_has_the_mirrored_grid(centre):
 @pytest.mark.parametrize("creepage", [0.3, -0.9])
 def test_grid_grows_where_tractions_move_the_contact(creepage):
     """A soft cylinder dragged over a rigid one has contact beyond the grid about Hertz's."""
-    soft = make_scene(
-        vc.Cylinders(R=1.0, reference_depth=10.0),
-        1.0,
-        vc.Steady(vx=creepage),
-        vc.Grid(nx=30),
-        friction=1.0,
-        bodies=vc.Bodies(G=(1.0, np.inf), nu=0.0),
-    )
+    surface, bodies = vc.Cylinders(R=1.0, reference_depth=10.0), vc.Bodies(G=(1.0, np.inf), nu=0.0)
+    soft = make_scene(surface, 1.0, vc.Steady(vx=creepage), vc.Grid(nx=30), 1.0, bodies)
     sol = vc.solve(soft)
     ahead = np.sign(creepage) * np.array(sol.grid.box[:2])
     assert ahead.max() > 1.2 * soft.hertz.a * 32 / 30, "beyond the grid about Hertz's contact"
@@ -141,9 +135,6 @@ def test_grid_outside_the_samples():
         vc.solve(scene)
 
 
-# ----------------------------------------------------------------------------- small, sharp and offset contacts
-
-
 @pytest.mark.parametrize(
     ("centre", "force", "samples", "cells"),
     [((0.01, 0.0), 1e-6, 201, (16, 16)), ((0.3, 0.0), 1e-6, 81, (15, 17)), ((0.37, 0.11), 1e-9, 41, (16, 16))],
@@ -195,11 +186,8 @@ def test_contact_between_the_centres_of_an_explicit_grid_is_refused():
     needle = paraboloid(x + 0.3, x, 1e-3, 1e-3) - 0.004
     surface = vc.SampledDistance(np.minimum(bowl, needle), x, x)
     grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
-    refused(
-        lambda: vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=grid)),
-        "grid",
-        match=r"too coarse: the contact at \(-0.3,",
-    )
+    scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=grid)
+    refused(lambda: vc.solve(scene), "grid", match=r"too coarse: the contact at \(-0.3,")
 
 
 @pytest.mark.parametrize(
@@ -211,9 +199,7 @@ def test_contact_between_the_centres_of_an_explicit_grid_is_refused():
     ],
 )
 def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
-    scene = vc.Scene(
-        bodies=BODIES, surface=vc.Ellipse(1, 1), normal_force=1.0, friction=0.3, motion=vc.Steady(vx=0.1), grid=grid
-    )
+    scene = make_scene(vc.Ellipse(1, 1), 1.0, vc.Steady(vx=0.1), grid)
     with pytest.raises(vc.TooLarge, match="a grid of this size"):
         vc.solve(scene)
     with pytest.raises(vc.TooLarge, match="a grid of this size"):
@@ -222,9 +208,7 @@ def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
 
 @pytest.mark.parametrize("motion", [vc.Steady(Fx=-0.15, vy=0.05, spin=0.1), vc.Shift(ux=0.1, Fy=0.1)])
 def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_steps(motion):
-    scene = vc.Scene(
-        bodies=BODIES, surface=vc.Ellipse(1.0, 0.7), normal_force=1.0, friction=0.3, motion=motion, grid=vc.Grid(32, 32)
-    )
+    scene = make_scene(vc.Ellipse(1.0, 0.7), 1.0, motion, vc.Grid(32, 32), bodies=BODIES)
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
     steps = ContactSolver(select(scene), 1e-10, True, SolveStats())
     alone, near = (on_grid.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))

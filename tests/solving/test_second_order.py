@@ -21,9 +21,6 @@ def errors(every, cells, second_order=True):
     return np.array(found)
 
 
-# ----------------------------------------------------------------------------- the difference and the softening
-
-
 def test_differences_are_consistent():
     """Both are minus the derivative by steps; the second has no error on quadratics either, and a symbol Re d >= 0."""
     for name, parts in DIFFERENCES.items():
@@ -77,9 +74,6 @@ def test_softening_is_in_the_matrix(rolling):
     )
 
 
-# ----------------------------------------------------------------------------- what it gains
-
-
 def test_errors_are_below_those_of_centres():
     """Ten scenes with 12 and 24 cells: below stated ones, of an order well above one; centres have over three times."""
     coarse, fine = errors(4, 12), errors(4, 24)
@@ -92,14 +86,9 @@ def test_errors_are_below_those_of_centres():
 
 def no_slip(ratio, cells):
     """Discrete C11, C22, C23, -C32, C33 of an ellipse with nu = 0."""
-    posed = make_scene(
-        vc.Ellipse(a=ratio**0.5, b=ratio**-0.5),
-        1.0,
-        vc.Steady(),
-        vc.Grid(nx=cells, ny=cells).spread((-(ratio**0.5), ratio**0.5, -(ratio**-0.5), ratio**-0.5)),
-        friction=np.inf,
-        bodies=vc.Bodies(G=1.0, nu=0.0),
-    ).second_order()
+    a, b = ratio**0.5, ratio**-0.5
+    grid = vc.Grid(nx=cells, ny=cells).spread((-a, a, -b, b))
+    posed = make_scene(vc.Ellipse(a, b), 1.0, vc.Steady(), grid, np.inf, vc.Bodies(G=1.0, nu=0.0)).second_order()
     units = [dataclasses.replace(posed.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
     solved = [vc.solve(dataclasses.replace(posed, motion=unit), certify="none") for unit in units]
     F = np.array([[*sol.force, sol.moment] for sol in solved]).T
@@ -130,13 +119,8 @@ def test_carter():
 def test_computed_pressures():
     """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells, to 5e-4."""
     limit = np.array([-0.5604, -0.0901, -0.1865])
-    posed = make_scene(
-        vc.Ellipse(a=1.2, b=0.9),
-        1.0,
-        vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
-        vc.Grid(nx=24, ny=24),
-        bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)),
-    )
+    motion, bodies = vc.Steady(vx=0.02, vy=-0.015, spin=0.04), vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
+    posed = make_scene(vc.Ellipse(a=1.2, b=0.9), 1.0, motion, vc.Grid(nx=24, ny=24), bodies=bodies)
     off = []
     for each in (posed, posed.second_order()):
         sol = vc.solve(each, certify="none", tol=1e-5)
@@ -145,11 +129,7 @@ def test_computed_pressures():
     assert off[1] < 0.005
 
 
-# ----------------------------------------------------------------------------- one discrete problem
-
-
 def test_mirror_and_direction(rolling):
-    """The other way round, and on the other side of the x-axis: the same."""
     numbers = {"vx": 0.04, "vy": -0.02, "spin": 0.05}
     sol = vc.solve(rolling(motion=vc.Steady(**numbers)).second_order())
     mirrored = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=0.02, spin=-0.05)).second_order())
@@ -160,7 +140,6 @@ def test_mirror_and_direction(rolling):
 
 
 def test_sensitivity(rolling):
-    """By differences, on softened elements."""
     posed = rolling().second_order()
     slope, step = np.asarray(vc.solve(posed).sensitivity())[0, 0], 1e-6
     ends = [
@@ -168,9 +147,6 @@ def test_sensitivity(rolling):
         for s in (-step, step)
     ]
     assert slope == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-4)
-
-
-# ----------------------------------------------------------------------------- what stays, and what is refused
 
 
 def test_the_preset(rolling):

@@ -24,17 +24,12 @@ def test_hertz_pressure_carries_the_force(rolling):
     assert sol.elements["slip"] == 0
 
 
-# ----------------------------------------------------------------------------- shift
-
-
 @pytest.mark.parametrize("part", [0.3, 0.657, 0.9])
 def test_cattaneo(part):
     """nu = 0, where Cattaneo is exact: shift, traction, and the area of the stick disk, to the grid's error."""
     bodies = vc.Bodies(G=1.0, nu=0.0)
-    scene = vc.Scene(
-        bodies=bodies, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.4,
-        motion=vc.Shift(Fx=-part * 0.4), grid=vc.Grid(nx=32, ny=32),
-    )  # fmt: skip
+    motion, grid = vc.Shift(Fx=-part * 0.4), vc.Grid(nx=32, ny=32)
+    scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, motion, grid, 0.4, bodies)
     sol = vc.solve(scene)
     exact = cattaneo_mindlin(scene.hertz, bodies, 0.4, -part * 0.4)
     assert sol.force == pytest.approx([-part * 0.4, 0.0], abs=1e-14)
@@ -57,9 +52,6 @@ def test_shift_problem_turns_with_the_axes(rolling):
     np.testing.assert_allclose(turned.traction, [-py, px], atol=1e-12)
     assert turned.force == pytest.approx([-sol.force[1], sol.force[0]], rel=1e-11)
     assert turned.moment == pytest.approx(sol.moment, rel=1e-11)
-
-
-# ----------------------------------------------------------------------------- steady rolling
 
 
 def test_full_slip(rolling):
@@ -131,9 +123,6 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
     x, y = (c[contact] for c in np.meshgrid(sol.grid.x, sol.grid.y))
     offset = sol.grid.sides[0] / 6
     np.testing.assert_allclose(sol.slip[:, contact], [0.04 - 0.05 * y, -0.02 + 0.05 * (x + offset)], atol=1e-14)
-
-
-# ----------------------------------------------------------------------------- methods and tolerance
 
 
 @pytest.mark.parametrize(
@@ -218,9 +207,6 @@ def test_progress_names_the_stages(rolling):
     assert set(sol.timing) == {"grid", "normal", "tangential", "certificate", "total"}
 
 
-# ----------------------------------------------------------------------------- elements too long for the step
-
-
 def long_elements(rolling, ratio, part, cells, **motion):
     """Rolling on elements with dx/dy = ratio, in steps of `part` elements."""
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
@@ -296,13 +282,8 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
 
 def test_the_program_where_active_sets_fail(check_kkt):
     """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto goes on."""
-    scene = make_scene(
-        vc.Ellipse(a=0.25, b=4.0),
-        1.0,
-        vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5),
-        vc.Grid(nx=12, ny=4),
-        bodies=vc.Bodies(G=1.0, nu=0.5),
-    )
+    motion, bodies = vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5), vc.Bodies(G=1.0, nu=0.5)
+    scene = make_scene(vc.Ellipse(a=0.25, b=4.0), 1.0, motion, vc.Grid(nx=12, ny=4), bodies=bodies)
     with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'") as failure:
         vc.solve(scene, tangential="tang-safeguarded")
     assert failure.value.solution.certificate.residual > 1e-4

@@ -19,32 +19,16 @@ LAYER = vc.ThirdBody(h=0.02, G=820.0, tau_c0=100.0, k_tau=2000.0)
 GRID = vc.Grid(nx=14, ny=14, dx=1.1, dy=1.1, x0=-7.7, y0=-7.7)
 
 
-def ball(motion, layer=LAYER, **changes):
-    return vc.Scene(
-        bodies=BODIES,
-        surface=vc.Paraboloids(625.0, 625.0),
-        normal_force=1e5,
-        friction=0.3,
-        third_body=layer,
-        motion=motion,
-        **{"grid": GRID} | changes,
-    )
+def ball(motion, layer=LAYER, grid=GRID):
+    return make_scene(vc.Paraboloids(625.0, 625.0), 1e5, motion, grid, bodies=BODIES, third_body=layer)
 
 
 def one_element(shifts, layer):
     distance = np.ones((3, 3))
     distance[1, 1] = 0.0
-    return vc.solve(
-        make_scene(
-            vc.SampledDistance(h=distance),
-            900.0,
-            vc.Transient(steps=len(shifts), dq=0.0, ux=[-shift for shift in shifts]),
-            vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5),
-            friction=0.7,
-            bodies=BODIES,
-            third_body=layer,
-        )
-    )
+    motion = vc.Transient(steps=len(shifts), dq=0.0, ux=[-shift for shift in shifts])
+    grid = vc.Grid(nx=3, ny=3, dx=1.0, dy=1.0, x0=-1.5, y0=-1.5)
+    return vc.solve(make_scene(vc.SampledDistance(h=distance), 900.0, motion, grid, 0.7, BODIES, third_body=layer))
 
 
 def test_element_of_clay_hardens_as_by_hand():
@@ -112,15 +96,8 @@ def test_heat_is_work_of_friction_and_of_flow(layer):
 
 @pytest.mark.parametrize(("k_tau", "part"), [(4018e3, 0.6562), (123e3, 0.6420), (0.0, 0.5959)])
 def test_carter_with_plasticity(k_tau, part):
-    scene = make_scene(
-        vc.Cylinders(500.0),
-        178.9,
-        vc.Steady(vx=-4e-4),
-        vc.Grid(nx=30, dx=0.08, x0=-1.2),
-        friction=0.5,
-        bodies=BODIES,
-        third_body=vc.ThirdBody(0.0, 82e3, 35.0, k_tau),
-    )
+    grid, layer = vc.Grid(nx=30, dx=0.08, x0=-1.2), vc.ThirdBody(0.0, 82e3, 35.0, k_tau)
+    scene = make_scene(vc.Cylinders(500.0), 178.9, vc.Steady(vx=-4e-4), grid, 0.5, BODIES, third_body=layer)
     assert vc.solve(scene, normal="norm").Fx / (0.5 * 178.9) == pytest.approx(part, abs=1e-4)
 
 
@@ -159,15 +136,9 @@ def test_carter_with_an_elastic_layer_converges_to_quadrature(ratio):
     exact, end = carter(compliance, a, 0.3 * hertz.peak_pressure, vx)
     errors, second = [], []
     for n in (40, 80):
-        scene = vc.Scene(
-            bodies=BODIES,
-            surface=vc.Cylinders(500.0),
-            normal_force=hertz.force,
-            friction=0.3,
-            third_body=vc.ThirdBody(compliance * 100.0, 100.0),
-            motion=vc.Steady(vx=vx),
-            grid=vc.Grid(nx=n, dx=2 * a / n, x0=-a),
-        )
+        grid, layer = vc.Grid(nx=n, dx=2 * a / n, x0=-a), vc.ThirdBody(compliance * 100.0, 100.0)
+        motion = vc.Steady(vx=vx)
+        scene = make_scene(vc.Cylinders(500.0), hertz.force, motion, grid, bodies=BODIES, third_body=layer)
         sol = vc.solve(scene)
         errors.append(sol.Fx / exact - 1)
         second.append(vc.solve(scene.second_order()).Fx / exact - 1)
@@ -199,10 +170,8 @@ def test_an_accuracy_is_kept_with_layers(layer, motion):
 
 def test_an_accuracy_is_kept_with_hardening():
     layer = vc.ThirdBody(0.0, 82e3, 35.0, 4018e3)
-    scene = vc.Scene(
-        bodies=BODIES, surface=vc.Cylinders(500.0), normal_force=178.9, friction=0.5, third_body=layer,
-        motion=vc.Steady(vx=-4e-4),
-    )  # fmt: skip
+    motion = vc.Steady(vx=-4e-4)
+    scene = make_scene(vc.Cylinders(500.0), 178.9, motion, friction=0.5, bodies=BODIES, third_body=layer)
     coarse, fine = (vc.solve(replace(scene, grid=vc.Grid(nx=n))).Fx for n in (120, 240))
     sol = vc.solve(scene, accuracy=0.01)
     assert sol.error_estimate.largest < 0.01

@@ -107,7 +107,6 @@ def test_from_cattaneo_to_carter():
 
 
 def test_a_shift_is_one_step_in_place():
-    """Cattaneo's problem as a step that does not roll: the solution of `Shift`, and the closed form of a circle."""
     force = -0.5 * 0.3 * 0.02
     scene = ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=24, ny=24))
     (step,) = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0, Fx=force)))
@@ -118,18 +117,11 @@ def test_a_shift_is_one_step_in_place():
     assert step.creepage[0] == pytest.approx(exact.shift, rel=0.02)
 
 
-def mindlin_loop(force, reversed_to):
-    """Shifts of a ball loaded to one force, and from there to another: Mindlin's loop by Masing's rule."""
-    bodies = vc.Bodies(G=1.0, nu=0.0)
-    scene = ball(bodies=bodies, grid=vc.Grid(nx=20, ny=20), motion=vc.Transient(steps=2, dq=0, Fx=[force, reversed_to]))
-    history = vc.solve(scene)
-    return history, history.creepage[:, 0].cumsum()
-
-
 def test_unloading_follows_mindlin():
     """With the pressure constant the way back is the way there, twice as large: slip the other way creeps inwards."""
     force, back, scene = -4e-3, 1e-3, ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=20, ny=20))
-    history, shifts = mindlin_loop(force, back)
+    history = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=2, dq=0, Fx=[force, back])))
+    shifts = history.creepage[:, 0].cumsum()
     half = vc.solve(dataclasses.replace(scene, motion=vc.Shift(Fx=(force - back) / 2)))
     assert shifts[1] == pytest.approx(shifts[0] - 2 * half.creepage[0], rel=1e-7)
     traction = history[0].traction - 2 * half.traction
@@ -200,7 +192,6 @@ STEPS = st.lists(
 @hypothesis.given(STEPS, st.sampled_from([LIKE, UNLIKE]))
 @hypothesis.settings(max_examples=15)
 def test_friction_never_gives_work(given, bodies):
-    """Whatever happens, what a step ends with opposes what it slips."""
     vx, vy, spin, load, direction = zip(*given, strict=True)
     motion = vc.Transient(
         steps=len(given),
@@ -219,7 +210,6 @@ def test_friction_never_gives_work(given, bodies):
 
 
 def test_a_contact_that_vanishes_and_returns():
-    """Lifted, the ball forgets: what comes after is what comes from nothing."""
     loads = [0.02, 0.02, 0.0, 0.01, 0.01]
     motion = vc.Transient(steps=5, vx=3e-3, vy=1e-3, normal_force=loads)
     history = vc.solve(ball(motion=motion))
@@ -251,8 +241,6 @@ def test_a_contact_that_moves_over_the_grid():
 
 
 def test_the_slopes_of_a_step_are_those_of_differences():
-    """Sensitivity of the last step, by central differences of the last creepage."""
-
     def last_force(vx, spin):
         return vc.solve(ball(motion=vc.Transient(steps=3, vx=[3e-3, 3e-3, vx], vy=1e-3, spin=[0, 0, spin])))[-1]
 

@@ -85,20 +85,12 @@ def test_johnson_is_one_pass_and_its_certificate_says_what_lacks():
     assert sol.certificate.residual > 0.05
 
 
-def hardly_rubbing(friction):
-    """A shift in which pressures move all elements but the middle one, which sticks or nearly does."""
-    return scene(
-        **{**BALL, "grid": vc.Grid(nx=9, ny=9)},
-        bodies=vc.Bodies(G=1.0, nu=(0.05, 0.35)),
-        friction=friction,
-        motion=vc.Shift(ux=0.03 * friction, uy=0.01 * friction),
-    )
-
-
 def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
-    residuals = []
+    """In a shift in which pressures move all elements but the middle one, which sticks or nearly does."""
+    bodies, grid, residuals = vc.Bodies(G=1.0, nu=(0.05, 0.35)), vc.Grid(nx=9, ny=9), []
     for friction in (1e-2, 1e-4, 1e-5):
-        shift = hardly_rubbing(friction)
+        motion = vc.Shift(ux=0.03 * friction, uy=0.01 * friction)
+        shift = scene(**{**BALL, "grid": grid}, bodies=bodies, friction=friction, motion=motion)
         sol = vc.solve(shift)
         disc = discretise(shift, sol.grid)
         bumps = 1 + 1e-9 * np.cos(np.arange(sol.pressure.size)).reshape(sol.pressure.shape)

@@ -20,14 +20,9 @@ SOLID = vc.Viscoelastic(1.0, 0.3, [(1.0, 0.1), (0.5, 1.0)])
 
 
 def roller(bodies=SOLID, speed=1.0, cells=30, line=True, friction=0.3, **motion):
-    return make_scene(
-        vc.Cylinders(R=1.0) if line else vc.Paraboloids(1.0, 1.0),
-        0.1,
-        vc.Steady(speed=speed, **motion),
-        vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells),
-        friction=friction,
-        bodies=bodies,
-    )
+    surface = vc.Cylinders(R=1.0) if line else vc.Paraboloids(1.0, 1.0)
+    grid = vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells)
+    return make_scene(surface, 0.1, vc.Steady(speed=speed, **motion), grid, friction, bodies)
 
 
 @pytest.mark.parametrize(
@@ -57,20 +52,13 @@ def test_contact_of_cylinders(tag):
     tau = case["inputs"]["tc1"] if "inputs" in case else {"example_case_1": 1e-12, "example_case_3": 0.045}[tag]
     x = -7.92 + 0.16 * np.arange(99)
     apart = np.full(99, 1e4)
-    motion = (
-        vc.Steady(Fx=-0.18 * case["Fn"], speed=1000.0)
-        if "inputs" not in case
-        else vc.Steady(vx=case["vx"], speed=case["veloc"])
-    )
-    sol = vc.solve(
-        make_scene(
-            vc.SampledDistance(np.array([apart, 0.01 * x**2, apart])),
-            case["Fn"],
-            motion,
-            vc.Grid(nx=99, ny=3, dx=0.16, dy=1000.0, x0=-8.0, y0=-1500.0),
-            bodies=vc.Viscoelastic(1143.0, 0.4, [(1.0, tau)]),
-        )
-    )
+    motion = vc.Steady(Fx=-0.18 * case["Fn"], speed=1000.0)
+    if "inputs" in case:
+        motion = vc.Steady(vx=case["vx"], speed=case["veloc"])
+    surface = vc.SampledDistance(np.array([apart, 0.01 * x**2, apart]))
+    grid = vc.Grid(nx=99, ny=3, dx=0.16, dy=1000.0, x0=-8.0, y0=-1500.0)
+    bodies = vc.Viscoelastic(1143.0, 0.4, [(1.0, tau)])
+    sol = vc.solve(make_scene(surface, case["Fn"], motion, grid, bodies=bodies))
     np.testing.assert_allclose(sol.pressure[1], case["pressure"], atol=1e-6 * case["pmax"])
     np.testing.assert_allclose(sol.traction[0, 1], case["traction"], atol=1e-6 * 0.3 * case["pmax"])
     assert (sol.elements["stick"], sol.elements["slip"]) == (case["nadh"], case["nslip"])
@@ -84,20 +72,12 @@ def test_contact_of_cylinders(tag):
 def test_contact_of_a_sphere_on_another_material(options):
     case = CASES["own_7"]
     given = case["inputs"]
-    sol = vc.solve(
-        make_scene(
-            vc.Paraboloids(50.0, 50.0),
-            case["Fn"],
-            vc.Steady(vx=case["vx"], vy=case["vy"], speed=case["veloc"]),
-            vc.Grid(nx=36, ny=36, dx=0.5, dy=0.5, x0=-9.0, y0=-9.0),
-            friction=given["mu"],
-            bodies=(
-                vc.Bodies(given["G1"], given["nu1"]),
-                vc.Viscoelastic(given["G2"], given["nu2"], [(given["fg2"], given["tc2"])]),
-            ),
-        ),
-        **options,
-    )
+    motion = vc.Steady(vx=case["vx"], vy=case["vy"], speed=case["veloc"])
+    grid = vc.Grid(nx=36, ny=36, dx=0.5, dy=0.5, x0=-9.0, y0=-9.0)
+    other = vc.Viscoelastic(given["G2"], given["nu2"], [(given["fg2"], given["tc2"])])
+    bodies = (vc.Bodies(given["G1"], given["nu1"]), other)
+    scene = make_scene(vc.Paraboloids(50.0, 50.0), case["Fn"], motion, grid, given["mu"], bodies)
+    sol = vc.solve(scene, **options)
     limit = given["mu"] * case["Fn"]
     np.testing.assert_allclose(sol.force, [case["Fx"], case["Fy"]], atol=1e-8 * limit)
     assert sol.moment == pytest.approx(case["Mz"], abs=1e-7 * limit)

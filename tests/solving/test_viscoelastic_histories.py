@@ -18,15 +18,9 @@ LINE, BALL = vc.Cylinders(R=1.0, reference_depth=8.0), vc.Paraboloids(1.0, 1.0)
 
 def scene(bodies=SOLID, surface=BALL, cells=10, friction=0.3, grid=None, normal_force=0.1, approach=None, **motion):
     line = isinstance(surface, vc.Cylinders)
-    return make_scene(
-        surface,
-        None if approach else normal_force,
-        vc.Transient(**motion),
-        grid or (vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells)),
-        friction=friction,
-        bodies=bodies,
-        approach=approach,
-    )
+    grid = grid or (vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells))
+    load = None if approach else normal_force
+    return make_scene(surface, load, vc.Transient(**motion), grid, friction, bodies, approach=approach)
 
 
 def furthest(one, other):
@@ -163,7 +157,6 @@ def test_a_dent_recovers():
 
 
 def test_files_keep_what_bodies_remember(tmp_path):
-    """A history goes on from its file bit for bit, or from its last step; loaded steps meet their equations again."""
     whole = scene((SOLID, OTHER), steps=6, dt=0.1, vx=0.02)
     history = vc.solve(whole)
     half = replace(whole, motion=replace(whole.motion, steps=3), grid=history.grid)

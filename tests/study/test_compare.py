@@ -34,7 +34,6 @@ def test_exact_methods_agree(small_bank):
 
 
 def test_newton_solves_every_scene():
-    """Both problems without a matrix, in passes where the bodies differ."""
     table = vc.compare(vc.standard_bank(cells=6), ["tang-safeguarded", "newton"], tol=1e-8)
     assert set(table["outcome"]) == {"solved"}, table[["scene", "reason"]].to_string()
     assert (table["residual"] <= 1e-8).all()
@@ -46,7 +45,6 @@ def test_newton_solves_every_scene():
 
 
 def test_what_is_not_solved_says_so(small_bank):
-    """Every row either has an answer that is as good as it says, or a reason."""
     failed = small_bank[small_bank["outcome"].isin(["refused", "unavailable", "not converged"])]
     assert (failed["reason"].str.len() > 10).all()
     stuck = small_bank[small_bank["outcome"] == "not converged"]
@@ -123,7 +121,6 @@ def test_unknown_names_are_refused_before_any_work(rolling, name, hint):
 
 
 def test_a_history_is_refused_before_any_work(rolling, tmp_path):
-    """No method is compared on several steps, and a table in which all is refused would look like a result."""
     history = rolling(surface=vc.Paraboloids(Rx=1.0, Ry=1.0), motion=vc.Transient(steps=2, dq=0.01))
     with pytest.raises(vc.SceneError) as refused:
         vc.compare({"one": rolling(), "two": history}, ["tang"], store=tmp_path / "t.csv", progress=pytest.fail)
@@ -174,7 +171,6 @@ def test_scenes_may_be_called_what_pandas_reads_as_missing(rolling, tmp_path):
 
 
 def test_hertz_alone_is_no_solution_on_the_elements(rolling):
-    """Its samples miss the discrete equations by the grid's error, far above `tol`."""
     table = vc.compare(rolling(motion=None, friction=None), ["auto", "norm"])
     assert table["outcome"].tolist() == ["approximate", "solved"]
     assert table["residual"][0] > 1e-6

@@ -80,7 +80,6 @@ def test_closed_forms_are_within_the_error_bars():
 
 
 def test_grids_and_offsets(rolling):
-    """As many elements across the same box on every grid, moved by less than one, with the margin kept."""
     scene = rolling()
     box = module.contact_of(scene)
     for cells in (5, 8, 13):
@@ -149,7 +148,6 @@ def test_one_grid_that_fails_is_left_out(rolling):
 
 
 def test_resumed_where_it_was_stopped(rolling, tmp_path):
-    """Ctrl-C keeps what is finished; the next call solves the rest only, and the result is that of one go."""
     store, calls = tmp_path / "study.csv", []
 
     def stop_at_third(message):
@@ -185,7 +183,6 @@ def test_store_of_another_study_is_refused(rolling, tmp_path):
 
 
 def test_a_full_disk(tmp_path):
-    """No room for the table: an error that says so; the table written before stays, whole."""
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
         "import resource, sys, varcontact as vc; sys.dont_write_bytecode = True\n"
@@ -234,7 +231,6 @@ def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
     ("changes", "field"),
     [
         ({"cells": [8, 8, 12]}, "cells"),
-        ({"cells": [12, 8]}, "cells"),
         ({"cells": []}, "cells"),
         ({"cells": "8,12"}, "cells"),
         ({"cells": 8}, "cells"),
@@ -321,14 +317,13 @@ def test_error_bars_hold_what_they_promise(order, steps):
 def test_what_cannot_be_said_is_not(cells, values, words):
     found = extrapolate(1 / np.array(cells, dtype=float), np.array(values))
     assert words in found.reason
-    if "grids, three" in words or cells == [8, 8, 16]:
+    if words.startswith("no order"):
         assert np.isnan([found.value, found.order]).all()
     if words == "no error":
         assert np.isinf(found.error)
 
 
 def test_solver_error_stands_beside(rolling):
-    """The certificate's bounds are those of the discrete problem, far below the discretisation's error."""
     study = vc.converge(rolling(), [6, 8, 10])
     row = study.limit("Fx")
     assert row["solver_bound"] == study.grids["Fx_bound"].iloc[-1]

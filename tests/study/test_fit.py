@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 DATA = Path(__file__).parents[1] / "data"
 VX = np.linspace(4e-4, 9e-3, 9)
@@ -18,11 +19,10 @@ def wheel(length=1.0, force=1.0, **entries):
         "bodies": vc.Bodies(G=82e9 * force / length**2, nu=0.28),
         "surface": vc.Paraboloids(Rx=0.46 * length, Ry=0.3 * length),
         "normal_force": 80e3 * force,
-        "friction": 0.3,
         "motion": vc.Steady(),
         "grid": vc.Grid(nx=8, ny=8),
     }
-    return vc.Scene(**given | entries)
+    return make_scene(**given | entries)
 
 
 def test_layer_and_friction_are_recovered_from_the_exact_theory():

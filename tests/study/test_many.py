@@ -7,7 +7,6 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.operators import edge_compliance, influence_operator
-from varcontact.scene.grid import Grid
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem
 
@@ -200,7 +199,6 @@ def test_bad_input(scenes, options, field):
 
 
 def test_guaranteed_bounds_hold():
-    """Between batches stopped early and exact solves; forces that are given leave nothing to bound."""
     kinds, grid = ("steady", "second-order", "shift", "forces", "explicit"), vc.Grid(nx=9, ny=8)
     scenes = [scene(kind, np.random.default_rng(3), grid) for kind in kinds for _ in range(3)]
     found = vc.solve_many(scenes, tol=1e-3, certify="full")
@@ -229,7 +227,6 @@ def history(rng, grid, **motion):
 
 @pytest.mark.parametrize("motion", [{}, {"direction": [1, -1, -1, 1]}, {"dq": 0.0}, {"dq": 0.01}])
 def test_histories_side_by_side(motion):
-    """Steps of an element, back and forth, in place; of parts of an element they are for `solve`."""
     rng = np.random.default_rng(6)
     scenes = [history(rng, vc.Grid(nx=nx, ny=8, edge="centres"), **motion) for nx in (9, 11, 9, 9)]
     found = vc.solve_many(scenes)
@@ -316,7 +313,6 @@ def test_spin_on_a_slender_ellipse_converges(tol):
 
 @pytest.mark.parametrize("difference", ["first-order", "second-order", None])
 def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
-    """Coulomb's law of the problem as the influence operator of the package poses it."""
     rng = np.random.default_rng(9)
     ny, nx, n = 11, 17, 4
     dx, dy, nu = rng.uniform(0.1, 0.3, n), rng.uniform(0.1, 0.3, n), rng.uniform(0, 0.5, n)
@@ -329,7 +325,7 @@ def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     found = solve_batch(BatchedProblem(dx, dy, nu, shift, bound, force, difference, compliance=compliance), 1e-9)
     assert found.converged.all()
     for i in range(n):
-        grid = Grid(nx=nx, ny=ny, dx=dx[i], dy=dy[i], x0=0.0, y0=0.0)
+        grid = vc.Grid(nx=nx, ny=ny, dx=dx[i], dy=dy[i], x0=0.0, y0=0.0)
         lag = {} if difference is None else {"lag": dx[i], "difference": difference}
         operator = influence_operator(grid, "xy", "xy", nu=nu[i], **lag)
         p = found.traction[..., i]

@@ -10,6 +10,7 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.references import main, make, series_of, solves
+from tests.scenes import make_scene
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
 from varcontact.study.references import read
@@ -30,18 +31,13 @@ def rolling_cylinders(name):
     return carter(line_contact(scene.surface.R, scene.bodies, force=1.0), FRICTION, **given)
 
 
-def two_wide_in(name):
-    """Width of the stick area of Carter's cylinders."""
-    return 2 * rolling_cylinders(name).stick_half_width
-
-
 EXACT = [
     ("line, creepage 0.3", "Fx", lambda name: rolling_cylinders(name).force),
     ("line, creepage 0.9", "Fx", lambda name: rolling_cylinders(name).force),
     ("line, Fx = 0.5", "vx", lambda name: rolling_cylinders(name).creepage),
-    ("line, creepage 0.3", "stick_area", two_wide_in),
-    ("line, creepage 0.9", "stick_area", two_wide_in),
-    ("line, Fx = 0.5", "stick_area", two_wide_in),
+    ("line, creepage 0.3", "stick_area", lambda name: 2 * rolling_cylinders(name).stick_half_width),
+    ("line, creepage 0.9", "stick_area", lambda name: 2 * rolling_cylinders(name).stick_half_width),
+    ("line, Fx = 0.5", "stick_area", lambda name: 2 * rolling_cylinders(name).stick_half_width),
     ("shift, nu = 0, Fx = 0.5", "ux", lambda name: cattaneo_without_poisson(name, 0.5)),
     ("shift, nu = 0, a/b = 0.3, Fx = 0.7", "ux", lambda name: cattaneo_without_poisson(name, 0.7)),
     ("shift, nu = 0, a/b = 4, Fy = 0.4", "uy", lambda name: -cattaneo_without_poisson(name, 0.4)),
@@ -50,11 +46,6 @@ EXACT = [
     ("shift, nu = 0, a/b = 4, Fy = 0.4", "stick_area", lambda _: math.pi * 0.6 ** (2 / 3)),
     ("rotation, full slip", "Mz", lambda _: -3 * math.pi / 16 * FRICTION),
 ]
-
-
-def hertz_of_samples(name):
-    """Hertz's solution of the paraboloids that were sampled."""
-    return vc.Scene(bodies=BANK[name].scene.bodies, surface=vc.Paraboloids(Rx=0.6, Ry=1.2), normal_force=1.0).hertz
 
 
 @pytest.mark.parametrize(("name", "value", "exact"), EXACT)
@@ -71,7 +62,7 @@ def test_closed_forms_lie_within_the_error_bars(name, value, exact):
 ])  # fmt: skip
 def test_hertz_lies_within_the_error_bars_of_computed_pressures(value, exact):
     reference = BANK["normal, sampled paraboloid"]
-    hertz = hertz_of_samples("normal, sampled paraboloid")
+    hertz = make_scene(vc.Paraboloids(Rx=0.6, Ry=1.2), bodies=reference.scene.bodies).hertz
     assert abs(reference.values[value] - exact(hertz)) <= reference.bars[value]
 
 
@@ -111,7 +102,6 @@ def test_the_error_of_an_answer():
 
 
 def test_fresh_solves_agree_with_the_file():
-    """The four coarsest grids of a scene, extrapolated anew, lead to the values of the file."""
     name = "circle, across and spin"
     coarse = list(islice(solves(BANK[name].scene), 6))
     cells = np.array([n for n, _, _ in coarse])

@@ -58,7 +58,6 @@ def test_unlike_bodies(rolling, tangential, check_kkt):
 
 
 def test_each_begins_from_the_one_before(rolling):
-    """Creepages that were seen just before take hardly any steps."""
     scene = rolling(grid=vc.Grid(nx=14, ny=14))
     creepages = [(0.02, 0.0, 0.0), (0.02, 1e-7, 0.0), (-0.1, 0.1, 0.0), (-0.1, 0.1000001, 0.0)]
     scanned = vc.scan(scene, creepages, tangential="newton")
@@ -80,7 +79,6 @@ def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):
 
 
 def test_a_scan_by_others_is_the_scan_here(rolling):
-    """In threads and in processes, which give the same digits; and whole solutions come back."""
     scene, creepages = rolling(grid=GRID), [(0.01 * k, 0.02, 0.0) for k in range(11)]
     told = []
     with ThreadPoolExecutor(2) as pool:
@@ -154,7 +152,6 @@ def test_tang_as_printed_where_the_creepage_before_leads_nowhere(rolling, motion
 
 
 def test_a_long_scan_takes_no_more_memory_than_a_short_one(rolling):
-    """Where the solutions are not kept: each may begin from one of the last few, not from all."""
     creepages = np.random.default_rng(0).normal(size=(130, 3)) * 0.1
 
     def traced(numbers):
@@ -180,7 +177,6 @@ VX = np.linspace(0.0, 0.2, 5)
 
 
 def test_each_row_is_its_methods(rolling):
-    """A theory's row is `creep_forces`, an exact method's is `scan`; what is not given is the scene's."""
     scene = rolling(motion=vc.Steady(spin=0.05))
     curve = vc.creep_curve(scene, ["fastsim", "newton", "polach"], vx=VX, vy=-0.02)
     assert dict(curve.sizes) == {"theory": 3, "point": 5}

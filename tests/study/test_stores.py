@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 
 ROOT = Path(__file__).parents[2]
 KILLS = 3
@@ -31,9 +32,7 @@ STUDIES[sys.argv[1]](sys.argv[2], held_up)
 
 
 def scene(motion):
-    bodies, surface = vc.Bodies(G=1.0, nu=0.28), vc.Paraboloids(Rx=100.0, Ry=100.0)
-    grid = vc.Grid(nx=6, ny=6)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=1.0, friction=0.3, motion=motion, grid=grid)
+    return make_scene(vc.Paraboloids(Rx=100.0, Ry=100.0), 1.0, motion, vc.Grid(nx=6, ny=6))
 
 
 def history(store, progress):
@@ -54,8 +53,8 @@ PIECES = 6
 """Of work in each study, of which it tells when it begins one."""
 
 
-def name_of(study, name="store"):
-    return f"{name}.nc" if study == "history" else f"{name}.csv"
+def name_of(study):
+    return "store.nc" if study == "history" else "store.csv"
 
 
 def contents(store):
@@ -73,7 +72,6 @@ def study(request):
 
 @pytest.fixture
 def alone(study, tmp_path_factory):
-    """What a study that nobody disturbs writes."""
     store = tmp_path_factory.mktemp("alone") / name_of(study)
     STUDIES[study](store, None)
     return contents(store)
@@ -111,7 +109,6 @@ def test_the_second_is_refused_and_the_first_goes_on(study, first, alone, tmp_pa
 
 
 def test_when_the_first_is_killed_the_second_goes_on(study, first, alone, tmp_path):
-    """Nothing finished is solved again, and nothing but the store is left."""
     store, told = tmp_path / name_of(study), []
     first.kill()
     first.wait()
@@ -178,7 +175,6 @@ def killed(study, folder):
 
 
 def test_killed_at_random_nothing_finished_is_lost(study, tmp_path):
-    """A process of its own forks those that are killed."""
     command = [sys.executable, "-c", KILLED, study, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr

@@ -82,7 +82,6 @@ def test_hertz_needs_no_grid():
 
 
 def test_computed_pressure_converges_to_hertz():
-    """The surface of a paraboloid as samples: approach and largest pressure are Hertz's."""
     x = np.linspace(-1.5, 1.5, 61)
     surface = vc.SampledDistance(0.5 * (x[None, :] ** 2 + 1.4 * x[:, None] ** 2), x=x, y=x)
     scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=1.0)
@@ -130,7 +129,6 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     ],
 )
 def test_a_file_is_measured_by_the_values_of_its_grid(tmp_path, changes, options):
-    """Extrapolated creepages and approaches are not those of the fields."""
     sol = vc.solve(replace(ROLLING, **changes), accuracy=0.01, **options)
     sol.save(tmp_path / "answer.nc")
     again = vc.load(tmp_path / "answer.nc")

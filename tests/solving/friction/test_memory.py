@@ -78,13 +78,12 @@ def test_a_history_may_end_in_another_steady_solution():
 
 
 @pytest.mark.parametrize(("law", "part"), zip(GENTLE, (0.6, 1.0, 1.7), strict=True))
-def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, holds):
-    dx = vc.solve(rolling(0.2, vc.Steady(), cells=8)).grid.sides[0]
+def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, dx, holds):
     steady = vc.Steady(vx=5e-3, dq=part * dx)
-    only, other = (vc.solve(rolling(law, steady, cells=8), start=start) for start in ("stick", "slip"))
+    only, other = (vc.solve(rolling(law, steady), start=start) for start in ("stick", "slip"))
     assert used(other) == pytest.approx(used(only), rel=1e-6)
-    starts = [vc.solve(rolling(law, replace(steady, vx=vx), cells=8)) for vx in (4.8e-3, 5.2e-3)]
-    for start, last in zip(starts, ends(law, part, 5e-3, starts, cells=8), strict=True):
+    starts = [vc.solve(rolling(law, replace(steady, vx=vx))) for vx in (4.8e-3, 5.2e-3)]
+    for start, last in zip(starts, ends(law, part, 5e-3, starts), strict=True):
         assert abs(used(start) / used(only) - 1) > 0.012
         holds(last, tol=1e-6)
         assert used(last) == pytest.approx(used(only), abs=0.003 * 0.4)
@@ -92,15 +91,14 @@ def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, holds)
         assert not last.warnings
 
 
-@pytest.mark.parametrize("cells", [24])
-def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(cells, line):
+def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(line):
     """There the steady solution is not stable: rounding grows to a swing of stick and slip, on finer grids too."""
     dq = 2 * np.sqrt(4e-3 * (1 - 0.28) / np.pi) / 24
     deep, found = vc.Cylinders(R=1.0, reference_depth=1.0), {}
     for half in (0.02, 0.1):
         law = vc.ExponentialFalling(0.4, 0.2, half_velocity=half)
         rolling_steadily = vc.Steady(vx=5e-3, dq=dq)
-        steady = vc.solve(replace(line(law, cells=cells), surface=deep, motion=rolling_steadily))
+        steady = vc.solve(replace(line(law), surface=deep, motion=rolling_steadily))
         motion = vc.Transient(steps=40, dq=dq, vx=5e-3, start=steady)
         history = vc.solve(replace(steady.scene, motion=motion))
         found[half] = np.ptp(history.force[20:, 0] / steady.force[0]), history[0].warnings
@@ -174,7 +172,6 @@ def test_what_no_memory_can_be(entries):
 
 
 def test_mirror_and_units(dx):
-    """Rolled the other way round, and in other units of length and force, particles remember the same."""
     lengths = np.tile([0.3, 0.6, 1.7, 0.25], 12) * dx
     way = np.repeat([1, 1, -1, 1], 12)
     motion = vc.Transient(steps=48, dq=lengths, direction=way, vx=8e-3)
@@ -198,7 +195,6 @@ def test_a_step_in_place_without_slip_restores_static_friction(dx):
 
 
 def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
-    """From its file, and from its last step in a file; files without what particles remember are read."""
     motion = vc.Transient(steps=20, dq=0.3 * dx, vx=[2e-2] * 8 + [4e-3] * 12)
     scene = rolling(JUMP, motion)
     history = vc.solve(scene)
@@ -250,7 +246,6 @@ DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
 
 @pytest.mark.parametrize("law", [vc.ExponentialFalling(0.3, 0.2, 0.1), vc.StaticKinetic(0.2, 0.2)])
 def test_long_history_is_steady(law, tmp_path, line, holds):
-    """And read from its file it goes on as if nothing had happened."""
     steady = vc.solve(line(law, Fx=-1.5e-4))
     scene = dataclasses.replace(line(law), motion=vc.Transient(steps=100, Fx=-1.5e-4))
     history = vc.solve(scene, store=tmp_path / "history.nc")
@@ -311,7 +306,6 @@ def test_laws_that_change_in_time(tmp_path, line, holds):
 
 @pytest.mark.parametrize("friction", [0.2, vc.StaticKinetic(0.3, 0.2)])
 def test_start_from_another_grid(friction, line, holds):
-    """Who slips there goes on slipping here."""
     coarse = vc.solve(line(friction, cells=20), **({} if friction == 0.2 else {"start": "slip"}))
     motion = vc.Transient(steps=1, vx=3e-3, start=coarse, interpolate=True)
     fine = vc.solve(dataclasses.replace(line(vc.StaticKinetic(0.3, 0.2), cells=40), surface=DEEP, motion=motion))[0]

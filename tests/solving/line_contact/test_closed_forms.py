@@ -27,10 +27,6 @@ def distance(field, expected):
     return np.linalg.norm(field - expected) / np.linalg.norm(expected)
 
 
-def in_slip(values):
-    return np.nan_to_num(values)
-
-
 def test_hertz():
     """The pressure with order 1 (its edges), approach and force with order 2; the width to half an element."""
     depth = 50.0
@@ -65,7 +61,7 @@ def test_carter(given, orders):
             assert np.abs(sol.traction[1]).max() < 1e-13 * sol.pressure.max()
             found, known = (sol.force[0], exact.force) if given == "creepage" else (sol.creepage[0], exact.creepage)
             traction = distance(sol.traction[0, 0], exact.traction(x))
-            errors.append((abs(found / known - 1), traction, distance(sol.slip[0, 0], in_slip(exact.slip(x)))))
+            errors.append((abs(found / known - 1), traction, distance(sol.slip[0, 0], np.nan_to_num(exact.slip(x)))))
         for column, order in zip(np.transpose(errors), orders, strict=True):
             assert rate(column) == pytest.approx(order, abs=0.02)
             assert np.all(np.diff(np.log2(column)) < -0.75)
@@ -80,7 +76,7 @@ def test_cattaneo(part, order):
     for n in CELLS:
         sol = vc.solve(scene(motion=vc.Shift(Fx=exact.force), grid=vc.Grid(nx=n)))
         traction.append(distance(sol.traction[0, 0], exact.traction(sol.grid.x)))
-        slip.append(distance(sol.slip[0, 0], in_slip(exact.slip(sol.grid.x))))
+        slip.append(distance(sol.slip[0, 0], np.nan_to_num(exact.slip(sol.grid.x))))
         assert sol.areas["stick"] / 2 == pytest.approx(exact.stick_half_width, rel=1e-9)
         assert np.isnan(sol.creepage[0]), "without a reference depth the rigid shift is open"
         np.testing.assert_allclose(sol.traction[0], sol.traction[0, :, ::-1], atol=1e-12 * sol.pressure.max())
@@ -95,16 +91,8 @@ def test_bufler():
     exact, creepage, pressure, traction = bufler(100.0, UNLIKE, a=1.0), [], [], []
     for n in CELLS:
         dx = 2 / n
-        sol = vc.solve(
-            make_scene(
-                vc.Cylinders(R=100.0),
-                exact.force,
-                vc.Steady(Fx=0.0),
-                vc.Grid(nx=n + 10, dx=dx, x0=-1 - 5 * dx),
-                friction=np.inf,
-                bodies=UNLIKE,
-            )
-        )
+        grid = vc.Grid(nx=n + 10, dx=dx, x0=-1 - 5 * dx)
+        sol = vc.solve(make_scene(vc.Cylinders(R=100.0), exact.force, vc.Steady(Fx=0.0), grid, np.inf, UNLIKE))
         assert sol.elements == {"contact": n, "stick": n, "slip": 0}
         assert abs(sol.force[0]) < 1e-9 * exact.force
         creepage.append(sol.creepage[0] / exact.creepage - 1)
@@ -139,25 +127,15 @@ def test_a_long_thin_row_in_three_dimensions_is_line_contact():
     for bodies, order in ((vc.Bodies(G=1.0, nu=0.28), 2), (UNLIKE, 1)):
         a, n = line_contact(1.0, bodies, force=1.0).a, 32
         dx = 2.4 * a / n
-        common = {"bodies": bodies, "friction": 0.3}
-        strips = vc.Grid(nx=n, dx=dx, x0=-1.2 * a)
-        line = vc.Scene(
-            **common, surface=vc.Cylinders(R=1.0), normal_force=1.0, motion=vc.Steady(Fx=-0.15, Fy=0.1), grid=strips
-        )
-        line = vc.solve(line, normal="clarabel")
+        strips, motion = vc.Grid(nx=n, dx=dx, x0=-1.2 * a), vc.Steady(Fx=-0.15, Fy=0.1)
+        line = vc.solve(make_scene(vc.Cylinders(R=1.0), 1.0, motion, strips, bodies=bodies), normal="clarabel")
         errors = []
         for length in (1e2 * a, 1e3 * a):
             grid = vc.Grid(nx=n, ny=3, dx=dx, dy=length, x0=-1.2 * a, y0=-1.5 * length)
             h = np.tile(grid.x**2 / 2, (3, 1))
             h[[0, 2]] = 1e9  # the bodies end
-            row = vc.Scene(
-                **common,
-                surface=vc.SampledDistance(h),
-                normal_force=length,
-                motion=vc.Steady(Fx=-0.15 * length, Fy=0.1 * length),
-                grid=grid,
-            )
-            row = vc.solve(row)
+            motion = vc.Steady(Fx=-0.15 * length, Fy=0.1 * length)
+            row = vc.solve(make_scene(vc.SampledDistance(h), length, motion, grid, bodies=bodies))
             peak = line.pressure.max()
             errors.append(
                 [

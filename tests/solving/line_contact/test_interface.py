@@ -11,7 +11,6 @@ from tests.scenes import make_scene, refused
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.3), vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 SAMPLES = np.linspace(-2.0, 2.0, 41)
 
-
 BASE = make_scene(vc.Cylinders(R=1.0), 1.0, vc.Steady(Fx=-0.1), vc.Grid(nx=20), bodies=LIKE)
 
 
@@ -21,7 +20,6 @@ def scene(**changes):
 
 @pytest.mark.parametrize("layout", ["row", "column", "npy"])
 def test_samples_and_friction_from_files(tmp_path, layout):
-    """A text file of one row or one column, or a one-dimensional array."""
     x, friction = np.linspace(-2.0, 2.0, 81), np.full(40, 0.3)
     for name, values in (("h", x**2 / 2), ("x", x), ("f", friction)):
         if layout == "npy":
@@ -53,6 +51,7 @@ def test_samples_and_friction_from_files(tmp_path, layout):
     np.testing.assert_allclose(vc.solve(described).traction, expected.traction, atol=1e-9)
 
 
+DEPTH = "surface.reference_depth"
 FAR, NEAR = vc.Cylinders(1.0, reference_depth=10.0), vc.Cylinders(1.0, reference_depth=1.0)
 BY_APPROACH = {"normal_force": None, "approach": 0.5}
 
@@ -60,20 +59,12 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
-        (BY_APPROACH, "surface.reference_depth", "approach needs surface.reference_depth"),
-        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "motion.ux needs surface.reference_depth"),
-        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "motion.uy needs surface.reference_depth"),
-        (
-            {"motion": vc.Shift(), "bodies": UNLIKE},
-            "surface.reference_depth",
-            "motion.ux needs surface.reference_depth",
-        ),
-        (
-            {"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE},
-            "surface.reference_depth",
-            "motion.ux needs surface.reference_depth",
-        ),
-        ({"surface": NEAR}, "surface.reference_depth", "at least the length of the potential contact"),
+        (BY_APPROACH, DEPTH, "approach needs surface.reference_depth"),
+        ({"motion": vc.Shift(ux=0.1)}, DEPTH, "motion.ux needs surface.reference_depth"),
+        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, DEPTH, "motion.uy needs surface.reference_depth"),
+        ({"motion": vc.Shift(), "bodies": UNLIKE}, DEPTH, "motion.ux needs surface.reference_depth"),
+        ({"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE}, DEPTH, "motion.ux needs surface.reference_depth"),
+        ({"surface": NEAR}, DEPTH, "at least the length of the potential contact"),
         ({"motion": vc.Steady(spin=0.1)}, "motion.spin", "0 in line contact"),
         ({"motion": vc.Shift(rotation=0.1)}, "motion.rotation", "0 in line contact"),
         ({"grid": vc.Grid(nx=10, ny=10)}, "grid.ny", "must be left out in line contact"),
@@ -140,7 +131,6 @@ def test_saturation():
 
 
 def test_what_needs_the_depth_says_so_and_nothing_else_does():
-    """Without it: rolling by creepage or force, a shift by force; samples may reach beyond the depth, with a force."""
     for changes in ({"motion": vc.Steady(vx=0.1, vy=0.1)}, {"motion": vc.Shift(Fx=0.1)}, {"motion": vc.Shift(Fy=0.1)}):
         assert vc.solve(scene(**changes)).converged
     assert vc.solve(scene(bodies=UNLIKE, motion=vc.Shift(Fx=0.1))).converged

@@ -10,7 +10,6 @@ from tests.scenes import make_scene
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 
-
 BASE = make_scene(vc.Cylinders(R=5.0), 0.5, vc.Steady(Fx=-0.06, Fy=0.03), vc.Grid(nx=30), friction=0.25)
 
 
@@ -35,7 +34,6 @@ def test_an_unpolished_answer_is_guaranteed():
     "motion", [vc.Steady(vx=0.02, vy=0.008), vc.Shift(ux=0.06, uy=-0.03)], ids=["rolling", "shift"]
 )
 def test_sensitivity(bodies, motion):
-    """Against central differences."""
     grid = vc.Grid(nx=40, dx=0.1, x0=-2.0)
     surface = vc.Cylinders(5.0, reference_depth=40.0)
 

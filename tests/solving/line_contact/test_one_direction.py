@@ -33,7 +33,6 @@ MOTIONS = {
     "full slip": (vc.Steady(vx=10.0), "Fy"),
 }
 
-
 BASE = make_scene(vc.Cylinders(5.0, reference_depth=50.0), 0.5, vc.Steady(Fx=-0.06), vc.Grid(nx=24), friction=0.25)
 
 
@@ -157,9 +156,6 @@ def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
         vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")
 
 
-# ------------------------------------------------------------------------------------------- active sets, no slip
-
-
 @pytest.mark.parametrize("case", MOTIONS)
 def test_active_sets(case):
     """TANG as printed and safeguarded: no tractions turn, so that each step is exact for its areas."""
@@ -174,19 +170,12 @@ def test_active_sets(case):
 
 
 def test_without_slip():
-    for motion in (vc.Steady(Fx=-0.2), vc.Steady(vy=0.01)):
+    for motion, other in ((vc.Steady(Fx=-0.2), "Fy"), (vc.Steady(vy=0.01), "Fx")):
         problem = posed(motion, friction=np.inf)
         raw = no_slip(problem)
         assert raw.traction.shape == (1, problem.size)
         assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
-        same(vc.solve(scene(motion=motion, friction=np.inf)), vc.solve(in_both(motion)))
-
-
-def in_both(motion):
-    return scene(motion=in_full(motion, "Fy" if motion.vy == 0 else "Fx"), friction=np.inf)
-
-
-# ----------------------------------------------------------------------------------------------- the certificate
+        same(*(vc.solve(scene(motion=each, friction=np.inf)) for each in (motion, in_full(motion, other))))
 
 
 def test_tractions_in_the_other_direction_are_judged_as_well():

@@ -18,7 +18,6 @@ MOTIONS = {
     "shift by force": vc.Shift(Fx=-0.05, uy=0.01),
 }
 
-
 BASE = make_scene(vc.Cylinders(5.0, DEPTH), 0.5, MOTIONS["creepage"], vc.Grid(nx=40), friction=0.25, bodies=LIKE)
 
 
