@@ -21,7 +21,6 @@ HISTORY = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 2\ndq = 
 
 
 def test_law_of_friction(folder):
-    """Which solution was sought, how the passes went, and what coefficients they found."""
     law = '[friction]\nkind = "static-kinetic"\nstatic = 0.3\nkinetic = 0.2\n'
     (folder / "law.toml").write_text(SCENE.replace("friction = 0.3\n", "") + law)
     done = run("solve", "law.toml", "--json", "--start", "slip", folder=folder)
@@ -79,7 +78,6 @@ def test_json(folder):
 
 
 def test_method_as_an_option_and_in_the_file(folder):
-    """The option overrides the file's `[solve]` table; who was called is printed, and in the JSON object."""
     (folder / "convex.toml").write_text(SCENE + '[solve]\nmethod = "convex"\n')
     done = run("solve", "convex.toml", folder=folder)
     assert done.returncode == 0, done.stderr
@@ -170,7 +168,6 @@ def test_bad_input(folder, command, scene, options, words):
 
 @pytest.mark.parametrize("certify", ["auto", "none"])
 def test_not_solved_to_tolerance(folder, certify):
-    """An impossible tolerance: status 3, the last residual, and the best iterate is delivered, as strict JSON."""
     options = ("--json", "--out", "result.nc", "--tol", "1e-30", "--certify", certify)
     done = run("solve", "scene.toml", *options, folder=folder)
     assert done.returncode == 3
@@ -215,7 +212,6 @@ def test_import_is_light():
 
 
 def test_compare(folder, pictures):
-    """A table for people and one for programs, with the reason of each method that did not run."""
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
     done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)
     assert done.returncode == 0, done.stderr
@@ -266,7 +262,6 @@ def test_a_history_to_an_accuracy_is_saved_at_the_end(folder, options, accuracy)
 
 
 def test_how_much_of_the_certificate(folder):
-    """By an option, or in the file's [solve] table; the option has the last word."""
     (folder / "less.toml").write_text(SCENE + '[solve]\ncertify = "none"\n')
     for options, level in (((), "none"), (("--certify", "gap"), "gap")):
         done = run("solve", "less.toml", "--json", *options, folder=folder)

@@ -29,7 +29,6 @@ grid = { nx = 30 }
 """
 METHOD = "tang/marching"
 
-
 SOLVING = "varcontact/solvers/"
 PRESSED = """
 import os, re, signal, sys

@@ -8,6 +8,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run, scene_file
+from tests.scenes import make_scene
 from varcontact.io.scene_toml import read_scene
 
 SCENE = scene_file("vy = 0.01", axes=(1.2, 0.9))
@@ -38,7 +39,6 @@ def test_a_range_of_creepages_as_table_json_and_picture(folder):
 
 
 def test_rounding_is_shown_as_zero(folder):
-    """Along x alone nothing acts across; the numbers in a file are as they are."""
     done = run("scan", "scene.toml", "--vx", "0.05,0.1", "--vy", "0", "--out", "c.csv", folder=folder)
     printed = [line.split()[3:6] for line in done.stdout.splitlines()[2:]]
     assert [cells[1:] for cells in printed] == [["0", "0"]] * 2 and all(float(cells[0]) < -0.01 for cells in printed)
@@ -104,10 +104,7 @@ def test_what_is_refused(folder, arguments, words):
 
 def test_plain_hertz_shows_no_alarming_residual():
     """The residual of a closed form says how coarse the grid is: it does not stand where errors are looked for."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=8, ny=8)
-    )
-    sol = vc.solve(scene)
+    sol = vc.solve(make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, None, vc.Grid(nx=8, ny=8), None))
     lines = sol.report().splitlines()
     (line,) = [line for line in lines if "certificate  " in line]
     assert line.split(None, 1)[1] == "Hertz's closed form, exact in the continuum; no iterations"

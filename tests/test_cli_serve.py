@@ -10,7 +10,7 @@ import sys
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import STEEL, make_scene
 from varcontact.cli.serve import answer, serve_lines
 
 SCENE = {
@@ -43,13 +43,8 @@ def test_forces_are_those_of_solve():
     (found,) = answers(GOOD)
     assert (found["id"], list(found["wheels"])) == (1, list(WHEELS))
     for wheel, own in WHEELS.items():
-        scene = make_scene(
-            vc.Paraboloids(Rx=0.46, Ry=0.30),
-            own["normal_force"],
-            vc.Steady(**own["motion"]),
-            vc.Grid(nx=8, ny=8),
-            bodies=vc.Bodies(G=82e9, nu=0.28),
-        )
+        surface, motion, grid = vc.Paraboloids(Rx=0.46, Ry=0.30), vc.Steady(**own["motion"]), vc.Grid(nx=8, ny=8)
+        scene = make_scene(surface, own["normal_force"], motion, grid, bodies=STEEL)
         sol, limit = vc.solve(scene), 0.3 * own["normal_force"]
         row = found["wheels"][wheel]
         assert row["ok"] and row["residual"] <= 1e-8

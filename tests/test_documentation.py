@@ -6,13 +6,11 @@ import shutil
 import sys
 from pathlib import Path
 
-import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pytest
 
 import varcontact as vc
 
-mpl.use("Agg")
 ROOT = Path(__file__).parents[1]
 SCENE = """
 normal_force = 1.0

@@ -86,7 +86,6 @@ def test_normal_energies_elsewhere(pressed, seed, size):
 
 
 def test_tangential_energies_are_equal_at_the_solution(shifted):
-    """Also where a force is prescribed, with the work that it does."""
     _, problem = shifted
     U = potential_energy(problem.tangential, problem.traction, problem.rigid)
     C = complementary_energy(problem.tangential, problem.traction)

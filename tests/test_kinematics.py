@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import make_scene, refused
 from varcontact import kinematics as kin
 
 rng = np.random.default_rng(1)
@@ -144,10 +144,8 @@ def test_klingel_rolling_has_no_creep_and_the_papers_period():
 def test_the_ball_between_planes():
     """The components 2 N gamma less the force of spin gamma/R at both contacts: by Hertz and Kalker, and solved for."""
     N, gamma, nu, G, R = 2.0, 0.1, 0.25, 3e4, 1.5
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=G, nu=nu), surface=vc.Paraboloids(Rx=R, Ry=R), normal_force=N, friction=np.inf,
-        motion=vc.Steady(spin=gamma / R), grid=vc.Grid(nx=16, ny=16),
-    )  # fmt: skip
+    bodies, grid = vc.Bodies(G=G, nu=nu), vc.Grid(nx=16, ny=16)
+    scene = make_scene(vc.Paraboloids(Rx=R, Ry=R), N, vc.Steady(spin=gamma / R), grid, np.inf, bodies)
     cubed = 3 * N * R * (1 - nu) / (4 * G)
     assert scene.hertz.a**3 == pytest.approx(cubed, rel=1e-12)
     by_spin = G * cubed * vc.no_slip_coefficients(1.0, nu).C23 * gamma / R
