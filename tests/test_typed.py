@@ -40,8 +40,7 @@ def test_every_public_name_is_found_and_no_other():
     assert vc.solve is importlib.import_module("varcontact.solving.solve").solve
     assert vc.theories is importlib.import_module("varcontact.theories")
     misspelt = "slove"
-    with pytest.raises(AttributeError, match="slove"):
-        getattr(vc, misspelt)
+    refused(lambda: getattr(vc, misspelt), match="slove", error=AttributeError)
 
 
 @pytest.mark.parametrize(

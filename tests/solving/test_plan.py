@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import make_scene, refused
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
 POINTS = np.linspace(-2.0, 2.0, 41)
@@ -161,13 +161,11 @@ def test_bad_input_is_refused_as_by_solve(rolling, changes, methods, words):
 
 
 def test_no_scene_and_no_memory():
-    with pytest.raises(vc.SceneError, match="a Scene"):
-        vc.plan("scene.toml")
+    refused(lambda: vc.plan("scene.toml"), match="a Scene")
     scene = make_scene(
         vc.Ellipse(a=1.0, b=1.0), 1.0, None, vc.Grid(nx=10**6, ny=10**6), friction=None, bodies=vc.Bodies(G=1.0, nu=0.3)
     )
-    with pytest.raises(vc.TooLarge, match="a grid of this size"):
-        vc.plan(scene)
+    refused(lambda: vc.plan(scene), match="a grid of this size", error=vc.TooLarge)
 
 
 def test_a_history_whose_load_is_given_by_step_is_planned(rolling):

@@ -154,8 +154,7 @@ def test_progress_is_a_function():
 
 @pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])
 def test_what_is_no_scene_is_refused(scene):
-    with pytest.raises(vc.SceneError, match="must be a Scene"):
-        vc.solve(scene)
+    refused(lambda: vc.solve(scene), match="must be a Scene")
 
 
 def test_hertz_is_refused_where_it_is_wrong(rolling):
@@ -196,8 +195,7 @@ def test_what_would_overflow_is_refused(rolling):
 def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
     monkeypatch.setattr("varcontact.system.process.LITTLE", 0.0)
     monkeypatch.setattr("varcontact.system.process.available", lambda: 1e6)
-    with pytest.raises(vc.TooLarge, match="tangential"):
-        vc.solve(rolling())
+    refused(lambda: vc.solve(rolling()), match="tangential", error=vc.TooLarge)
 
 
 def test_progress_names_the_stages(rolling):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import refused
 from tests.solving.test_temperature import rolling
 
 GRID = vc.Grid(nx=24, ny=11, dx=0.56, dy=2.2, x0=-6.72, y0=-12.1)
@@ -94,8 +95,7 @@ def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     with pytest.raises(vc.SceneError, match=r"factors = 'exponential'.*laws and numbers.*sol\.friction"):
         own.save(tmp_path / "own.toml")
     sol = vc.solve(own)
-    with pytest.raises(vc.SceneError, match=r"sol\.friction"):
-        sol.save(tmp_path / "own.nc")
+    refused(lambda: sol.save(tmp_path / "own.nc"), match=r"sol\.friction")
     plain = vc.solve(replace(own, friction=sol.friction))
     assert plain.Fx == pytest.approx(sol.Fx, rel=1e-8)
     plain.save(tmp_path / "own.nc")
@@ -145,8 +145,7 @@ def test_laws_where_they_do_not_belong():
     steps = vc.Transient(steps=2, dq=0.56, dt=1e-5, vx=1e-3)
     with pytest.raises(vc.SceneError, match=r"motion.start.*steady"):
         mixed(hot, motion=replace(steps, start=vc.solve(mixed(hot, motion=steps))[-1]))
-    with pytest.raises(vc.SceneError, match=r"does not roll"):
-        mixed(law, motion=replace(steps, dq=0.0))
+    refused(lambda: mixed(law, motion=replace(steps, dq=0.0)), match=r"does not roll")
     with pytest.raises(vc.SceneError, match="thermal"):
         mixed(vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2), thermal=None, motion=vc.Steady(vx=1e-3))
     with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
