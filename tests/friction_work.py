@@ -34,9 +34,8 @@ def two_patches(cells: int) -> vc.Scene:
     grid = vc.Grid(nx=nx, ny=ny, dx=side, dy=side, x0=-nx * side / 2, y0=-ny * side / 2)
     x, y = np.meshgrid(grid.x, grid.y)
     left, right = x**2 / 0.9 + (y + 4.5e-3) ** 2 / 0.7, x**2 / 0.6 + (y - 4.5e-3) ** 2 / 0.6 + 2e-6
-    return make_scene(
-        vc.SampledDistance(np.minimum(left, right)), 40e3, vc.Steady(vx=1e-3, spin=0.1), grid, bodies=STEEL
-    )
+    surface = vc.SampledDistance(np.minimum(left, right))
+    return make_scene(surface, 40e3, vc.Steady(vx=1e-3, spin=0.1), grid, bodies=STEEL)
 
 
 def profiles(cells: int) -> vc.Scene:
@@ -57,9 +56,8 @@ def profiles(cells: int) -> vc.Scene:
 
 def unlike(cells: int) -> vc.Scene:
     """Spheres of unlike bodies, whose pressure resists rolling too."""
-    return make_scene(
-        vc.Paraboloids(Rx=1.0, Ry=0.7), 1e-2, vc.Steady(vx=8e-3, vy=4e-3), vc.Grid(nx=cells, ny=cells), bodies=UNLIKE
-    )
+    motion, grid = vc.Steady(vx=8e-3, vy=4e-3), vc.Grid(nx=cells, ny=cells)
+    return make_scene(vc.Paraboloids(Rx=1.0, Ry=0.7), 1e-2, motion, grid, bodies=UNLIKE)
 
 
 CYLINDER = line_contact(1.0, vc.Bodies(G=1.0, nu=0.28), force=1e-3)
@@ -75,12 +73,8 @@ def history(cells: int) -> vc.Scene:
     """A ball that rolls from rest by its radius of contact, its creepage growing."""
     steps = cells // 2
     middle = (np.arange(steps) + 0.5) / steps
-    return make_scene(
-        vc.Paraboloids(Rx=1.0, Ry=1.0),
-        1e-2,
-        vc.Transient(steps=steps, vx=0.03 * middle, vy=0.01),
-        vc.Grid(nx=cells, ny=cells),
-    )
+    motion = vc.Transient(steps=steps, vx=0.03 * middle, vy=0.01)
+    return make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-2, motion, vc.Grid(nx=cells, ny=cells))
 
 
 SCENES: dict[str, Callable[[int], vc.Scene]] = {

@@ -21,14 +21,10 @@ NAMES = ("ratio", "nu", "vx", "vy", "spin")
 def scene(case: dict[str, float], cells: int) -> vc.Scene:
     """An ellipse of area pi under a unit load; a creepage of one would give about the limit of friction."""
     unit = FRICTION / 3.7
-    return make_scene(
-        vc.Ellipse(a=case["ratio"] ** 0.5, b=case["ratio"] ** -0.5),
-        1.0,
-        vc.Steady(vx=unit * case["vx"], vy=unit * case["vy"], spin=1.5 * unit * case["spin"]),
-        vc.Grid(nx=cells, ny=cells),
-        friction=FRICTION,
-        bodies=vc.Bodies(G=1.0, nu=case["nu"]),
-    )
+    a, b = case["ratio"] ** 0.5, case["ratio"] ** -0.5
+    motion = vc.Steady(vx=unit * case["vx"], vy=unit * case["vy"], spin=1.5 * unit * case["spin"])
+    grid, bodies = vc.Grid(nx=cells, ny=cells), vc.Bodies(G=1.0, nu=case["nu"])
+    return make_scene(vc.Ellipse(a, b), 1.0, motion, grid, FRICTION, bodies)
 
 
 def corrected(posed: vc.Scene) -> vc.Solution:

@@ -21,14 +21,9 @@ FRICTION = 0.3
 
 def scene(numbers: dict[str, float], nx: int, ny: int | None = None, edge: str = "centres") -> vc.Scene:
     """The scene of some numbers, with nx by ny cells across the contact."""
-    return make_scene(
-        vc.Ellipse(a=numbers["a"], b=numbers["b"]),
-        1.0,
-        vc.Steady(**{name: numbers[name] for name in ("vx", "vy", "spin")}),
-        vc.Grid(nx=nx, ny=nx if ny is None else ny, edge=edge),
-        friction=FRICTION,
-        bodies=vc.Bodies(G=1.0, nu=numbers["nu"]),
-    )
+    motion = vc.Steady(**{name: numbers[name] for name in ("vx", "vy", "spin")})
+    grid, bodies = vc.Grid(nx=nx, ny=nx if ny is None else ny, edge=edge), vc.Bodies(G=1.0, nu=numbers["nu"])
+    return make_scene(vc.Ellipse(numbers["a"], numbers["b"]), 1.0, motion, grid, FRICTION, bodies)
 
 
 def forces(posed: vc.Scene, tol: float = 1e-6) -> np.ndarray:

@@ -65,9 +65,8 @@ def test_creepages_are_the_difference_of_the_particles_displacements():
         assert apart[0] == pytest.approx(found.vx - found.spin * y, abs=1e-5)
         assert apart[1] == pytest.approx(found.vy + found.spin * x, abs=1e-5)
         together = -(frame.axes.T @ (moved[0] + moved[1]))[0] / (2 * step)
-        x_slope = (
-            -(np.cross(first.angular_velocity + second.angular_velocity, point - frame.origin) / 2) @ (frame.axes[:, 0])
-        )
+        turning = (first.angular_velocity + second.angular_velocity) / 2
+        x_slope = -np.cross(turning, point - frame.origin) @ frame.axes[:, 0]
         assert together - x_slope == pytest.approx(found.speed, rel=1e-5)
 
 

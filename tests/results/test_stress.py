@@ -20,9 +20,8 @@ def unlike(rolling):
     grid = vc.Grid(nx=12, ny=8, dx=0.3, dy=0.4, x0=-1.8, y0=-1.6)
     sol = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.4, 0.1)), motion=None, grid=grid))
     rng = np.random.default_rng(5)
-    return dataclasses.replace(
-        sol, pressure=rng.uniform(0, 1, size=grid.shape), traction=rng.normal(size=(2, *grid.shape))
-    )
+    pressure, traction = rng.uniform(0, 1, size=grid.shape), rng.normal(size=(2, *grid.shape))
+    return dataclasses.replace(sol, pressure=pressure, traction=traction)
 
 
 @pytest.fixture(scope="module")

@@ -142,10 +142,8 @@ def test_a_flat_at_rest_and_in_steady_rolling_is_contacts():
     still = vc.Transient(steps=1, dq=0.0, carried=flat)
     for row in rows:
         grid = vc.Grid(nx=46, ny=208, dx=0.2, dy=0.2, x0=row["x"] - 4.6, y0=-20.8)
-        scene = vc.Scene(
-            bodies=vc.Bodies(G=82e3, nu=0.28), surface=vc.Paraboloids(radius, 300.0), normal_force=1e4, friction=0.3,
-            motion=replace(still, rolled=-radius * np.deg2rad(row["pitch"])), grid=grid,
-        )  # fmt: skip
+        surface, motion = vc.Paraboloids(radius, 300.0), replace(still, rolled=-radius * np.deg2rad(row["pitch"]))
+        scene = make_scene(surface, 1e4, motion, grid, bodies=vc.Bodies(G=82e3, nu=0.28))
         (found,) = vc.solve(scene)
         assert found.approach == pytest.approx(row["z_ws"], abs=1.5e-4)
         rolling = replace(scene, surface=found.scene.surface, motion=vc.Steady(vx=row["cksi"]))

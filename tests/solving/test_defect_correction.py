@@ -260,10 +260,8 @@ def three(one):
 def test_laws_of_friction(law, rolling, tmp_path):
     """A tenth of the plain error, within the estimate; the truth is extrapolated from plain grids."""
     posed = rolling(friction=law, motion=vc.Steady(vx=0.05, vy=-0.02, spin=0.05), grid=vc.Grid(nx=16, ny=16))
-    coarse, fine = (
-        three(vc.solve(dataclasses.replace(posed, grid=vc.Grid(nx=n, ny=n, edge="touched")), certify=None))
-        for n in (32, 64)
-    )
+    grids = [vc.Grid(nx=n, ny=n, edge="touched") for n in (32, 64)]
+    coarse, fine = (three(vc.solve(dataclasses.replace(posed, grid=grid), certify=None)) for grid in grids)
     plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
     error = np.abs(three(found) - (2 * fine - coarse)).max()
     assert error < np.abs(three(plain) - (2 * fine - coarse)).max() / 8

@@ -60,9 +60,8 @@ def test_means_are_hertzs(rolling, edge):
 def moved_lattice(cells, moved, edge):
     """So many elements across 2.2 by 1.6, moved by a part of an element."""
     dx, dy = 2.2 / cells, 1.6 / cells
-    return vc.Grid(
-        nx=cells + 1, ny=cells + 1, dx=dx, dy=dy, x0=-1.1 - moved * dx, y0=-0.8 - 0.7 * moved * dy, edge=edge
-    )
+    left, bottom = -1.1 - moved * dx, -0.8 - 0.7 * moved * dy
+    return vc.Grid(nx=cells + 1, ny=cells + 1, dx=dx, dy=dy, x0=left, y0=bottom, edge=edge)
 
 
 def test_errors_are_smaller_than_by_centres():
@@ -112,10 +111,8 @@ def test_parts_beyond_the_samples(cells):
     x, y = np.meshgrid(near, near)
     bowl = vc.SampledDistance(0.8 * x**2 + 1.2 * y**2, x=near, y=near)
     wide = vc.Paraboloids(Rx=0.625, Ry=1 / 2.4)
-    ends, goes_on = (
-        vc.solve(second_order(posed(cells=cells, surface=each, normal_force=2.0)), normal="newton")
-        for each in (bowl, wide)
-    )
+    scenes = [second_order(posed(cells=cells, surface=each, normal_force=2.0)) for each in (bowl, wide)]
+    ends, goes_on = (vc.solve(scene, normal="newton") for scene in scenes)
     assert ends.grid.box[1] > 0.9
     np.testing.assert_allclose(loads_of(ends), loads_of(goes_on), rtol=0, atol=0.01)
     with pytest.raises(vc.SceneError, match="the contact reaches the edge of the samples"):
@@ -178,9 +175,8 @@ def test_a_history(tmp_path):
     motion = vc.Transient(steps=3, start=steady, vx=0.03, vy=-0.02, spin=0.04, normal_force=[1.0, 1.0, 0.0])
     history = vc.solve(posed("touched", motion=motion, grid=steady.grid), store=tmp_path / "history.nc")
     assert np.abs(history[1].traction - steady.traction).max() < 1e-8 * steady.pressure.max()
-    assert (
-        not history[2].pressure_on_parts.any() and history[2].pressure_on_parts.shape == steady.pressure_on_parts.shape
-    )
+    parts = history[2].pressure_on_parts
+    assert not parts.any() and parts.shape == steady.pressure_on_parts.shape
     again = vc.load(tmp_path / "history.nc")
     for k in range(3):
         assert again[k].note == ""

@@ -63,10 +63,8 @@ def test_plan_and_reality_agree(rolling, name):
     sizes = plan.sizes
     assert choices(plan) == choices(sol.plan)
     assert sizes.exact == (name in CLOSED_FORM)
-    given = scene.friction
-    friction = np.broadcast_to(
-        getattr(given, "static", given) if sol.plan.tangential != "none" else 0.0, sol.grid.shape
-    )
+    static = getattr(scene.friction, "static", scene.friction)
+    friction = np.broadcast_to(static if sol.plan.tangential != "none" else 0.0, sol.grid.shape)
     found = {"normal": sol.elements["contact"], "tangential": int(np.sum((sol.pressure > 0) & (friction > 0)))}
     for problem, elements in sizes.elements.items():
         assert elements == found[problem] if sizes.exact else elements >= found[problem]
@@ -162,9 +160,7 @@ def test_bad_input_is_refused_as_by_solve(rolling, changes, methods, words):
 
 def test_no_scene_and_no_memory():
     refused(lambda: vc.plan("scene.toml"), match="a Scene")
-    scene = make_scene(
-        vc.Ellipse(a=1.0, b=1.0), 1.0, None, vc.Grid(nx=10**6, ny=10**6), friction=None, bodies=vc.Bodies(G=1.0, nu=0.3)
-    )
+    scene = make_scene(vc.Ellipse(a=1.0, b=1.0), 1.0, None, vc.Grid(nx=10**6, ny=10**6), None)
     refused(lambda: vc.plan(scene), match="a grid of this size", error=vc.TooLarge)
 
 

@@ -142,10 +142,8 @@ def test_mirror_and_direction(rolling):
 def test_sensitivity(rolling):
     posed = rolling().second_order()
     slope, step = np.asarray(vc.solve(posed).sensitivity())[0, 0], 1e-6
-    ends = [
-        vc.solve(dataclasses.replace(posed, motion=dataclasses.replace(posed.motion, vx=0.04 + s))).force[0]
-        for s in (-step, step)
-    ]
+    moved = [dataclasses.replace(posed.motion, vx=0.04 + s) for s in (-step, step)]
+    ends = [vc.solve(dataclasses.replace(posed, motion=motion)).force[0] for motion in moved]
     assert slope == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-4)
 
 

@@ -9,10 +9,9 @@ from varcontact.solving.selection import MANY
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
 UNLIKE, BALL = vc.Bodies(G=(1.0, 3.0), nu=0.3), vc.Paraboloids(1.0, 1.0)
-TWO_ARCS = np.minimum((np.linspace(-2, 2, 15) - 0.5) ** 2, (np.linspace(-2, 2, 15) + 0.5) ** 2)
-SAMPLES = vc.SampledDistance(
-    TWO_ARCS[:, None] + np.linspace(-2, 2, 15) ** 2 / 2, x=np.linspace(-2, 2, 15), y=np.linspace(-2, 2, 15)
-)
+PLACES = np.linspace(-2, 2, 15)
+TWO_ARCS = np.minimum((PLACES - 0.5) ** 2, (PLACES + 0.5) ** 2)
+SAMPLES = vc.SampledDistance(TWO_ARCS[:, None] + PLACES**2 / 2, x=PLACES, y=PLACES)
 
 
 @pytest.mark.parametrize(
@@ -75,8 +74,6 @@ def test_auto_with_many_elements_jointly(rolling):
 )
 def test_samples_by_elements(rolling, cells, friction, methods):
     """Pressures by active sets up to 400 elements in contact, tractions up to 180."""
-    motion = {} if friction is None else {"motion": vc.Steady(vx=0.01)}
-    plan = vc.plan(
-        rolling(**{"motion": None} | motion, surface=SAMPLES, friction=friction, grid=vc.Grid(nx=cells, ny=cells))
-    )
+    motion, grid = None if friction is None else vc.Steady(vx=0.01), vc.Grid(nx=cells, ny=cells)
+    plan = vc.plan(rolling(motion=motion, surface=SAMPLES, friction=friction, grid=grid))
     assert (plan.normal, plan.tangential) == methods

@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import STEEL, make_scene
 
 X, Y = 1e-3 * np.arange(-10, 10.1, 0.25), 1e-3 * np.arange(-8, 8.1, 0.25)
 WHEEL_ON_RAIL = X**2 / (2 * 0.46) + (Y**2 / (2 * 0.3))[:, None]
 ON_SAMPLES = vc.Grid(nx=81, ny=65, dx=0.25e-3, dy=0.25e-3, x0=-10.125e-3, y0=-8.125e-3)
 ROUGH = np.random.default_rng(3).normal(size=WHEEL_ON_RAIL.shape)
-SCENE = vc.Scene(
-    bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.SampledDistance(WHEEL_ON_RAIL, X, Y), normal_force=106.7e3,
-    grid=ON_SAMPLES,
-)  # fmt: skip
+SCENE = make_scene(vc.SampledDistance(WHEEL_ON_RAIL, X, Y), 106.7e3, None, ON_SAMPLES, None, STEEL)
 
 
 def noisy(amplitude):

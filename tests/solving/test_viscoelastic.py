@@ -12,10 +12,8 @@ from tests.scenes import make_scene, refused
 from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import hunter
 
-CASES = {
-    case["tag"]: case
-    for case in json.loads((Path(__file__).parents[1] / "data/contact_viscoelastic.json").read_text())["cases"]
-}
+DATA = Path(__file__).parents[1] / "data" / "contact_viscoelastic.json"
+CASES = {case["tag"]: case for case in json.loads(DATA.read_text())["cases"]}
 SOLID = vc.Viscoelastic(1.0, 0.3, [(1.0, 0.1), (0.5, 1.0)])
 
 

@@ -77,9 +77,8 @@ def test_errors_hold_for_noise():
 def test_what_forces_do_not_determine_is_said():
     """Only h/G of an elastic layer counts: both together are known by nothing, friction beside them is."""
     scene = wheel(third_body=vc.ThirdBody(h=8e-5, G=1e9))
-    noisy = vc.creep_curve(scene, ["fastsim"], vx=VX).Fx[0].to_numpy() + 100.0 * np.random.default_rng(2).normal(
-        size=VX.size
-    )
+    noise = 100.0 * np.random.default_rng(2).normal(size=VX.size)
+    noisy = vc.creep_curve(scene, ["fastsim"], vx=VX).Fx[0].to_numpy() + noise
     guesses = {"third_body.h": (5e-5, 1e-5, 1e-3), "third_body.G": (1e9, 1e8, 5e9), "friction": (0.4, 0.1, 0.6)}
     fit = vc.fit_creep_curve(scene, guesses, vx=VX, Fx=noisy, method="fastsim")
     assert fit.errors["third_body.h"] == fit.errors["third_body.G"] == np.inf and fit.errors["friction"] < 0.01

@@ -155,10 +155,9 @@ def test_any_law(kind, kinetic, half, velocity, vx, vy, start, line, holds):
     holds(sol)
     faster = {name: 60.0 * value for name, value in speeds.items()}
     scene = line(LAWS[kind](0.3, kinetic, **faster), cells=16, vx=vx, vy=vy)
-    other = vc.solve(
-        dataclasses.replace(scene, bodies=vc.Bodies(G=7e3, nu=0.28), surface=vc.Cylinders(R=50.0), normal_force=350.0),
-        start=start,
-    )
+    bodies, surface = vc.Bodies(G=7e3, nu=0.28), vc.Cylinders(R=50.0)
+    scene = dataclasses.replace(scene, bodies=bodies, surface=surface, normal_force=350.0)
+    other = vc.solve(scene, start=start)
     np.testing.assert_allclose(other.traction / 7e3, sol.traction, atol=1e-7 * sol.traction_bound.max())
 
 

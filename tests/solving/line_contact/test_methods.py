@@ -39,9 +39,8 @@ def test_sensitivity(bodies, motion):
 
     def force(**changes):
         values = {"Fx": None, "Fy": None, **{n: getattr(motion, n) for n in names}, **changes}
-        return vc.solve(
-            scene(bodies=bodies, surface=surface, motion=type(motion)(**values), grid=grid), normal="clarabel", tol=1e-9
-        ).force
+        moved = scene(bodies=bodies, surface=surface, motion=type(motion)(**values), grid=grid)
+        return vc.solve(moved, normal="clarabel", tol=1e-9).force
 
     names = ("vx", "vy") if isinstance(motion, vc.Steady) else ("ux", "uy")
     sol = vc.solve(scene(bodies=bodies, surface=surface, motion=motion, grid=grid), normal="clarabel")
