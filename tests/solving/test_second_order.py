@@ -161,7 +161,7 @@ def test_refused(rolling):
         vc.Steady(slip_difference="second-ordre")
     with pytest.raises(vc.SceneError, match="in a history of steps"):
         rolling(motion=vc.Transient(steps=2, vx=0.01), grid=vc.Grid(nx=8, ny=8, edge="softened"))
-    with pytest.raises(vc.SceneError, match="only the slip of steady rolling"):
+    with pytest.raises(vc.SceneError, match="only its slip is a difference in space"):
         rolling(motion=vc.Shift(ux=0.01)).second_order()
     with pytest.raises(vc.SceneError, match='"auto" or "gap" with motion'):
         vc.solve(rolling().second_order(), formulation="marching")

@@ -205,7 +205,7 @@ def test_default_has_error_bars():
         (lambda: roller(LINED, line=False), "bodies.layers"),
         (lambda: replace(LINED, relaxations=[(1.0, 1.0)]), "bodies.relaxations"),
         (lambda: replace(LINED, base=(2.0, 0.3, [])), "bodies.relaxations"),
-        (lambda: vc.Layer(0.1, 1.0, 0.3, [(1.0, -1.0)]), "bodies.relaxations[0][1]"),
+        (lambda: vc.Layer(0.1, 1.0, 0.3, [(1.0, -1.0)]), "layer.relaxations[0][1]"),
         (lambda: roller(speed=None), "motion.speed"),
         (lambda: roller(speed=0.0), "motion.speed"),
         (lambda: roller(bodies=vc.Bodies(1.0, 0.3)), "motion.speed"),
