@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -51,8 +52,24 @@ def _rotation(field: str, value: object) -> np.ndarray:
     return matrix
 
 
+class _Placed(Checked):
+    """What has axes at a place, in the global frame."""
+
+    _place: ClassVar[tuple[str, str]]  # names of the place and of the matrix whose columns are the axes
+
+    def globally(self, points: np.ndarray) -> np.ndarray:
+        """Its own `points` (..., 3) in the global frame."""
+        place, axes = (getattr(self, name) for name in self._place)
+        return np.asarray(points) @ axes.T + place
+
+    def locally(self, points: np.ndarray) -> np.ndarray:
+        """The global frame's `points` (..., 3) in its own."""
+        place, axes = (getattr(self, name) for name in self._place)
+        return np.asarray((np.asarray(points) - place) @ axes)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RigidBody(Checked, path="body", position=_vector, rotation=_rotation, velocity=_vector, angular_velocity=_vector):
+class RigidBody(_Placed, path="body", position=_vector, rotation=_rotation, velocity=_vector, angular_velocity=_vector):
     """Where a rigid body is, and how it moves: ``x = A y + R``, (5).
 
     Parameters
@@ -84,14 +101,7 @@ class RigidBody(Checked, path="body", position=_vector, rotation=_rotation, velo
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-
-    def globally(self, points: np.ndarray) -> np.ndarray:
-        """The body's `points` (..., 3) in the global frame."""
-        return np.asarray(points) @ self.rotation.T + self.position
-
-    def locally(self, points: np.ndarray) -> np.ndarray:
-        """The global frame's `points` (..., 3) in the body's own."""
-        return (np.asarray(points) - self.position) @ self.rotation
+    _place = ("position", "rotation")
 
     def velocity_at(self, points: np.ndarray) -> np.ndarray:
         """Velocity (..., 3) of the particles that are at `points` (..., 3) of the global frame."""
@@ -108,7 +118,7 @@ class RigidBody(Checked, path="body", position=_vector, rotation=_rotation, velo
 
 
 @dataclass(frozen=True, eq=False)
-class Frame(Checked, path="frame", origin=_vector, axes=_rotation):
+class Frame(_Placed, path="frame", origin=_vector, axes=_rotation):
     """A contact frame: x the rolling direction, z the normal into body 1.
 
     Parameters
@@ -131,19 +141,12 @@ class Frame(Checked, path="frame", origin=_vector, axes=_rotation):
 
     origin: np.ndarray
     axes: np.ndarray
+    _place = ("origin", "axes")
 
     @property
     def normal(self) -> np.ndarray:
         """The z-axis, shape (3,)."""
         return np.asarray(self.axes[:, 2])
-
-    def globally(self, points: np.ndarray) -> np.ndarray:
-        """The frame's `points` (..., 3) in the global one."""
-        return np.asarray(points) @ self.axes.T + self.origin
-
-    def locally(self, points: np.ndarray) -> np.ndarray:
-        """The global frame's `points` (..., 3) in this one."""
-        return (np.asarray(points) - self.origin) @ self.axes
 
 
 @dataclass(frozen=True)

@@ -144,33 +144,30 @@ class Solution(Reported):
     @property
     def normal_force(self) -> float:
         """Total compressive force, by `error_estimate`, where it has one; in line contact all forces are by length."""
-        return self._extrapolated("normal_force", self._turned[1].sum() * self.grid.area)
+        return self._loads["normal_force"]
 
     @property
     def force(self) -> np.ndarray:
         """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
-        carried = self._turned[0].sum(axis=(1, 2)) * self.grid.area
-        return np.array([self._extrapolated(name, F) for name, F in zip(("Fx", "Fy"), carried, strict=True)])
+        return np.array([self._loads["Fx"], self._loads["Fy"]])
 
     @property
     def moment(self) -> float:
         """Twisting moment Mz on body 1 about the origin (117), by `error_estimate`; NaN by a theory that has none."""
-        if not self.plan.has_moment:
-            return np.nan
-        x, y = self.grid.x[None, :], self.grid.y[:, None]
-        along_x, along_y = self._turned[0]
-        return self._extrapolated("Mz", np.sum(x * along_y - y * along_x) * self.grid.area)
+        return self._loads["Mz"] if self.plan.has_moment else np.nan
 
     @property
-    def _turned(self) -> tuple[np.ndarray, np.ndarray]:
-        """Traction and pressure along the axes of the plane: in conformal contact turned back."""
-        if not isinstance(self.scene.surface, SampledDistance):
-            return self.traction, self.pressure
-        return self.scene.surface.along_axes(self.grid, self.traction, self.pressure)
-
-    def _extrapolated(self, name: str, value: float) -> float:
-        """A value by the estimate of its error, where that has it."""
-        return float(value if self.error_estimate is None else self.error_estimate.values.get(name, value))
+    def _loads(self) -> dict[str, float]:
+        """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it has them."""
+        (along_x, along_y), pressure, surface = self.traction, self.pressure, self.scene.surface
+        if isinstance(surface, SampledDistance):  # in conformal contact turned back
+            (along_x, along_y), pressure = surface.along_axes(self.grid, self.traction, self.pressure)
+        about_z = self.grid.x[None, :] * along_y - self.grid.y[:, None] * along_x
+        fields = {"normal_force": pressure, "Fx": along_x, "Fy": along_y, "Mz": about_z}
+        found = {name: field.sum() * self.grid.area for name, field in fields.items()}
+        found["peak_pressure"] = self.pressure.max()
+        estimated = {} if self.error_estimate is None else self.error_estimate.values
+        return {name: float(estimated.get(name, value)) for name, value in found.items()}
 
     @property
     def friction(self) -> np.ndarray | None:
@@ -230,7 +227,7 @@ class Solution(Reported):
     @property
     def max_pressure(self) -> float:
         """Largest pressure of an element, or mean over one, see `Grid`; by `error_estimate`, where there is one."""
-        return self._extrapolated("peak_pressure", self.pressure.max())
+        return self._loads["peak_pressure"]
 
     @property
     def normalised(self) -> Normalised:

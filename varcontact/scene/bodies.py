@@ -181,8 +181,8 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
 
     Examples
     --------
-    >>> Layered([Layer(h=0.1, G=4.0, nu=0.3)], base=(1.0, 0.3)).surface
-    (4.0, 0.3)
+    >>> Layered([Layer(h=0.1, G=4.0, nu=0.3)], base=(1.0, 0.3)).base
+    (1.0, 0.3)
     """
 
     layers: tuple[Layer, ...]
@@ -204,11 +204,6 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
             raise SceneError("bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
         if self.relaxations and (any(layer.relaxations for layer in layers) or len(self.base) == 3):
             raise SceneError("bodies.relaxations", self.relaxations, "left out where layers or the base have their own")
-
-    @property
-    def surface(self) -> tuple[float, float]:
-        """G and nu of the material at the surface."""
-        return self.layers[0].G, self.layers[0].nu
 
 
 @dataclass(frozen=True)
@@ -232,18 +227,13 @@ class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxat
 
     Examples
     --------
-    >>> Viscoelastic(G=1143.0, nu=0.4, relaxations=[(1.0, 0.009)]).relaxed_G
-    571.5
+    >>> Viscoelastic(G=1143.0, nu=0.4, relaxations=[(1.0, 0.009)])
+    Viscoelastic(G=1143.0, nu=0.4, relaxations=((1.0, 0.009),))
     """
 
     G: float
     nu: float
     relaxations: Relaxations
-
-    @property
-    def relaxed_G(self) -> float:
-        """Modulus of rigidity after a long time."""
-        return self.G / (1 + sum(part for part, _ in self.relaxations))
 
 
 Body = Bodies | Layered | Viscoelastic

@@ -295,7 +295,12 @@ class Scene(Generic[MotionT_co]):
         force, approach = motion.of("normal_force", k), motion.of("approach", k)
         if force is None and approach is None:
             force, approach = self.normal_force, self.approach
-        return (self._surface if motion.surface is None else motion.surface[k]), force, approach
+        surface = self.surface if motion.surface is None else motion.surface[k]
+        if isinstance(surface, Ellipse):  # its curvatures are those under the scene's own load
+            assert isinstance(self.bodies, Bodies)
+            own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
+            surface = Paraboloids(own.Rx, own.Ry)
+        return surface, force, approach
 
     def step(self, k: int, grid: Grid) -> Scene:
         """The scene of step `k` of a history, from 0, on the explicit `grid` of the history."""
@@ -307,7 +312,8 @@ class Scene(Generic[MotionT_co]):
         history: Scene = self  # of any motion, as the step has another
         if motion.heights:
             assert not isinstance(surface, Ellipse)
-            distance = surface.distance(grid) - motion.height(k, grid)
+            at = motion.position(k, grid.sides[0])
+            distance = surface.distance(grid) - sum(each.on(grid, at) for each in motion.heights)
             surface = SampledDistance(distance[0] if grid.line else distance, reference_depth=self.reference_depth)
         load: dict[str, Any] = {"normal_force": force, "approach": approach}
         moving = motion.step(k, grid.sides[0])
@@ -378,13 +384,3 @@ class Scene(Generic[MotionT_co]):
         from varcontact.io.scene_toml import save_scene
 
         save_scene(self, path, overwrite)
-
-    @cached_property
-    def _surface(self) -> Surface:
-        """The surface under any load: an ellipse is that of the scene's own."""
-        surface = self.surface
-        if not isinstance(surface, Ellipse):
-            return surface
-        assert isinstance(self.bodies, Bodies)
-        own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
-        return Paraboloids(own.Rx, own.Ry)

@@ -7,14 +7,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from varcontact import checks
 from varcontact.checks import Checked, number
 from varcontact.errors import SceneError
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.grid import Grid
 from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface
 
@@ -120,7 +117,19 @@ spin_offset=0.16666666666666666, dt=None)
         set_ = object.__setattr__
         super().__post_init__()
         for name, check in _ENTRIES.items():
-            set_(self, name, self._checked(name, getattr(self, name), check))
+            field, value, optional = f"motion.{name}", getattr(self, name), name in _OPTIONAL
+            if value is None and (optional or name in ("dq", "dt")):
+                continue
+            if not checks.is_array(value):
+                set_(self, name, check(field, value))
+                continue
+            if len(value) != self.steps:
+                allowed = f"one number, or one for each of the {self.steps} steps"
+                raise SceneError(field, f"{len(value)} values", allowed)
+            given = [
+                each if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
+            ]
+            set_(self, name, tuple(given))
         for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
             for rigid in (along_x, along_y):
                 several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
@@ -147,18 +156,6 @@ spin_offset=0.16666666666666666, dt=None)
 
     __repr__ = checks.short_entries
 
-    def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
-        """One number, or as many as there are steps."""
-        field, optional = f"motion.{name}", name in _OPTIONAL
-        if value is None and (optional or name in ("dq", "dt")):
-            return None
-        if not checks.is_array(value):
-            return check(field, value)
-        if len(value) != self.steps:
-            raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
-        given = ((f"{field}[{k}]", each) for k, each in enumerate(value))
-        return tuple(None if optional and each is None else check(name, each) for name, each in given)
-
     def of(self, name: str, k: int) -> Any:
         """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
         value = getattr(self, name)
@@ -183,11 +180,6 @@ spin_offset=0.16666666666666666, dt=None)
         """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1 before the first."""
         steps = zip(self.every("dq")[: k + 1], self.every("direction"), strict=False)
         return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
-
-    def height(self, k: int, grid: Grid) -> np.ndarray | float:
-        """How far what the bodies carry stands out at the end of step `k` on a `grid` [length], (ny, nx)."""
-        at = self.position(k, grid.sides[0]) if self.heights else 0.0
-        return sum((each.on(grid, at) for each in self.heights), start=0.0)
 
     @property
     def height_range(self) -> float:
