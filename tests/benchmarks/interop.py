@@ -11,14 +11,14 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.table import Table
-from tests.wheel_rail.conditions import RAIL, TRACK, WHEELSET, benchmark, manchester
+from tests.wheel_rail.conditions import RAIL, TRACK, WHEELSET, benchmark, manchester, wheel
 from varcontact.errors import SceneError
 from varcontact.kinematics import rotation
 from varcontact.scene.motion import Steady
 from varcontact.scene.surfaces import Ellipse
 from varcontact.theories.creep_forces import VECTORISED
 from varcontact.theories.table import why_not_in_book
-from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+from varcontact.wheel_rail import Profile, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import NORMAL
 
 NOISE, SEEDS, LENGTHS = 0.002, (3, 4), (0.0, 2.0, 5.0, 10.0, 20.0)
@@ -175,15 +175,8 @@ def fast_exact(quick: bool) -> Table:
     new = WheelSet(wheel=Profile.s1002())
     pairs = [(inclined[0], new), (inclined[1], new), (TRACK, WHEELSET)]
     found: dict[str, list[tuple[float, float]]] = {}
-    for (track, wheelset), y in product(pairs, np.linspace(-8.0, 8.0, 5 if quick else 67)):
-        case = WheelOnRail(
-            track=track,
-            wheelset=wheelset,
-            position=Position(y=float(y), yaw=5e-4 * float(y)),
-            vertical_force=80e3,
-            dx=1.0,
-            dy=0.5,
-        )
+    for (track, wheelset), y in product(pairs, np.linspace(-8.0, 8.0, 5 if quick else 67).tolist()):
+        case = wheel(y, yaw=5e-4 * y, track=track, wheelset=wheelset, dx=1.0, dy=0.5)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             exact = case.solve().force
@@ -200,16 +193,7 @@ def fast_exact(quick: bool) -> Table:
 
 def peak(rail: Profile, y: float, load: float) -> float:
     """Peak pressure of the right wheel on a rail."""
-    case = WheelOnRail(
-        track=Track(rail=rail),
-        wheelset=WHEELSET,
-        position=Position(y=y),
-        vertical_force=load,
-        dx=0.5,
-        dy=0.2,
-        join=1e3,
-        separate=1e3,
-    )
+    case = wheel(y, track=Track(rail=rail), vertical_force=load, dx=0.5, dy=0.2, join=1e3, separate=1e3)
     return case.solve().patches[0].peak_pressure
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.table import Table, least
-from tests.scenes import wheel_on_rail
+from tests.scenes import make_scene, wheel_on_rail
 from tests.wheel_rail.conditions import benchmark, manchester, wheel
 from varcontact.theories.creep_forces import VECTORISED
 from varcontact.wheel_rail import Position
@@ -27,14 +27,7 @@ TRIPLES = 100_000
 
 def with_friction(cells: int, shape: float, motion: vc.Steady | vc.Shift) -> vc.Scene:
     """An elliptic contact with a b = 1."""
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Ellipse(a=shape**0.5, b=shape**-0.5),
-        normal_force=50 / 27,
-        friction=0.3,
-        motion=motion,
-        grid=vc.Grid(nx=cells, ny=cells),
-    )
+    return make_scene(vc.Ellipse(a=shape**0.5, b=shape**-0.5), 50 / 27, motion, vc.Grid(nx=cells, ny=cells))
 
 
 def steady(cells: int) -> list[vc.Scene]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.discrete import positive_definite as module
 from varcontact.discrete.positive_definite import norm, positive_definite
 from varcontact.discrete.problems import FoldedOperator
@@ -146,9 +147,6 @@ def test_softened_elements():
 
 @pytest.mark.parametrize("cells", [(32, 21), (48, 32)])
 def test_bounds_of_the_second_order_scheme(cells):
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(1.2, 0.9), normal_force=1.0, friction=0.3,
-        motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(*cells),
-    )  # fmt: skip
+    scene = make_scene(vc.Ellipse(1.2, 0.9), motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(*cells))
     sol = vc.solve(scene.second_order(), certify="full")
     assert np.all(sol.certificate.force_bound < 1e-6)

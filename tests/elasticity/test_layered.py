@@ -87,9 +87,8 @@ def by_quadrature(pair, x, dx, depth):
     """What layers add to a strip's numbers, from the integral over wave numbers with the strip's own transform."""
     points, weights = np.polynomial.legendre.leggauss(20)
     top = 20.0 / pair.thickness
-    edges = np.unique(
-        np.concatenate([[0.0], np.geomspace(top * 1e-15, top, 200), np.arange(0.0, top, 2 / (x + depth))])
-    )
+    graded = np.geomspace(top * 1e-15, top, 200)
+    edges = np.unique([0.0, *graded, *np.arange(0.0, top, 2 / (x + depth))])
     k = ((edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * points).ravel()
     weights = (np.diff(edges)[:, None] / 2 * weights).ravel() * dx / (np.pi * k)
     alpha, kappa, gamma, beta = (pair.symbols(k) - pair.surface[:, None]) * weights
@@ -146,9 +145,8 @@ def test_across_a_strip_on_a_rigid_base():
 def test_numbers_are_sums_of_those_of_parts():
     """An element of 4 x 3 parts, far larger than the thickness and far smaller."""
     for h in (0.02, 1.0, 40.0):
-        pair = LayeredPair(
-            Stack(((h, 0.7, 0.45), (3 * h, 0.05, 0.5)), (40.0, 0.2)), Stack(((2 * h, 1.75, 0.1),), "rigid")
-        )
+        layers = Stack(((h, 0.7, 0.45), (3 * h, 0.05, 0.5)), (40.0, 0.2))
+        pair = LayeredPair(layers, Stack(((2 * h, 1.75, 0.1),), "rigid"))
         x, y = np.meshgrid((np.arange(4) - 1.5) * 0.5, (np.arange(3) - 1.0) * 0.5)
         for at in ((0.0, 0.0), (0.3, 1.1), (7.0, -2.0)):
             whole = pair.influence(rectangles(2.0, 1.5), np.array([at[0]]), np.array([at[1]]), NINE)
@@ -182,11 +180,8 @@ def matrix(pair, grid, lag=None):
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 30.0])
 def test_symmetric_and_positive_definite(nu, ratio):
     """The whole matrix, of elements `ratio` times as long as the layer is thick; in rolling its symmetric part."""
-    pair = LayeredPair(Stack(((1.0, 0.5, nu),), "rigid"), RIGID)
-    stack = LayeredPair(
-        Stack(((1.0, 0.7, nu), (2.0, 0.1, 0.4)), (5.0, 0.2)), Stack(((0.5, 1.75, 0.1),), "rigid"), 400.0
-    )
-    for each in (pair, stack):
+    layers = Stack(((1.0, 0.7, nu), (2.0, 0.1, 0.4)), (5.0, 0.2))
+    for each in (on_rigid(nu), LayeredPair(layers, Stack(((0.5, 1.75, 0.1),), "rigid"), 400.0)):
         for grid in (Grid(nx=24, dx=ratio, x0=0.0), Grid(nx=5, ny=4, dx=ratio, dy=1.4 * ratio, x0=0.0, y0=0.0)):
             A = matrix(each, grid)
             np.testing.assert_allclose(A, A.T, rtol=0, atol=1e-14 * np.abs(A).max())
@@ -224,10 +219,8 @@ def at_depth(depth, grid, stack):
 def test_half_space_cut_into_layers(grid, nu):
     points = np.array([X, Y, [0.02, 0.31, 1.2, 0.4]])
     stack = Stack(((0.3, 1.7, nu), (0.5, 1.7, nu)), (1.7, nu))
-    found, exact = (
-        layered_field_at(points, grid, loads(grid), stack=stack),
-        field_at(points, grid, loads(grid), G=1.7, nu=nu),
-    )
+    found = layered_field_at(points, grid, loads(grid), stack=stack)
+    exact = field_at(points, grid, loads(grid), G=1.7, nu=nu)
     np.testing.assert_allclose(found.stress, exact.stress, atol=1e-11)
     np.testing.assert_allclose(found.gradient, exact.gradient, atol=1e-11)
     if not grid.line:

@@ -24,15 +24,8 @@ def by_quadrature(grid, x, y, name, length):
         return float(ELASTIC.influence(grid, np.array(x + s), np.array(y), [name])[name]) * np.exp(-s / length) / length
 
     edges = [edge - x for edge in (-0.1, 0.1) if 0 < edge - x < 40 * length]
-    cuts = sorted(
-        {
-            0.0,
-            40 * length,
-            *edges,
-            *(length * c for c in (1, 3, 10, 20)),
-            *(0.2 * c for c in (1, 5, 20) if 0.2 * c < 40 * length),
-        }
-    )
+    graded = [*(length * c for c in (1, 3, 10, 20)), *(0.2 * c for c in (1, 5, 20))]
+    cuts = sorted({0.0, 40 * length, *edges, *(c for c in graded if c < 40 * length)})
     return sum(quad(integrand, *pair, epsabs=1e-14, epsrel=1e-12, limit=200)[0] for pair in pairwise(cuts))
 
 
@@ -74,16 +67,11 @@ def test_nothing_cancels_in_strips_with_a_long_memory(length):
         edges = [at / length for at in (-x - 0.1, -x, -x + 0.1) if at > 0]
         cuts = sorted({0.0, 1e-4, 1e-2, 0.1, 1.0, 3.0, 10.0, 45.0, *edges})
         for name in ("zz", "xz"):
-            parts = [
-                quad(
-                    lambda s, x=x, name=name: elastic(x + length * s, name) * np.exp(-s),
-                    *pair,
-                    epsabs=1e-15,
-                    epsrel=1e-13,
-                    limit=400,
-                )
-                for pair in pairwise(cuts)
-            ]
+
+            def integrand(s, x=x, name=name):
+                return elastic(x + length * s, name) * np.exp(-s)
+
+            parts = [quad(integrand, *pair, epsabs=1e-15, epsrel=1e-13, limit=400) for pair in pairwise(cuts)]
             found = float(medium.influence(STRIPS, np.array([x]), np.array([[0.0]]), [name])[name].ravel()[0])
             assert found == pytest.approx(elastic(x, name) + sum(value for value, _ in parts), abs=1e-13)
 
@@ -95,9 +83,8 @@ def test_layers_each_of_its_own_solid():
     """Numbers of an independent program, which counts displacements from elsewhere: by one constant for each."""
     coated = vc.Layered([vc.Layer(0.5, 1.0, 0.3, [(1.0, 1.0)])], base=(5.0, 0.25))
     pair = BodyPair(coated, vc.Bodies(3.0, 0.3))
-    numbers = medium_of(pair, 1.0, 5.0, speed=1.0).influence(
-        STRIPS, np.array([-0.2, 0.0, 1.0]), np.zeros((1, 1)), SIDES
-    )
+    x = np.array([-0.2, 0.0, 1.0])
+    numbers = medium_of(pair, 1.0, 5.0, speed=1.0).influence(STRIPS, x, np.zeros((1, 1)), SIDES)
     expected = {
         "xx": [0.185883001089, 0.270071840100, 0.059438082688],
         "yy": [0.239235656225, 0.360553342286, 0.066363079817],
@@ -113,9 +100,8 @@ def test_layers_each_of_its_own_solid():
 @pytest.mark.parametrize("base", [(1.2, 0.3), "rigid", "smooth"])
 def test_complex_moduli_are_means_over_what_lies_ahead(base):
     """Layers of one solid: by wave numbers, and by the means of elastic numbers along a row."""
-    pair = BodyPair(
-        vc.Layered([vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 3.0, 0.4)], base, [(1.0, 0.1), (0.5, 1.0)]), "rigid"
-    )
+    layers = [vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 3.0, 0.4)]
+    pair = BodyPair(vc.Layered(layers, base, [(1.0, 0.1), (0.5, 1.0)]), "rigid")
     x = np.linspace(-2, 2, 21)
     found, means = (
         medium.influence(STRIPS, x, np.zeros((1, 1)), SIDES)

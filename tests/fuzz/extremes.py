@@ -10,6 +10,7 @@ import numpy as np
 import varcontact as vc
 from tests.fuzz.judge import faults
 from tests.fuzz.outcome import Case
+from tests.scenes import make_scene
 from varcontact.reference.line_contact import line_contact
 from varcontact.solving.selection import select
 from varcontact.theories.on_grid import THEORIES, why_not
@@ -89,14 +90,9 @@ LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, math.inf), nu=0.0)
 def bases(length: float = 1.0, modulus: float = 1.0) -> dict[str, vc.Scene]:
     """Ordinary scenes, with so large a unit of length, and of force by area."""
     force, bodies = modulus * length**2, vc.Bodies(G=modulus, nu=0.28)
-    rolling = vc.Scene(
-        bodies=bodies,
-        surface=vc.Ellipse(a=length, b=0.8 * length),
-        normal_force=force,
-        friction=0.3,
-        motion=vc.Steady(vx=0.1, vy=0.05, spin=0.15 / length),
-        grid=vc.Grid(nx=8, ny=8),
-    )
+    motion = vc.Steady(vx=0.1, vy=0.05, spin=0.15 / length)
+    ellipse = vc.Ellipse(a=length, b=0.8 * length)
+    rolling = make_scene(ellipse, force, motion, vc.Grid(nx=8, ny=8), bodies=bodies)
     shift = vc.Shift(ux=0.08 * length, uy=0.04 * length, rotation=0.05)
     steps = vc.Transient(steps=3, dq=[0, 0.1 * length, 0.1 * length], vx=0.1, ux=[0.05 * length, 0.0, 0.0])
     spheres = vc.Paraboloids(Rx=length, Ry=0.7 * length)

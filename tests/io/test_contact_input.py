@@ -102,9 +102,7 @@ def test_a_sequence_is_one_history():
     assert scene.motion.Fx == pytest.approx((force,) * 3)
     history = vc.solve(scene)
     text = (DATA / "onset_of_rolling.inp").read_text()
-    shift = vc.solve(vc.Scene(
-        bodies=scene.bodies, surface=scene.surface, grid=scene.grid, normal_force=0.4705, friction=0.4013,
-        motion=vc.Shift(Fx=force)))  # fmt: skip
+    shift = vc.solve(replace(scene, motion=vc.Shift(Fx=force), normal_force=0.4705, friction=0.4013))
     np.testing.assert_allclose(history[0].traction, shift.traction, atol=1e-10)
     assert text.count("MODULE") == 4
     assert np.abs(history[1].traction - history[0].traction).max() > 0.01 * np.abs(shift.traction).max()

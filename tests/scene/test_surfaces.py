@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refused
+from tests.scenes import refusals, refused
 from varcontact.scene.interpolation import smoothed
 
 X = np.linspace(-1.0, 1.0, 41)
@@ -158,13 +158,10 @@ def test_a_line_keeps_its_reference_depth_and_few_samples_stay():
     assert line.smoothed(5.0).h == pytest.approx(line.h)
 
 
-@pytest.mark.parametrize("wavelength", [0.0, -1.0, float("nan")])
-def test_a_wavelength_is_positive(wavelength):
-    surface = vc.SampledDistance(np.zeros((5, 5)), np.arange(5), np.arange(5))
-    with pytest.raises(vc.SceneError, match="wavelength"):
-        surface.smoothed(wavelength)
-
-
-def test_samples_without_coordinates_have_no_wavelength():
-    with pytest.raises(vc.SceneError, match=r"surface\.x"):
-        vc.SampledDistance(np.zeros((5, 5))).smoothed(1.0)
+SAMPLES = vc.SampledDistance(np.zeros((5, 5)), np.arange(5), np.arange(5))
+test_wavelengths_that_are_refused = refusals(
+    (lambda: SAMPLES.smoothed(0.0), "wavelength"),
+    (lambda: SAMPLES.smoothed(-1.0), "wavelength"),
+    (lambda: SAMPLES.smoothed(float("nan")), "wavelength"),
+    (lambda: vc.SampledDistance(np.zeros((5, 5))).smoothed(1.0), r"surface\.x"),
+)

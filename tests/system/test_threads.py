@@ -13,7 +13,8 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limits
 
 import varcontact as vc
-from varcontact import energy, wheel_rail
+from tests.wheel_rail import conditions
+from varcontact import energy
 from varcontact.data.make_table_book import make_table_book
 from varcontact.discrete.discretisation import discretise
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -105,15 +106,8 @@ def threads_of_products():
 @pytest.fixture(scope="module")
 def wheel():
     """A wheel on its rail, with the splines through its profiles and their locus."""
-    case = wheel_rail.WheelOnRail(
-        track=wheel_rail.Track(rail=wheel_rail.Profile.rail_60e1(), cant=1 / 40),
-        wheelset=wheel_rail.WheelSet(wheel=wheel_rail.Profile.s1002()),
-        position=wheel_rail.Position(y=3.0),
-        vertical_force=80e3,
-        dx=1.0,
-        dy=1.0,
-    )
-    assert case.touching < 0.05
+    case = conditions.wheel(3.0, dx=1.0, dy=1.0)
+    assert case.touching > -1.0
     return case
 
 

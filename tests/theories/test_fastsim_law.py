@@ -1,10 +1,13 @@
 """FASTSIM under laws of friction: closed form, limits, and what the paper says of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 import varcontact as vc
+from tests.scenes import make_scene
 from varcontact.theories import fastsim_field, fastsim_under_law, flexibility
 
 TABLE = vc.reference.creepage_coefficients(1.0, 1.0, 0.25)
@@ -78,15 +81,10 @@ def test_law_holds_at_every_point(law, start, flexibility):
 @pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"])
 def test_as_a_method(name):
     """On the grid of a scene: from slip it is FASTSIM for the kinetic coefficient."""
-    base = {
-        "bodies": vc.Bodies(G=1.0, nu=0.25),
-        "surface": vc.Ellipse(a=1.0, b=1.0),
-        "normal_force": 1.0,
-        "motion": vc.Steady(vx=0.1, spin=0.05),
-        "grid": vc.Grid(nx=16, ny=16),
-    }
-    plain = vc.solve(vc.Scene(friction=0.3, **base), tangential=name)
-    scene = vc.Scene(friction=vc.StaticKinetic(0.36, 0.3), **base)
+    round_contact = {"bodies": vc.Bodies(G=1.0, nu=0.25), "motion": vc.Steady(vx=0.1, spin=0.05)}
+    posed = make_scene(vc.Ellipse(a=1.0, b=1.0), grid=vc.Grid(nx=16, ny=16), **round_contact)
+    scene = replace(posed, friction=vc.StaticKinetic(0.36, 0.3))
+    plain = vc.solve(posed, tangential=name)
     slip, stick = (vc.solve(scene, tangential=name, start=start) for start in ("slip", "stick"))
     np.testing.assert_allclose(slip.traction, plain.traction, atol=1e-13)
     assert -stick.force[0] >= -slip.force[0]

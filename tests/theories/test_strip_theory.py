@@ -63,17 +63,6 @@ def test_on_a_grid(rolling, name):
     assert sol.elements["slip"] > 100
 
 
-@pytest.mark.parametrize("name", ["strip", "fastrip", "polach"])
-def test_prescribed_forces_are_met(rolling, name):
-    alike = {"surface": vc.Ellipse(1.2, 0.8), "grid": vc.Grid(nx=24, ny=24), "friction": 0.3}
-    limit = 0.3 * vc.solve(rolling(**alike), certify=None).normal_force
-    sol = vc.solve(rolling(**alike, motion=vc.Steady(Fx=-0.5 * limit, Fy=0.3 * limit, spin=0.1)), tangential=name)
-    np.testing.assert_allclose(sol.force, [-0.5 * limit, 0.3 * limit], rtol=1e-8)
-    beyond = rolling(**alike, motion=vc.Steady(Fx=-1.1 * limit))
-    with pytest.raises(vc.Saturated):
-        vc.solve(beyond, tangential=name)
-
-
 def test_polach_without_spin_is_simplified_theory():
     """Under the elliptic bound, with L = 8 a/(3 G c): another route to the same closed form."""
     table = creepage_coefficients(1.2, 0.8, 0.28)

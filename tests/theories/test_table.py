@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import refusals
+from tests.scenes import make_scene, refusals, refused
 from varcontact.data.make_table_book import (
     DOUBT,
     GRIDS,
@@ -48,10 +48,8 @@ def forces(triples, a=A, b=B, **options):
 
 
 def posed(a, b, triple):
-    return vc.Scene(
-        bodies=vc.Bodies(G=G, nu=0.28), surface=vc.Ellipse(a=a, b=b), normal_force=LIMIT, friction=1.0,
-        motion=vc.Steady(vx=triple[0], vy=triple[1], spin=triple[2]),
-    )  # fmt: skip
+    motion = vc.Steady(vx=triple[0], vy=triple[1], spin=triple[2])
+    return make_scene(vc.Ellipse(a=a, b=b), LIMIT, motion, friction=1.0, bodies=vc.Bodies(G=G, nu=0.28))
 
 
 def exact(a, b, triple, accuracy=0.002):
@@ -117,10 +115,8 @@ def test_single_creepages_and_many_are_the_same():
     few = table_forces(A, B, G, LIMIT, triples[:5])
     contact = {"a": A, "b": B, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0}
     for k, (vx, vy, spin) in enumerate(triples.tolist()):
-        one, named = (
-            table_forces(A, B, G, LIMIT, (vx, vy, spin)),
-            vc.creep_forces("table", **contact, vx=vx, vy=vy, spin=spin),
-        )
+        one = table_forces(A, B, G, LIMIT, (vx, vy, spin))
+        named = vc.creep_forces("table", **contact, vx=vx, vy=vy, spin=spin)
         assert one.force.shape == (2,) and one.moment.shape == ()
         assert type(named.Fx) is float
         expected = pytest.approx([*many.force[k], many.moment[k]], rel=1e-12, abs=1e-14)
@@ -179,21 +175,18 @@ def test_a_book_comes_back_from_its_file(tmp_path):
 
 def test_files_that_are_no_book(tmp_path):
     path, content = tmp_path / "book.nc", BOOK.to_bytes()
-    with pytest.raises(vc.OutputError, match="there is no such file"):
-        TableBook.read(path)
-    path.write_bytes(b"words")
-    with pytest.raises(vc.OutputError, match="cannot be read as a table book"):
-        TableBook.read(path)
-    path.write_bytes(content.replace(b"varcontact table 3", b"varcontact table 9"))
-    with pytest.raises(vc.OutputError, match="is a 'varcontact table 9' file, not a 'varcontact table 3' one; make"):
-        TableBook.read(path)
+    refused(lambda: TableBook.read(path), words="there is no such file", error=vc.OutputError)
     damaged = bytearray(content)
     damaged[len(content) // 2] ^= 1
-    path.write_bytes(damaged)
-    with pytest.raises(vc.OutputError, match="is damaged: its numbers are not those that were written"):
-        TableBook.read(path)
-    with pytest.raises(vc.SceneError, match="path = 3 is not allowed: must be the name of a file"):
-        TableBook.read(3)
+    of_another_version = content.replace(b"varcontact table 3", b"varcontact table 9")
+    for written, words in (
+        (b"words", "cannot be read as a table book"),
+        (of_another_version, "is a 'varcontact table 9' file, not a 'varcontact table 3' one; make"),
+        (damaged, "is damaged: its numbers are not those that were written"),
+    ):
+        path.write_bytes(written)
+        refused(lambda: TableBook.read(path), words=words, error=vc.OutputError)
+    refused(lambda: TableBook.read(3), words="path = 3 is not allowed: must be the name of a file")
 
 
 SMALL = {"least": 0.8, "greatest": 1.25, "ratios": 2, "steps": 2, "degree": 3}

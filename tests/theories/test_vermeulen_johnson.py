@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import varcontact as vc
-from tests.scenes import refusals
+from tests.scenes import make_scene, refusals
+from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import creepage_coefficients
 from varcontact.theories import (
     linear_forces,
@@ -66,8 +67,6 @@ def test_original_coefficients_by_quadrature(ratio):
 
 def test_stick_of_the_original_tractions():
     """The displacements of their tractions follow the creepage in the ellipse of stick: du/dx = vx, by our own A."""
-    from varcontact.elasticity.operators import influence_operator
-
     nu, a, b = 0.3, 1.0, 1.0
     table = vermeulen_johnson_coefficients(a, b, nu)
     vx = 0.4 * 3 * LIMIT / (a * b * G * table.C11)
@@ -134,10 +133,7 @@ def test_friction_ahead_of_the_ellipse_of_stick_does_negative_work():
     """There the theory's tractions have the direction of the slip: on finer grids the part stays, and it is told so."""
     parts = []
     for cells in (24, 48):
-        scene = vc.Scene(
-            bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.3,
-            motion=vc.Steady(vx=0.03), grid=vc.Grid(nx=cells, ny=cells),
-        )  # fmt: skip
+        scene = make_scene(vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.03), grid=vc.Grid(nx=cells, ny=cells))
         sol = vc.solve(scene, tangential="vermeulen-johnson")
         assert vc.solve(scene).negative_work == 0.0
         assert "do not oppose slip" in sol.report()

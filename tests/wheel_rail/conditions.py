@@ -20,6 +20,11 @@ def manchester():
         return [{k: v if k == "side" else float(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
 
+def published(side, y):
+    """A position of the benchmark."""
+    return next(each for each in manchester() if (each["side"], each["y_ws"]) == (side, y))
+
+
 def benchmark(row, **more):
     more = {"vertical_force": 10e3, "dx": 0.2, "dy": 0.2, **more}
     return WheelOnRail(

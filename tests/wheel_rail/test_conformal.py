@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene, refused
-from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, flat_track, round_rail, wheel
+from tests.scenes import make_scene, refusals
+from tests.wheel_rail.conditions import DATA, RAIL, flat_track, round_rail, wheel
 from varcontact.kinematics import RigidBody
-from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelSet
 from varcontact.wheel_rail.curve import spline
 from varcontact.wheel_rail.patches import contact_locus, reference_surface, tangent_of
 
@@ -21,25 +21,20 @@ NO_KINKS = np.zeros(0, dtype=int)
 
 def on_flange_root(**changes):
     """The wheel of the Manchester benchmark, 6 mm towards the rail: three parts, one of them at 25 degrees."""
-    given = {"vertical_force": 50e3, "dx": 0.4, "dy": 0.4, "join": 6.0, "separate": 9.0, "position": Position(y=6.0)}
-    given |= changes
-    return WheelOnRail(
-        track=Track(rail=RAIL, cant=0.025),
-        wheelset=WheelSet(wheel=WHEEL, radius=460.0),
-        velocity=Velocity(speed=2000.0, pitch_rate=-4.3481124),
-        **given,
-    )
+    usual = {"vertical_force": 50e3, "dx": 0.4, "dy": 0.4, "join": 6.0, "separate": 9.0}
+    rolling = {"track": Track(rail=RAIL, cant=0.025), "velocity": Velocity(speed=2000.0, pitch_rate=-4.3481124)}
+    return wheel(6.0, **usual | rolling | changes)
 
 
 def groove(dx=0.2):
     """A wheel with a round tread of radius 10 mm in a groove of radius 10.1 mm: place, and scene, as of CONTACT."""
     angle, z = np.linspace(-1.2, 1.2, 241), CONTACT["groove"]["z"]
     arcs = [np.stack([R * np.sin(angle), -R * (1 - np.cos(angle))], axis=1) for R in (10.1, 10.0)]
-    rail, wheel = spline(arcs[0], NO_KINKS, 0.0), spline(arcs[1] + [0.0, 420.0], NO_KINKS, 0.0)
-    overlaps = contact_locus(wheel, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
+    rail, tread = spline(arcs[0], NO_KINKS, 0.0), spline(arcs[1] + [0.0, 420.0], NO_KINKS, 0.0)
+    overlaps = contact_locus(tread, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
     axle = np.array([0.0, 0.0, z - 420.0])
     tangent = tangent_of(overlaps, rail)
-    place = reference_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx), curved=True)
+    place = reference_surface(overlaps, tangent, tread, rail, np.eye(3), axle, (dx, dx), curved=True)
     body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
     scene = make_scene(
         vc.SampledDistance(place.distance, inclination=place.inclination),
@@ -123,9 +118,8 @@ def test_a_narrow_patch_is_the_same_on_a_plane_and_on_a_curved_surface():
     np.testing.assert_allclose(curved.force, planar.force, atol=2e-3 * 10e3)
 
 
-@pytest.mark.parametrize(
-    ("field", "changes", "methods"),
-    [("conformal", {"conformal": "always"}, {}), ("tangential", {"conformal": True}, {"tangential": "fastsim"})],
+test_what_does_not_go_with_it_is_refused = refusals(
+    (lambda: on_flange_root(conformal="always"), "conformal"),
+    (lambda: on_flange_root(conformal=True).solve(tangential="fastsim"), "tangential"),
+    by="field",
 )
-def test_what_does_not_go_with_it_is_refused(field, changes, methods):
-    refused(lambda: on_flange_root(**changes).solve(**methods), field)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tests.wheel_rail.conditions import benchmark, circles, manchester, wheel
+from tests.wheel_rail.conditions import benchmark, circles, manchester, published, wheel
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
 from varcontact.kinematics import rotation
@@ -88,8 +88,7 @@ def test_the_benchmarks_positions(normal, theory, options, typical, worst, peak)
 @pytest.mark.parametrize(("y", "options"), [(2.0, {}), (9.0, CLAMP)])
 def test_forces_of_the_table_are_those_of_the_table_by_hand(y, options):
     """On the tread, and at the flange, where patches are longer than the ellipses of the book."""
-    row = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", y))
-    case = benchmark(row)
+    case = benchmark(published("right", y))
     (each,) = case.estimate(tangential="table", **options).patches
     rolled, ellipse = each.creepage, each.ellipse
     assert (ellipse.a / ellipse.b > 5) == (options == CLAMP)
@@ -114,9 +113,8 @@ def test_what_is_refused(more, arguments, words):
 
 
 def test_an_ellipse_that_the_table_has_not_is_refused():
-    flange = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", 9.0))
     with pytest.raises(SceneError, match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest'):
-        benchmark(flange).estimate(tangential="table")
+        benchmark(published("right", 9.0)).estimate(tangential="table")
 
 
 @pytest.mark.parametrize(

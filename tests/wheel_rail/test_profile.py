@@ -8,8 +8,9 @@ from scipy.optimize import least_squares
 
 from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
+from tests.wheel_rail.conditions import wheel as on_track
 from varcontact.errors import SceneError
-from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+from varcontact.wheel_rail import Profile, Track, WheelSet
 
 PROFILES = DATA / "profiles"
 FINE_RAIL, FINE_WHEEL = Profile.rail_60e1(step=0.1), Profile.s1002(step=0.1)
@@ -219,10 +220,7 @@ def test_noise_makes_no_kinks(seed):
     smooth = [Profile(y=each.y, z=each.z, kind=each.kind, smoothing=10.0) for each in (FINE_RAIL, FINE_WHEEL)]
     peaks = []
     for r, w in ((rail, wheel), smooth):
-        case = WheelOnRail(
-            track=Track(rail=r, cant=1 / 40), wheelset=WheelSet(wheel=w), position=Position(y=3.0), vertical_force=80e3,
-            dx=0.5, dy=0.25,
-        )  # fmt: skip
+        case = on_track(3.0, track=Track(rail=r, cant=1 / 40), wheelset=WheelSet(wheel=w), dx=0.5, dy=0.25)
         peaks.append(case.solve().patches[0].peak_pressure)
     assert peaks[0] == pytest.approx(peaks[1], rel=0.15)
 

@@ -13,7 +13,7 @@ from tests.wheel_rail.conditions import (
     WHEEL,
     benchmark,
     circles,
-    manchester,
+    published,
     wheel,
 )
 from varcontact import reference
@@ -23,10 +23,6 @@ from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail import CoarseElements, ConformalContact, Position, Profile, Track, Velocity, WheelSet
 
 pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
-
-
-def row(side, y):
-    return next(each for each in manchester() if (each["side"], each["y_ws"]) == (side, y))
 
 
 def test_two_circles_are_hertz_contact():
@@ -46,7 +42,7 @@ def test_two_circles_are_hertz_contact():
 @pytest.mark.parametrize(("side", "y"), [("left", 4.5), ("right", 2.0), ("right", 8.0)])
 def test_the_benchmarks_forces(side, y):
     """CONTACT's on the same grid of 0.2 mm: normal 0.1 %, tangential 0.1 % of f Fn, peak pressure 0.5 %."""
-    wanted = row(side, y)
+    wanted = published(side, y)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         found = benchmark(wanted).solve()
@@ -60,7 +56,7 @@ def test_the_benchmarks_forces(side, y):
 
 def test_the_benchmarks_position_between_tread_and_flange():
     """Two overlaps 6 mm apart, which feel each other in part: on coarser elements, CONTACT's place and forces."""
-    wanted = row("right", 5.0)
+    wanted = published("right", 5.0)
     found = benchmark(wanted, dx=0.5, dy=0.5).solve()
     (each,) = found.patches
     assert len(each.patch.seams) == 1
@@ -228,7 +224,7 @@ def test_creepages_are_the_velocities_of_particles_followed_in_time():
 )
 def test_few_elements_are_said_and_their_forces_hold(sides, said):
     """A flange, some 1 mm wide: against CONTACT's forces on elements of 0.2 mm."""
-    wanted = row("right", 7.0)
+    wanted = published("right", 7.0)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         found = benchmark(wanted, **sides).solve()

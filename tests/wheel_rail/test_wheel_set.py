@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from tests.scenes import refusals
-from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, manchester, round_rail, round_wheel
+from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, published, round_rail, round_wheel
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.wheel_rail import (
@@ -103,11 +103,11 @@ def test_the_balance_does_not_depend_on_where_the_search_begins():
 @pytest.mark.parametrize("y", [2.0, 8.0])
 def test_wheel_set_of_the_benchmark(y):
     """Its 10 kN on each wheel need a roll moment against the lateral forces: with it, the published wheel set."""
-    rows = [next(r for r in manchester() if (r["side"], r["y_ws"]) == (side, y)) for side in ("left", "right")]
-    moment, z = 0.0, np.mean([row["z_ws"] for row in rows])
-    for row in rows:
-        force = rotation(roll=row["angle"]) @ [row["fx"], row["fs"], row["fn"]]
-        arm = [row["x"], row["y"] - y, row["z"] + 460.0 - z]
+    rows = [published(side, y) for side in ("left", "right")]
+    moment, z = 0.0, np.mean([each["z_ws"] for each in rows])
+    for each in rows:
+        force = rotation(roll=each["angle"]) @ [each["fx"], each["fs"], each["fn"]]
+        arm = [each["x"], each["y"] - y, each["z"] + 460.0 - z]
         moment += float(np.cross(arm, force)[0])
     case = wheel_set(
         position=Position(y=y, yaw=rows[0]["yaw"]), vertical_force=20e3, roll_moment=moment, free=("roll",),
@@ -115,11 +115,11 @@ def test_wheel_set_of_the_benchmark(y):
     )  # fmt: skip
     found = case.solve()
     assert found.position.roll == pytest.approx(rows[0]["roll"], abs=5e-6)
-    for wheel, row in zip(found.wheels, rows, strict=True):
+    for wheel, wanted in zip(found.wheels, rows, strict=True):
         (each,) = wheel.patches
-        assert each.patch.location[1] == pytest.approx(row["y"], abs=0.05)
-        assert each.normal_force == pytest.approx(row["fn"], rel=0.01)
-        assert each.force[:2] == pytest.approx([row["fx"], row["fs"]], abs=0.01 * 0.3 * row["fn"])
+        assert each.patch.location[1] == pytest.approx(wanted["y"], abs=0.05)
+        assert each.normal_force == pytest.approx(wanted["fn"], rel=0.01)
+        assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.01 * 0.3 * wanted["fn"])
 
 
 def test_rails_that_yield():
