@@ -260,7 +260,11 @@ def solve_cases(
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile, described: dict[int, str]) -> str:
     """A few digits that identify one wheel with its settings; parts that wheels share are `described` once."""
-    in_json = partial(json.dumps, sort_keys=True, default=_plain)
+    in_json = partial(
+        json.dumps,
+        sort_keys=True,
+        default=lambda it: it.tolist() if isinstance(it, np.ndarray) else dataclasses.asdict(it),
+    )
     parts = {each.name: getattr(case, each.name) for each in dataclasses.fields(case)}
     for part in parts.values():
         if id(part) not in described:
@@ -268,13 +272,6 @@ def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile, described: di
     entries = ", ".join(f'"{name}": {described[id(part)]}' for name, part in sorted(parts.items()))
     settings = in_json([type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast)
     return hashlib.sha256(f"[{{{entries}}}, {settings}]".encode()).hexdigest()[:12]
-
-
-def _plain(value: Any) -> Any:
-    """Of what JSON does not know."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:

@@ -228,7 +228,7 @@ def _solution(
             reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
             raise SceneError("roll_moment", case.roll_moment, message=reason)
         deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
-        softer = float(_near(deeper).force[2] - _near(replace(each.case, z=each.z)).force[2])
+        softer = float(_near(deeper).force[2] - _near(each.case).force[2])
         if softer < 0:
             reason = (
                 f"the {each.case.side} wheel is wedged: friction lifts it when it is pressed in; give another position"

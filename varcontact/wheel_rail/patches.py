@@ -251,10 +251,8 @@ def reference_surface(
     else:
         flat = np.stack([*np.meshgrid(grid.x, grid.y), np.zeros((grid.rows, grid.x.size))], axis=-1)
         rail_heights, *_ = rail.along(frame.globally(flat), frame.axes[:, 2])
-    heights, cosine = (
-        wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre),
-        np.cos(inclination),
-    )
+    heights = wheel_heights(overlaps[0].locus, wheel, frame, (grid.x, lateral), axle, centre)
+    cosine = np.cos(inclination)
     gap = (rail_heights - heights) * cosine[:, None]
     known = np.isfinite(gap)
     if not known.any():
@@ -293,7 +291,7 @@ def _halfway(
     begins = [float(curve.at(np.array([along @ origin]), along)[0]) for curve in (on_rail, on_wheel)]
     surface = np.concatenate([each.surface for each in overlaps])
     arc = on_rail.at(surface @ along, along) - begins[0]
-    if not np.isfinite(arc).all():
+    if not np.isfinite([*arc, *begins]).all():
         raise too_rough(float(origin[0]))
     grid = grid_over(overlaps, tangent.frame, arc, sides)
     points, directions = np.zeros((2, grid.rows, 2)), np.zeros((2, grid.rows, 2))
@@ -304,8 +302,6 @@ def _halfway(
         directions[i] /= np.hypot(*directions[i].T)[:, None]
     middle, (to_right, down) = points.mean(axis=0), directions.mean(axis=0).T
     known = np.isfinite(middle).all(axis=1)
-    if not known.any():
-        raise too_rough(float(origin[0]))
     inclination = np.interp(grid.y, grid.y[known], (np.arctan2(down, to_right) - tangent.angle)[known])
     lateral, height = ((middle - origin) @ tangent.frame.axes[1:, 1:]).T
     return grid, inclination, lateral, height

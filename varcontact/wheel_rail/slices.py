@@ -253,16 +253,6 @@ class Surface:
         """The section at a position, as a curve."""
         return spline(self.points(np.array(at), self.s)[0], np.zeros(0, dtype=int), 0.0)
 
-    def starts(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """v of a rail's section at each of the columns x where it is nearest to y, shape (rows, columns)."""
-        sections = self.points(x[None, :], self.s[:, None])[0]
-        found = np.zeros(y.shape)
-        for j in range(x.size):
-            across, height = sections[:, j].T
-            run = growing(np.diff(across) > 0, int(height.argmin()))
-            found[:, j] = np.interp(y[:, j], across[run], self.s[run], left=np.nan, right=np.nan)
-        return found
-
 
 def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift: float, *, backwards: bool) -> Surface:
     """The surface of slices, each `placed`, and their positions shifted: `backwards` where that turns its direction."""
@@ -315,7 +305,11 @@ class RailSurface:
         x = points[..., 0].mean(axis=0)
         for part, (first, last) in zip(self.parts, self.ends, strict=True):
             there, v = (first <= x) & (x <= last), np.full(shape, np.nan)
-            v[:, there] = part.starts(x[there], points[:, there, 1])
+            sections = part.points(x[there], part.s[:, None])[0]
+            for j, section in zip(np.flatnonzero(there), sections.swapaxes(0, 1), strict=True):
+                across, height = section.T
+                run = growing(np.diff(across) > 0, int(height.argmin()))
+                v[:, j] = np.interp(points[:, j, 1], across[run], part.s[run], left=np.nan, right=np.nan)
             here = np.isfinite(v)
             if not here.any():
                 continue

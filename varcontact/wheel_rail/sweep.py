@@ -124,18 +124,16 @@ def sweep_wheel_sets(
     columns = {}
     unit_of = {name: unit for unit, names in UNITS.items() for name in names}
     for name in (each for each in OF_SETS if each not in ("position", "side", "patch", "identity")):
-        words, dims = name in WORDS, ("side", "patch")[: 0 if name in OF_AXLE else 1 if name in OF_WHEEL else 2]
-        column = np.full(whole, "" if words else np.nan, dtype=object if words else float)
-        if name in OF_AXLE:
-            column[index[0]] = table[name].to_numpy()[:, None, None]
-            column = column[:, 0, 0]
-        elif name in OF_WHEEL:
-            column[index[0][solved], index[1][solved]] = table[name].to_numpy()[solved][:, None]
-            column = column[:, :, 0]
-        else:
-            column[tuple(each[solved] for each in index)] = table[name].to_numpy()[solved]
+        words, count = name in WORDS, 1 if name in OF_AXLE else 2 if name in OF_WHEEL else 3
+        known = solved | (count == 1)
+        column = np.full(whole[:count], "" if words else np.nan, dtype=object if words else float)
+        column[tuple(each[known] for each in index[:count])] = table[name].to_numpy()[known]
         units = {"units": unit_of[name]} if name in unit_of else {}
         shaped = (column.astype(str) if words else column).reshape(shape + column.shape[1:])
-        columns[f"found_{name}" if name in coordinates else name] = ((*coordinates, *dims), shaped, units)
-    known = {**coordinates, "side": ["left", "right"], "patch": np.arange(1, patches + 1)}
-    return xr.Dataset(columns, coords=known)
+        columns[f"found_{name}" if name in coordinates else name] = (
+            (*coordinates, *("side", "patch")[: count - 1]),
+            shaped,
+            units,
+        )
+    places = {"side": ["left", "right"], "patch": np.arange(1, patches + 1)}
+    return xr.Dataset(columns, coords=coordinates | places)

@@ -189,9 +189,8 @@ def _by_virtual_penetration(
     step, s, half = _strips(across, 2 * radius * (depth - (1 - EPSILON) * approach), 1)
     ends = s + step * np.array([[-0.5], [0.5]])
     log_integral = ends * (np.log(np.abs(np.where(ends == 0, 1.0, ends))) - 1)
-    away = np.exp(
-        np.diff(log_integral, axis=0)[0] / step
-    )  # the mean of log |s|, which has no bound at the deepest point
+    # the mean of log |s|, which has no bound at the deepest point
+    away = np.exp(np.diff(log_integral, axis=0)[0] / step)
     q2 = half**2 + away**2
     felt = step * float(np.sum(2 * np.sqrt(q2) * (ellipkm1(away**2 / q2) - ellipe(half**2 / q2))))
     longest = float(np.sqrt(2 * radius * EPSILON * approach))

@@ -271,35 +271,21 @@ class WheelOnRail(OnTrack):
             inclination = surface.inclination if curved else None
             sections = self.sections(frame.origin, on_wheel)
             friction = self._friction(tangent, sections["rail"][0], grid, inclination, with_grid)
+            x, y = (None, None) if with_grid else (grid.x, grid.y)
             scene = Scene(
                 bodies=self.bodies,
-                surface=SampledDistance(
-                    surface.distance,
-                    None if with_grid else grid.x,
-                    None if with_grid else grid.y,
-                    inclination=inclination,
-                ),
+                surface=SampledDistance(surface.distance, x, y, inclination=inclination),
                 approach=approach,
                 friction=friction,
                 motion=motion,
                 grid=grid if with_grid else "auto",
                 units=MM_N,
             )
-            section, y = sections["wheel"]
-            rolling_radius = float(section.points(section.at(np.array([y])))[0, 1])
-            patch = ContactPatch(
-                location=frame.origin,
-                angle=tangent.angle,
-                frame=frame,
-                on_rail=self.track.on_rail(frame.origin[1:], self.side),
-                on_wheel=on_wheel,
-                rolling_radius=rolling_radius,
-                creepage=rolled,
-                approach=approach,
-                scene=scene,
-                seams=seams,
-            )
-            patches.append(patch)
+            section, axle_y = sections["wheel"]
+            rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
+            on_rail = self.track.on_rail(frame.origin[1:], self.side)
+            places = on_rail, on_wheel, rolling_radius
+            patches.append(ContactPatch(frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams))
         return tuple(patches)
 
     def _friction(
