@@ -20,19 +20,16 @@ def tangential_problem(rolling, ratio, part, nu=0.28, motion=vc.Steady, cells=10
     return disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure)
 
 
-@pytest.mark.parametrize(
-    ("ratio", "part", "nu", "monotone"),
-    [
-        (1, 0.1, 0.28, True),
-        (3, 0.3, 0.28, False),
-        (3, 0.5, 0.28, True),
-        (10, 0.1, 0.28, False),
-        (10, 0.1, 0.0, True),
-        (10, 0.5, 0.5, False),
-        (10, 0.7, 0.5, True),
-        (10, 1.0, 0.5, True),
-    ],
-)
+@pytest.mark.parametrize(("ratio", "part", "nu", "monotone"), [
+    (1, 0.1, 0.28, True),
+    (3, 0.3, 0.28, False),
+    (3, 0.5, 0.28, True),
+    (10, 0.1, 0.28, False),
+    (10, 0.1, 0.0, True),
+    (10, 0.5, 0.5, False),
+    (10, 0.7, 0.5, True),
+    (10, 1.0, 0.5, True),
+])  # fmt: skip
 def test_monotone_tells_the_sign_of_the_symmetric_part(rolling, ratio, part, nu, monotone):
     problem = tangential_problem(rolling, ratio, part, nu)
     matrix = problem.operator.matrix
@@ -127,23 +124,20 @@ def test_half_of_a_problem_has_the_solution_of_the_whole(rolling, monkeypatch, n
     check_kkt(half, 1e-8)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},  # vx with vy and spin
-        {"motion": vc.Steady(vx=0.05, vy=1e-6)},
-        {"motion": vc.Steady(Fx=-0.1, Fy=0.0)},
-        {"motion": vc.Steady(vx=0.05), "grid": vc.Grid(nx=12, ny=13)},
-        {"motion": vc.Steady(vx=0.05), "grid": vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.04)},
-        {
-            "motion": vc.Steady(vx=0.05),
-            "friction": np.linspace(0.2, 0.4, 14)[:, None] * np.ones(14),
-            "grid": vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.05),
-        },
-        {"motion": vc.Steady(vy=0.05), "bodies": UNLIKE},
-        {"surface": vc.Cylinders(R=1.0), "grid": vc.Grid(nx=20), "motion": vc.Steady(vx=0.05)},
-    ],
-)
+@pytest.mark.parametrize("changes", [
+    {},  # vx with vy and spin
+    {"motion": vc.Steady(vx=0.05, vy=1e-6)},
+    {"motion": vc.Steady(Fx=-0.1, Fy=0.0)},
+    {"motion": vc.Steady(vx=0.05), "grid": vc.Grid(nx=12, ny=13)},
+    {"motion": vc.Steady(vx=0.05), "grid": vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.04)},
+    {
+        "motion": vc.Steady(vx=0.05),
+        "friction": np.linspace(0.2, 0.4, 14)[:, None] * np.ones(14),
+        "grid": vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.05),
+    },
+    {"motion": vc.Steady(vy=0.05), "bodies": UNLIKE},
+    {"surface": vc.Cylinders(R=1.0), "grid": vc.Grid(nx=20), "motion": vc.Steady(vx=0.05)},
+])  # fmt: skip
 def test_what_is_no_mirror_image_is_solved_whole(rolling, monkeypatch, changes):
     found = mirrors(monkeypatch)
     vc.solve(rolling(**changes))

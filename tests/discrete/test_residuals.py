@@ -156,15 +156,12 @@ def test_no_slip_certificate(rolling):
     assert np.all(np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area <= certificate.force_bound[:2])
 
 
-@pytest.mark.parametrize(
-    ("changes", "traction", "field"),
-    [
-        ({"motion": None}, np.zeros((2, 14, 14)), "motion"),
-        ({"motion": vc.Steady(Fx=0.1)}, np.zeros((2, 14, 14)), "motion"),
-        ({}, np.zeros((2, 3, 3)), "traction"),
-        ({}, np.full((2, 14, 14), np.nan), "traction[0, 0, 0]"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "traction", "field"), [
+    ({"motion": None}, np.zeros((2, 14, 14)), "motion"),
+    ({"motion": vc.Steady(Fx=0.1)}, np.zeros((2, 14, 14)), "motion"),
+    ({}, np.zeros((2, 3, 3)), "traction"),
+    ({}, np.full((2, 14, 14), np.nan), "traction[0, 0, 0]"),
+])  # fmt: skip
 def test_certify_refuses(rolling, changes, traction, field):
     refused(lambda: vc.certify(rolling(**changes), traction), field)
 

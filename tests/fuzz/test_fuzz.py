@@ -48,15 +48,12 @@ def test_nothing_fails_at_the_extremes(extreme):
     assert not {words: reason for words, (verdict, reason) in found.items() if verdict == FAILED}
 
 
-@pytest.mark.parametrize(
-    ("extreme", "reason"),
-    [
-        (Extreme("", but("steady"), answer=False), "an answer where there is none"),
-        (Extreme("", but("steady", motion=vc.Steady(Fx=-0.31))), "force"),
-        (Extreme("", lambda: int("x")), "ValueError"),
-        (Extreme("", but("line", surface=vc.Cylinders(1.0), motion=vc.Shift(ux=1.0))), "reference_depth"),
-    ],
-)
+@pytest.mark.parametrize(("extreme", "reason"), [
+    (Extreme("", but("steady"), answer=False), "an answer where there is none"),
+    (Extreme("", but("steady", motion=vc.Steady(Fx=-0.31))), "force"),
+    (Extreme("", lambda: int("x")), "ValueError"),
+    (Extreme("", but("line", surface=vc.Cylinders(1.0), motion=vc.Shift(ux=1.0))), "reference_depth"),
+])  # fmt: skip
 def test_what_goes_wrong_at_an_extreme_is_found_out(extreme, reason):
     verdict, found, _ = attempt(lambda _: next(extreme.cases()), 0, 0)
     assert verdict == FAILED and reason in found

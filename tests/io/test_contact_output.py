@@ -71,21 +71,18 @@ def test_of_o_1_the_forces_alone(tmp_path):
     assert [patch["FN"] for patch in wheel.patches] == [6144.0, 4822.0]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "line 1 ends without a case: this is no output file of CONTACT"),
-        (HEAD, "line 4 ends without a case"),
-        (BASIC.replace("9.195       0.000", "9.195", 1), "line 14 has 5 numbers for 6 names: FN, FX, FY, MZ, ELAST"),
-        (
-            BASIC[: BASIC.index("     FN/G       SHIFT")],
-            "ends case 2, whose contact patch 1 has no APPROACH: the program",
-        ),
-        (WHEEL.replace("2 CONTACT PATCHES", "3 CONTACT PATCHES"), "ends case 1, which has 2 of 3 contact patches"),
-        (WHEEL.replace("PATCH  2", "PATCH  3"), "begins contact patch 3, not 2"),
-        (BASIC[:-30], "has no end: the file was cut short"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("", "line 1 ends without a case: this is no output file of CONTACT"),
+    (HEAD, "line 4 ends without a case"),
+    (BASIC.replace("9.195       0.000", "9.195", 1), "line 14 has 5 numbers for 6 names: FN, FX, FY, MZ, ELAST"),
+    (
+        BASIC[: BASIC.index("     FN/G       SHIFT")],
+        "ends case 2, whose contact patch 1 has no APPROACH: the program",
+    ),
+    (WHEEL.replace("2 CONTACT PATCHES", "3 CONTACT PATCHES"), "ends case 1, which has 2 of 3 contact patches"),
+    (WHEEL.replace("PATCH  2", "PATCH  3"), "begins contact patch 3, not 2"),
+    (BASIC[:-30], "has no end: the file was cut short"),
+])  # fmt: skip
 def test_broken_files_are_refused_by_line(tmp_path, text, words):
     refused(lambda: read(tmp_path, text), words=words, match=r"a.out, line \d+ ")
 

@@ -231,20 +231,17 @@ def test_results_of_something_else_are_refused(tmp_path, shifted):
             result.on(other)
 
 
-@pytest.mark.parametrize(
-    ("layout", "old", "new", "words"),
-    [
-        ("guide", "% Tim", "Tim", "line 1 should be a comment: this is not the layout"),
-        ("guide", "19 19 ", "% 19 19 ", "line 6 should be numbers: this is not the layout"),
-        ("guide", "\n1 0 200 200", "\n1 0 200", "line 8 should have 6 numbers or more"),
-        ("guide", "% i Igs", "i Igs", "line 11 should be a comment"),
-        ("guide", " 0.0 0.4 ", " *** 0.4 ", "should have 11 numbers or more"),
-        ("release", " MX ", " NX ", "line 13 begins the table without MX"),
-        ("release", " PX ", " PT ", "line 13 begins the table without PX"),
-        ("release", "\n1 0 ", "\n% 1 0 ", "line 10 should be numbers"),
-        ("release", "2410", "****", "line 2 should have 8 numbers or more"),
-    ],
-)
+@pytest.mark.parametrize(("layout", "old", "new", "words"), [
+    ("guide", "% Tim", "Tim", "line 1 should be a comment: this is not the layout"),
+    ("guide", "19 19 ", "% 19 19 ", "line 6 should be numbers: this is not the layout"),
+    ("guide", "\n1 0 200 200", "\n1 0 200", "line 8 should have 6 numbers or more"),
+    ("guide", "% i Igs", "i Igs", "line 11 should be a comment"),
+    ("guide", " 0.0 0.4 ", " *** 0.4 ", "should have 11 numbers or more"),
+    ("release", " MX ", " NX ", "line 13 begins the table without MX"),
+    ("release", " PX ", " PT ", "line 13 begins the table without PX"),
+    ("release", "\n1 0 ", "\n% 1 0 ", "line 10 should be numbers"),
+    ("release", "2410", "****", "line 2 should have 8 numbers or more"),
+])  # fmt: skip
 def test_a_damaged_file_is_refused_by_line(tmp_path, shifted, layout, old, new, words):
     path, text = tmp_path / "a.mat", table(shifted[1], 1) if layout == "guide" else release(*shifted, 1)
     assert old in text

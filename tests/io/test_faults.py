@@ -80,27 +80,24 @@ def with_entry(*keys, value):
     return change
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda text: "null",
-        lambda text: "[]",
-        lambda text: "{",
-        lambda text: "[" * 100_000,
-        lambda text: "1" * 10_000,
-        lambda text: text.replace("0.28", "1e308"),
-        *(with_entry(*keys, value=value) for value in (None, "x", [[1, [2]], 3]) for keys in (
-            ["scene"], ["scene", "bodies"], ["scene", "bodies", "G"], ["scene", "surface"], ["scene", "motion"],
-            ["grid"], ["grid", "nx"], ["plan"], ["plan", "reasons"], ["plan", "sizes"], ["certificate"],
-            ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"],
-            ["timing", "total"], ["iterations", "tangential"], ["branch"])),
-        with_entry("branch", value="\x7f"),
-        with_entry("timing", "tangential", value="héhé"),
-        with_entry("timing", value={}),
-        with_entry("status", "normal", value=3),
-        with_entry("calls", "normal", value=[[]]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("change", [
+    lambda text: "null",
+    lambda text: "[]",
+    lambda text: "{",
+    lambda text: "[" * 100_000,
+    lambda text: "1" * 10_000,
+    lambda text: text.replace("0.28", "1e308"),
+    *(with_entry(*keys, value=value) for value in (None, "x", [[1, [2]], 3]) for keys in (
+        ["scene"], ["scene", "bodies"], ["scene", "bodies", "G"], ["scene", "surface"], ["scene", "motion"],
+        ["grid"], ["grid", "nx"], ["plan"], ["plan", "reasons"], ["plan", "sizes"], ["certificate"],
+        ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"],
+        ["timing", "total"], ["iterations", "tangential"], ["branch"])),
+    with_entry("branch", value="\x7f"),
+    with_entry("timing", "tangential", value="héhé"),
+    with_entry("timing", value={}),
+    with_entry("status", "normal", value=3),
+    with_entry("calls", "normal", value=[[]]),
+])  # fmt: skip
 def test_records_that_cannot_be(files, tmp_path, change):
     path = rewritten(files, tmp_path, change)
     with contextlib.suppress(vc.OutputError):  # without sizes or calls, it is a record of an earlier version
@@ -183,17 +180,14 @@ def test_scene_files_have_a_size(tmp_path):
         vc.read_scene(path)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (SCENE.replace("G = 1.0", f"G = {'9' * 5000}"), ["scene.toml", "is not a TOML file"]),
-        (SCENE.replace("nx = 6", "nx = 0x" + "f" * 5000), ["grid.nx", "a number of thousands of digits"]),
-        (SCENE.replace("vx = 0.05", "vx = 1e308"), ["motion.vx = 1e+308", "at most 1e+100 in size"]),
-        (SCENE.replace("\na = 1.0", "\na = 1e-90").replace("\nb = 1.0", "\nb = 1e90"), ["a, b = (1e-90, 1e+90)"]),
-        (SCENE + '[units]\nlength = "m\\u0000"\nforce = "N"\n', ["units.length", "printable"]),
-        (SCENE.replace("friction = 0.3", "friction = [[0.3, 0.2], [0.1]]"), ["friction", "rows of equal length"]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    (SCENE.replace("G = 1.0", f"G = {'9' * 5000}"), ["scene.toml", "is not a TOML file"]),
+    (SCENE.replace("nx = 6", "nx = 0x" + "f" * 5000), ["grid.nx", "a number of thousands of digits"]),
+    (SCENE.replace("vx = 0.05", "vx = 1e308"), ["motion.vx = 1e+308", "at most 1e+100 in size"]),
+    (SCENE.replace("\na = 1.0", "\na = 1e-90").replace("\nb = 1.0", "\nb = 1e90"), ["a, b = (1e-90, 1e+90)"]),
+    (SCENE + '[units]\nlength = "m\\u0000"\nforce = "N"\n', ["units.length", "printable"]),
+    (SCENE.replace("friction = 0.3", "friction = [[0.3, 0.2], [0.1]]"), ["friction", "rows of equal length"]),
+])  # fmt: skip
 def test_entries_that_nothing_can_be_made_of(tmp_path, text, words):
     (tmp_path / "scene.toml").write_text(text)
     done = run("solve", "scene.toml", folder=tmp_path)

@@ -98,30 +98,27 @@ def test_samples_from_files(tmp_path):
     np.testing.assert_array_equal(vc.read_scene(write(tmp_path, inline))[0].surface.h, h)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "field", "hint"),
-    [
-        ("normal_force = 80e3", "normal_forse = 80e3", "normal_forse", "normal_force"),
-        ("vx = 1e-3", "Vx = 1e-3", "motion.Vx", "vx"),
-        ("Rx = 460", "Rxx = 460", "surface.Rxx", "Rx"),
-        ('kind = "paraboloids"', 'kind = "paraboloid"', "surface.kind", "did you mean paraboloids"),
-        ('kind = "paraboloids"', "", "surface.kind", "is missing: give one of paraboloids, ellipse"),
-        ('kind = "paraboloids"', 'type = "paraboloids"', "surface.kind", "there is no key surface.type"),
-        ('kind = "steady"', 'kind = "rolling"', "motion.kind", "steady, shift"),
-        ("G = [82e3, inf]", "", "bodies.G", "is missing"),
-        ("Ry = 300.0", "", "surface.Ry", "is missing"),
-        ("nu = [0.28, 0.5]", "nu = 0.7", "bodies.nu", "0.7"),
-        ("friction = 0.3", "friction = nan", "friction", "nan"),
-        ("friction = 0.3", 'friction = {file = "none.csv"}', "friction.file", "none.csv"),
-        ('grid = "auto"', "grid = {nx = 3}", "grid.ny", "is missing"),
-        ('grid = "auto"', 'grid = {nx = 3, ny = 3, size = "big"}', "grid.size", "no such key"),
-        ("[bodies]", "[body]", "body", "bodies"),
-        ('normal = "clarabel"', 'norml = "clarabel"', "solve.norml", "normal"),
-        ('length = "mm"', "length = 1e-3", "units.length", "a name, in quotes"),
-        ('length = "mm"', 'lenght = "mm"', "units.lenght", "length"),
-        ("[solve]", "[solve.more]", "solve.more", "no such key"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "field", "hint"), [
+    ("normal_force = 80e3", "normal_forse = 80e3", "normal_forse", "normal_force"),
+    ("vx = 1e-3", "Vx = 1e-3", "motion.Vx", "vx"),
+    ("Rx = 460", "Rxx = 460", "surface.Rxx", "Rx"),
+    ('kind = "paraboloids"', 'kind = "paraboloid"', "surface.kind", "did you mean paraboloids"),
+    ('kind = "paraboloids"', "", "surface.kind", "is missing: give one of paraboloids, ellipse"),
+    ('kind = "paraboloids"', 'type = "paraboloids"', "surface.kind", "there is no key surface.type"),
+    ('kind = "steady"', 'kind = "rolling"', "motion.kind", "steady, shift"),
+    ("G = [82e3, inf]", "", "bodies.G", "is missing"),
+    ("Ry = 300.0", "", "surface.Ry", "is missing"),
+    ("nu = [0.28, 0.5]", "nu = 0.7", "bodies.nu", "0.7"),
+    ("friction = 0.3", "friction = nan", "friction", "nan"),
+    ("friction = 0.3", 'friction = {file = "none.csv"}', "friction.file", "none.csv"),
+    ('grid = "auto"', "grid = {nx = 3}", "grid.ny", "is missing"),
+    ('grid = "auto"', 'grid = {nx = 3, ny = 3, size = "big"}', "grid.size", "no such key"),
+    ("[bodies]", "[body]", "body", "bodies"),
+    ('normal = "clarabel"', 'norml = "clarabel"', "solve.norml", "normal"),
+    ('length = "mm"', "length = 1e-3", "units.length", "a name, in quotes"),
+    ('length = "mm"', 'lenght = "mm"', "units.lenght", "length"),
+    ("[solve]", "[solve.more]", "solve.more", "no such key"),
+])  # fmt: skip
 def test_wrong_entries(tmp_path, old, new, field, hint):
     assert old in FULL
     refused(lambda: vc.read_scene(write(tmp_path, FULL.replace(old, new))), field, hint)

@@ -57,17 +57,14 @@ def put(index, value):
     return change
 
 
-@pytest.mark.parametrize(
-    "methods",
-    [
-        {"tangential": "fastsim"},
-        {"tangential": "linear"},
-        {"tangential": "vermeulen-johnson", "motion": vc.Steady(vx=0.04)},
-        {"coupling": "johnson", "bodies": UNLIKE},
-        {"tangential": "clarabel", "normal": "clarabel", "polish": False, "tol": 1e-4},
-        {"tangential": "scs", "normal": "scs", "polish": False, "tol": 1e-12},
-    ],
-)
+@pytest.mark.parametrize("methods", [
+    {"tangential": "fastsim"},
+    {"tangential": "linear"},
+    {"tangential": "vermeulen-johnson", "motion": vc.Steady(vx=0.04)},
+    {"coupling": "johnson", "bodies": UNLIKE},
+    {"tangential": "clarabel", "normal": "clarabel", "polish": False, "tol": 1e-4},
+    {"tangential": "scs", "normal": "scs", "polish": False, "tol": 1e-12},
+])  # fmt: skip
 def test_theories_and_answers_that_are_not_exact_are_what_they_say(methods, tmp_path):
     """Whatever certificate they have, it is theirs."""
     changes = {name: methods.pop(name) for name in ("motion", "bodies") if name in methods}
@@ -90,31 +87,28 @@ def refused_or_certified_anew(path):
     return again.note == ANEW and not again.converged
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"traction": lambda q: 1.5 * q},
-        {"traction": put((0, 0, 0), 1e-3)},
-        {"traction": lambda q: 0.5 * q},
-        {"traction": lambda q: q[:, :, ::-1]},
-        {"traction": put((0, 5, 5), np.nan)},
-        {"pressure": put((5, 5), -0.1)},
-        {"pressure": lambda p: -p},
-        {"pressure": lambda p: 1.2 * p},
-        {"pressure": lambda p: 0 * p, "traction": lambda q: 0 * q, "state": lambda s: 0 * s},
-        {"state": put((5, 5), 7)},
-        {"state": put((5, 5), 0)},
-        {"state": put((0, 0), 1)},
-        {"approach": lambda d: np.float64(np.nan)},
-        {"approach": lambda d: 1.1 * d},
-        {"approach": lambda d: np.float64(1e308)},
-        {"creepage": put(0, 0.05)},
-        {"creepage": put(0, np.nan)},
-        {"record": lambda r: r["certificate"].update(gap=-1.0)},
-        {"record": lambda r: r["certificate"].update(residual="small")},
-        {"record": lambda r: r["certificate"].update(level="best")},
-    ],
-)
+@pytest.mark.parametrize("changes", [
+    {"traction": lambda q: 1.5 * q},
+    {"traction": put((0, 0, 0), 1e-3)},
+    {"traction": lambda q: 0.5 * q},
+    {"traction": lambda q: q[:, :, ::-1]},
+    {"traction": put((0, 5, 5), np.nan)},
+    {"pressure": put((5, 5), -0.1)},
+    {"pressure": lambda p: -p},
+    {"pressure": lambda p: 1.2 * p},
+    {"pressure": lambda p: 0 * p, "traction": lambda q: 0 * q, "state": lambda s: 0 * s},
+    {"state": put((5, 5), 7)},
+    {"state": put((5, 5), 0)},
+    {"state": put((0, 0), 1)},
+    {"approach": lambda d: np.float64(np.nan)},
+    {"approach": lambda d: 1.1 * d},
+    {"approach": lambda d: np.float64(1e308)},
+    {"creepage": put(0, 0.05)},
+    {"creepage": put(0, np.nan)},
+    {"record": lambda r: r["certificate"].update(gap=-1.0)},
+    {"record": lambda r: r["certificate"].update(residual="small")},
+    {"record": lambda r: r["certificate"].update(level="best")},
+])  # fmt: skip
 def test_altered_files_are_not_believed(sol, changes, tmp_path):
     assert refused_or_certified_anew(altered(sol, tmp_path / "sol.nc", **changes))
 
@@ -129,17 +123,14 @@ def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path
             vc.load(altered(sol, tmp_path / "sol.nc", **changes), certify=False)
 
 
-@pytest.mark.parametrize(
-    ("given", "changes"),
-    [
-        (
-            {"surface": vc.Paraboloids(1.0, 1.5), "normal_force": None, "approach": 0.1},
-            {"approach": lambda d: 1.01 * d},
-        ),
-        ({"motion": vc.Steady(Fx=-0.1, Fy=0.05, spin=0.1)}, {"creepage": put(1, np.nan)}),
-        ({"motion": vc.Steady(Fx=-0.1)}, {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
-    ],
-)
+@pytest.mark.parametrize(("given", "changes"), [
+    (
+        {"surface": vc.Paraboloids(1.0, 1.5), "normal_force": None, "approach": 0.1},
+        {"approach": lambda d: 1.01 * d},
+    ),
+    ({"motion": vc.Steady(Fx=-0.1, Fy=0.05, spin=0.1)}, {"creepage": put(1, np.nan)}),
+    ({"motion": vc.Steady(Fx=-0.1)}, {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
+])  # fmt: skip
 def test_nor_are_those_that_the_scene_does_not_have(given, changes, tmp_path):
     assert refused_or_certified_anew(altered(vc.solve(scene(**given)), tmp_path / "sol.nc", **changes))
 

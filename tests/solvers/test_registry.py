@@ -191,18 +191,15 @@ test_unknown_names = refusals(
 )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "install"),
-    [
-        ({"normal": "scs"}, "scs"),
-        ({"tangential": "cvxpy:SCS"}, "scs"),
-        ({"tangential": "cvxpy:CLARABEL"}, "cvxpy"),
-        ({"normal": "qpsolvers:proxqp"}, "proxsuite"),
-        ({"normal": "qpsolvers:ecos"}, "ecos"),
-        ({"tangential": "cvxpy:ECOS"}, "ecos"),
-        ({"tangential": "cvxpy:CVXOPT"}, "cvxopt"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "install"), [
+    ({"normal": "scs"}, "scs"),
+    ({"tangential": "cvxpy:SCS"}, "scs"),
+    ({"tangential": "cvxpy:CLARABEL"}, "cvxpy"),
+    ({"normal": "qpsolvers:proxqp"}, "proxsuite"),
+    ({"normal": "qpsolvers:ecos"}, "ecos"),
+    ({"tangential": "cvxpy:ECOS"}, "ecos"),
+    ({"tangential": "cvxpy:CVXOPT"}, "cvxopt"),
+])  # fmt: skip
 def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
     """Told before any work, with what to install."""
     monkeypatch.setitem(sys.modules, install, None)  # to `import` and `find_spec` it is not there
@@ -214,21 +211,18 @@ def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
 STILL = {"motion": None}
 
 
-@pytest.mark.parametrize(
-    ("changes", "arguments", "remedy"),
-    [
-        ({}, {"formulation": "complementary"}, "marching"),
-        ({}, {"formulation": "potential"}, "marching"),
-        ({"motion": SHIFT}, {"formulation": "marching"}, "complementary"),
-        ({"motion": vc.Transient(steps=2, vx=1e-3)}, {"tangential": "clarabel", "formulation": "marching"}, "steady"),
-        ({"motion": SHIFT}, {"tangential": "tang", "formulation": "marching"}, "auto"),
-        ({}, {"tangential": "tang", "formulation": "gap"}, "marching"),
-        ({}, {"tangential": "fastsim", "formulation": "gap"}, "auto"),
-        (STILL, {"normal": "clarabel", "formulation": "gap"}, "potential"),
-        (STILL, {"normal": "norm", "formulation": "potential"}, "auto"),
-        (STILL, {"formulation": "complementary"}, "auto"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "arguments", "remedy"), [
+    ({}, {"formulation": "complementary"}, "marching"),
+    ({}, {"formulation": "potential"}, "marching"),
+    ({"motion": SHIFT}, {"formulation": "marching"}, "complementary"),
+    ({"motion": vc.Transient(steps=2, vx=1e-3)}, {"tangential": "clarabel", "formulation": "marching"}, "steady"),
+    ({"motion": SHIFT}, {"tangential": "tang", "formulation": "marching"}, "auto"),
+    ({}, {"tangential": "tang", "formulation": "gap"}, "marching"),
+    ({}, {"tangential": "fastsim", "formulation": "gap"}, "auto"),
+    (STILL, {"normal": "clarabel", "formulation": "gap"}, "potential"),
+    (STILL, {"normal": "norm", "formulation": "potential"}, "auto"),
+    (STILL, {"formulation": "complementary"}, "auto"),
+])  # fmt: skip
 def test_formulations_that_do_not_apply(rolling, changes, arguments, remedy):
     refused(lambda: vc.solve(rolling(**changes), **arguments), "formulation", match=remedy)
 

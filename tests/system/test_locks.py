@@ -111,15 +111,12 @@ LIMITED = {
 }
 
 
-@pytest.mark.parametrize(
-    ("files", "left"),
-    [
-        (LIMITED, 2100),  # of the group above: its own has no limit
-        (LIMITED | {"sys/fs/cgroup/user.slice/job/memory.max": "1500\n"}, 1000),
-        ({"proc/self/cgroup": "0::/\n"}, math.inf),
-        ({}, math.inf),
-    ],
-)
+@pytest.mark.parametrize(("files", "left"), [
+    (LIMITED, 2100),  # of the group above: its own has no limit
+    (LIMITED | {"sys/fs/cgroup/user.slice/job/memory.max": "1500\n"}, 1000),
+    ({"proc/self/cgroup": "0::/\n"}, math.inf),
+    ({}, math.inf),
+])  # fmt: skip
 def test_control_groups(tmp_path, files, left):
     assert left_by_control_groups(tree(tmp_path, files)) == left
 

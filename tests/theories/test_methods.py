@@ -54,15 +54,12 @@ def test_fastsim_on_the_grid_tends_to_fastsim(rolling, name, motion):
 SLENDER = {"bodies": vc.Bodies(G=1.0, nu=0.0), "surface": vc.Ellipse(12.0, 1.0)}  # beyond Kalker's table
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"motion": vc.Steady(vx=0.02, vy=-0.05)},
-        {"motion": vc.Steady(vx=-0.4)},
-        {"motion": vc.Steady(vx=3.0, vy=4.0)},
-        {"motion": vc.Steady(vx=0.01), **SLENDER},
-    ],
-)
+@pytest.mark.parametrize("changes", [
+    {"motion": vc.Steady(vx=0.02, vy=-0.05)},
+    {"motion": vc.Steady(vx=-0.4)},
+    {"motion": vc.Steady(vx=3.0, vy=4.0)},
+    {"motion": vc.Steady(vx=0.01), **SLENDER},
+])  # fmt: skip
 def test_vermeulen_johnson_gives_exactly_its_force(rolling, changes):
     scene = rolling(**changes)
     args, table = contact(scene)

@@ -96,18 +96,15 @@ def test_flexibilities_of_many_contacts():
         flexibilities(1.0, 1.0, -5.0, creepage_coefficients(1.0, 1.0, 0.25))
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"a": 0.0}, "a = 0"),
-        ({"b": np.inf}, "b = inf"),
-        ({"L": -1.0}, "L = -1"),
-        ({"friction_force": 0.0}, "friction_force = 0"),
-        ({"vx": np.nan}, "vx = nan"),
-        ({"vy": "much"}, "vy = 'much'"),
-        ({"bound": "parabola"}, "bound = 'parabola'.*did you mean parabolic"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"a": 0.0}, "a = 0"),
+    ({"b": np.inf}, "b = inf"),
+    ({"L": -1.0}, "L = -1"),
+    ({"friction_force": 0.0}, "friction_force = 0"),
+    ({"vx": np.nan}, "vx = nan"),
+    ({"vy": "much"}, "vy = 'much'"),
+    ({"bound": "parabola"}, "bound = 'parabola'.*did you mean parabolic"),
+])  # fmt: skip
 def test_bad_input(changes, words):
     good = {"a": A, "b": B, "L": L, "friction_force": LIMIT, "vx": 0.1, "vy": 0.0}
     for call, more in ((simplified_force, {}), (simplified_traction, {"x": 0.0, "y": 0.0})):

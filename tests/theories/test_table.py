@@ -230,16 +230,13 @@ def test_an_entry_is_the_exact_solution(small):
     np.testing.assert_allclose(small.values[1, 0, 5], found[doubtful], rtol=0, atol=2e-4)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"nu": 0.7}, r"bodies\.nu = 0\.7 is not allowed"),
-        ({"least": 2.0}, "greatest = 1.25 is not allowed: must be more than least = 2"),
-        ({"degree": 4}, "degree = 4 is not allowed: must be odd"),
-        ({"ratios": 1}, "ratios = 1 is not allowed"),
-        ({"out": "book.csv"}, "the name must end in .nc"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"nu": 0.7}, r"bodies\.nu = 0\.7 is not allowed"),
+    ({"least": 2.0}, "greatest = 1.25 is not allowed: must be more than least = 2"),
+    ({"degree": 4}, "degree = 4 is not allowed: must be odd"),
+    ({"ratios": 1}, "ratios = 1 is not allowed"),
+    ({"out": "book.csv"}, "the name must end in .nc"),
+])  # fmt: skip
 def test_a_book_of_bad_numbers_is_refused(changes, words):
     with pytest.raises(vc.VarcontactError, match=words):
         make_table_book(**{"nu": 0.3, **SMALL, **changes})

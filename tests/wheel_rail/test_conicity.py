@@ -163,17 +163,14 @@ def test_s1002_on_60e1():
     assert equivalent_conicity(track, wheelset, 3.0) == pytest.approx(0.174, abs=0.001)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "said"),
-    [
-        (lambda t, w: rolling_radius_difference(t, w, [0.0, np.nan]), SceneError, r"y\[1\] = nan"),
-        (lambda t, w: rolling_radius_difference(t, w, 200.0), NoContact, "the wheel is beside the rail"),
-        (lambda t, w: rolling_radius_difference(t, w, 75.0), SceneError, "touches at the end of a profile"),
-        (lambda t, w: rolling_radius_difference(w, t, 1.0), SceneError, "track = WheelSet.* must be a Track"),
-        (lambda t, w: equivalent_conicity(t, w, 0.0), SceneError, "amplitude = 0"),
-        (lambda t, w: equivalent_conicity(t, w, "3 mm"), SceneError, "amplitude = '3 mm'"),
-    ],
-)
+@pytest.mark.parametrize(("call", "error", "said"), [
+    (lambda t, w: rolling_radius_difference(t, w, [0.0, np.nan]), SceneError, r"y\[1\] = nan"),
+    (lambda t, w: rolling_radius_difference(t, w, 200.0), NoContact, "the wheel is beside the rail"),
+    (lambda t, w: rolling_radius_difference(t, w, 75.0), SceneError, "touches at the end of a profile"),
+    (lambda t, w: rolling_radius_difference(w, t, 1.0), SceneError, "track = WheelSet.* must be a Track"),
+    (lambda t, w: equivalent_conicity(t, w, 0.0), SceneError, "amplitude = 0"),
+    (lambda t, w: equivalent_conicity(t, w, "3 mm"), SceneError, "amplitude = '3 mm'"),
+])  # fmt: skip
 def test_what_is_refused(call, error, said):
     with pytest.raises(error, match=said):
         call(flat_track(round_rail()), WheelSet(wheel=cone()))

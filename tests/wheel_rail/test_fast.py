@@ -57,16 +57,13 @@ def test_virtual_penetration_of_two_circles_from_its_definition():
 CLAMP = {"outside": "clamp"}
 
 
-@pytest.mark.parametrize(
-    ("normal", "theory", "options", "typical", "worst", "peak"),
-    [
-        ("virtual-penetration", "fastsim", {}, 0.035, 0.08, 0.3),
-        ("hertz", "fastsim", {}, 0.035, 0.10, 0.3),
-        ("virtual-penetration", "table", CLAMP, 0.0015, 0.08, 0.3),
-        ("analyn", "table", CLAMP, 0.0015, 0.08, 0.11),
-        ("hertz", "table", CLAMP, 0.0015, 0.09, 0.3),
-    ],
-)
+@pytest.mark.parametrize(("normal", "theory", "options", "typical", "worst", "peak"), [
+    ("virtual-penetration", "fastsim", {}, 0.035, 0.08, 0.3),
+    ("hertz", "fastsim", {}, 0.035, 0.10, 0.3),
+    ("virtual-penetration", "table", CLAMP, 0.0015, 0.08, 0.3),
+    ("analyn", "table", CLAMP, 0.0015, 0.08, 0.11),
+    ("hertz", "table", CLAMP, 0.0015, 0.09, 0.3),
+])  # fmt: skip
 def test_the_benchmarks_positions(normal, theory, options, typical, worst, peak):
     """All 42 of them against CONTACT: forces by f Fn, peak pressure, location; one has two ellipses."""
     apart = []
