@@ -50,7 +50,7 @@ def scene(rng: Random) -> vc.Scene:
     if isinstance(motion, vc.Transient) and isinstance(surface, vc.Ellipse):
         surface = vc.Paraboloids(base.contact.Rx, base.contact.Ry)
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
-    explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and not surface.placed)
+    explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and surface.x is None)
     laid_out = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
     return vc.Scene(
         bodies=base.bodies,

@@ -130,7 +130,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
 
 def if_noise(scene: Scene, grid: Grid) -> str:
     """What else may be wrong where samples have a summit between the elements, or no grid holds their contact."""
-    if not isinstance(scene.surface, SampledDistance) or not scene.surface.placed:
+    if not isinstance(scene.surface, SampledDistance) or scene.surface.x is None:
         return ""
     wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
     return f"; or, if this is noise, {how_to_smooth(f'{wavelength:.3g}')}, at least"
@@ -183,7 +183,7 @@ def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) 
         least = float(surface.samples[iy, ix])
         if approach is not None and approach <= least:
             return bodies_apart(approach, least)
-        if surface.placed:
+        if surface.x is not None:
             x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:
             x, y = left, bottom

@@ -74,7 +74,7 @@ def _rim(grid: Grid) -> np.ndarray:
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
     surface = disc.surface
-    if not isinstance(surface, SampledDistance) or not surface.placed:
+    if not isinstance(surface, SampledDistance) or surface.x is None:
         return None
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
     suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
@@ -143,7 +143,7 @@ def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     surface = disc.surface
     if not isinstance(surface, SampledDistance):
         return undeformed_distance(surface, disc.hertz, grid)
-    if surface.placed:
+    if surface.x is not None:
         left, right, bottom, top = surface.box
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
             return surface.distance(grid)

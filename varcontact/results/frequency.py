@@ -66,8 +66,8 @@ class FrequencyResponse:
 
     def of(self, output: str, by: str) -> np.ndarray:
         """Derivative of the `output` with respect to the input `by`, one for each wave number."""
-        place = [self.outputs.index(checks.choice("output", output, self.outputs))]
-        return np.asarray(self.values[:, place[0], self.inputs.index(checks.choice("by", by, self.inputs))])
+        row = self.outputs.index(checks.choice("output", output, self.outputs))
+        return self.values[:, row, self.inputs.index(checks.choice("by", by, self.inputs))]
 
     def to_xarray(self) -> xr.Dataset:
         """The derivatives as a dataset: a variable for each output, with dimensions wave_number and input."""

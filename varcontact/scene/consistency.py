@@ -177,7 +177,7 @@ def why_centres(scene: Scene) -> str:
         how = "conformal" if scene.conformal else f"unlike ({scene.difference})"
         return f"is for a pressure that tractions do not change, and the bodies are {how}"
     samples = [each for each in scene.surfaces if isinstance(each, SampledDistance)]
-    if getattr(scene.motion, "heights", ()) or not all(each.placed for each in samples):
+    if getattr(scene.motion, "heights", ()) or any(each.x is None for each in samples):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
 
@@ -217,7 +217,7 @@ def _check_by_element(scene: Scene) -> None:
         for each in (scene.friction.min(), scene.friction.max(), *scene.friction[scene.friction > 0][:1]):
             coefficient("friction", float(each))
     for surface in scene.surfaces:
-        if isinstance(surface, SampledDistance) and not surface.placed:
+        if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
         elif isinstance(surface, SampledDistance) and relaxes and isinstance(motion, Transient):
             allowed = "left out: in a history of viscoelastic bodies samples lie on the grid"

@@ -210,11 +210,6 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return np.atleast_2d(self.h)
 
     @property
-    def placed(self) -> bool:
-        """Whether the samples carry their own coordinates."""
-        return self.x is not None
-
-    @property
     def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
         """x and y of samples that carry them; y is 0 in line contact."""
         assert self.x is not None

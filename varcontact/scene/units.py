@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from varcontact.checks import Checked
 from varcontact.errors import SceneError
 
 LONGEST = 40
 """Characters of a name."""
 
 
+def _name(field: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise SceneError(field, value, "a name, in quotes")
+    if not value.isprintable() or len(value) > LONGEST:
+        raise SceneError(field, value, f"printable, in {LONGEST} characters at most")
+    return value
+
+
 @dataclass(frozen=True, kw_only=True)
-class Units:
+class Units(Checked, path="units", length=_name, force=_name):
     """Names of the units a scene is given in, for labels only: nothing is converted.
 
     Parameters
@@ -34,14 +44,6 @@ class Units:
 
     length: str
     force: str
-
-    def __post_init__(self) -> None:
-        for name in ("length", "force"):
-            value = getattr(self, name)
-            if not isinstance(value, str):
-                raise SceneError(f"units.{name}", value, "a name, in quotes")
-            if not value.isprintable() or len(value) > LONGEST:
-                raise SceneError(f"units.{name}", value, f"printable, in {LONGEST} characters at most")
 
     def of(self, quantity: str, line: bool = False, shift: bool = False) -> str:
         """Unit of a `quantity`, without brackets; in `line` contact forces and moments are per unit length.
