@@ -112,7 +112,7 @@ def worn_profile(
     """
     checks.choice("kind", kind, ("rail", "wheel"))
     times, length = checks.positive("passages", passages), checks.at_least_zero("smoothing", smoothing)
-    found = _listed("found", found, WheelRailSolution)
+    _check_list("found", found, WheelRailSolution)
     profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
     profile: Any = profiles[0] if profiles else None
     if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
@@ -181,7 +181,7 @@ def wear_down(
     """
     count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
     checks.positive("passages", passages)
-    cases = _listed("cases", cases, WheelOnRail, WheelSetOnTrack)
+    _check_list("cases", cases, WheelOnRail, WheelSetOnTrack)
     part, entry = ("track", "rail") if kind == "rail" else ("wheelset", "wheel")
     for number in range(count):
         found: list[WheelRailSolution] = []
@@ -195,9 +195,8 @@ def wear_down(
     return profiles
 
 
-def _listed(field: str, given: Any, *kinds: type[Any]) -> list[Any]:
+def _check_list(field: str, given: Any, *kinds: type[Any]) -> None:
     if not isinstance(given, Sequence):
         raise SceneError(field, given, "a list")
     for number, each in enumerate(given):
         check_kind(f"{field}[{number}]", each, *kinds)
-    return list(given)

@@ -266,9 +266,8 @@ def geometry_table(
         found = case.estimate(normal)
         if len(found.patches) > SLOTS:
             warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=2)
-        kept = sorted(
-            sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS], key=lambda each: each.frame.origin[1]
-        )
+        largest = sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS]
+        kept = sorted(largest, key=lambda each: each.frame.origin[1])
         z[i, j], count[i, j] = found.z, len(kept)
         for k, each in enumerate(kept):
             ellipse = each.ellipse

@@ -210,7 +210,6 @@ class WheelRailSolution(WheelForces):
         forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
         """
         at = self.case.position
-
         lines = [
             f"{self.case.side} wheel, y = {at.y:.6g} mm, roll = {at.roll:.6g}, yaw = {at.yaw:.6g}, "
             f"height of the axle {self.z:.6g} mm",
@@ -294,9 +293,9 @@ class PatchWear:
     def t_gamma_error(self) -> float:
         """Estimated error of T-gamma, and so of the friction work, from those of the forces [N]; NaN without them."""
         rolled, error, estimate = self.solved.patch.creepage, self.solved.error, self.solved.solution.error_estimate
-        turned = (
-            0.0 if estimate is None else estimate.errors.get("Mz", 0.0) * units(self.solved.solution).get("Mz", 0.0)
-        )
+        if estimate is None:
+            return np.nan
+        turned = estimate.errors.get("Mz", 0.0) * units(self.solved.solution).get("Mz", 0.0)
         return float(abs(rolled.vx) * error[0] + abs(rolled.vy) * error[1] + abs(rolled.spin) * turned)
 
     @property
