@@ -48,13 +48,8 @@ def conditions() -> dict[str, object]:
     packages = {name: version(name) for name in ("numpy", "scipy", "clarabel")}
     load = round(os.getloadavg()[0], 1)
     machine = f"{platform.machine()}, {os.cpu_count()} processors"
-    return {
-        "date": date.today().isoformat(),
-        "machine": machine,
-        "load": load,
-        "python": platform.python_version(),
-        **packages,
-    }
+    today, python = date.today().isoformat(), platform.python_version()
+    return {"date": today, "machine": machine, "load": load, "python": python, **packages}
 
 
 def keep(group: str, name: str, table: Table) -> None:

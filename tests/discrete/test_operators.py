@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import LIKE, make_scene
 from varcontact.discrete import penetration
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import ContactState
@@ -50,10 +50,8 @@ def test_what_is_derived_shares_what_any_builds(rolling):
     """Also what a child builds, its parent and its siblings have."""
     scene = rolling(grid=EXPLICIT)
     disc = discretise(scene, EXPLICIT)
-    child, sibling = (
-        disc.with_loading(coefficient=np.full(EXPLICIT.shape, 0.2)),
-        disc.with_loading(motion=vc.Steady(vx=0.1)),
-    )
+    child = disc.with_loading(coefficient=np.full(EXPLICIT.shape, 0.2))
+    sibling = disc.with_loading(motion=vc.Steady(vx=0.1))
     assert child.tangential_operator is sibling.tangential_operator is disc.tangential_operator
     assert discretise(scene, EXPLICIT, disc.operators).operators is disc.operators
 
@@ -81,31 +79,21 @@ def test_steps_of_many_lengths_leave_a_few_tables(rolling):
 # ----------------------------------------------------------------------------- Samples outside the potential contact
 
 
-def pressed(cells, line=False, bodies=None):
+def pressed(cells, line, bodies):
     """A discretisation of a contact that samples go on around, and its state with tractions."""
     x = np.linspace(-2.0, 2.0, 81)
     h = x**2 / 2 if line else x**2 / 2 + x[:, None] ** 2
     surface = vc.SampledDistance(h, x, reference_depth=5.0) if line else vc.SampledDistance(h, x, x)
-    scene = make_scene(
-        surface,
-        0.5,
-        vc.Shift(ux=0.05),
-        vc.Grid(nx=cells, ny=None if line else cells),
-        bodies=bodies or vc.Bodies(G=1.0, nu=0.28),
-    )
+    grid = vc.Grid(nx=cells, ny=None if line else cells)
+    scene = make_scene(surface, 0.5, vc.Shift(ux=0.05), grid, bodies=bodies)
     sol = vc.solve(scene, certify=None)
     disc = discretise(scene, sol.grid)
-    state = ContactState(
-        sol.pressure / disc.scales.pressure,
-        sol.approach / disc.scales.displacement,
-        sol.traction / disc.scales.pressure,
-        np.zeros(2),
-    )
-    return disc, state
+    pressure, traction = (field / disc.scales.pressure for field in (sol.pressure, sol.traction))
+    return disc, ContactState(pressure, sol.approach / disc.scales.displacement, traction, np.zeros(2))
 
 
 @pytest.mark.parametrize("line", [False, True], ids=["plane", "line"])
-@pytest.mark.parametrize("bodies", [None, vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.4))], ids=["like", "unlike"])
+@pytest.mark.parametrize("bodies", [LIKE, vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.4))], ids=["like", "unlike"])
 @pytest.mark.parametrize("cells", [8, 24, 40])
 def test_displacements_between_centres_are_as_good_as_they_are_taken_for(cells, bodies, line):
     """Linear between the elements' centres, against the exact displacements of all elements, away from the contact."""

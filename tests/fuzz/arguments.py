@@ -127,6 +127,7 @@ def _references() -> dict:
     bodies = vc.Bodies(1.0, 0.3)
     unlike = vc.Bodies((1.0, np.inf), 0.3)
     line = reference.line_contact(1.0, bodies, force=1e-3)
+    loaded = {"friction": 0.3, "force": 1e-4}
     ball = reference.hertz(1.0, 1.0, bodies, force=1e-3)
     return {
         "elliptic_integrals": (reference.elliptic_integrals, {"axial_ratio": 0.5}),
@@ -135,11 +136,8 @@ def _references() -> dict:
         "line_contact": (reference.line_contact, {"R": 1.0, "bodies": bodies, "force": 1e-3}),
         "carter": (reference.carter, {"contact": line, "friction": 0.3, "creepage": 1e-3}),
         "bufler": (reference.bufler, {"R": 1.0, "bodies": unlike, "force": 1e-3}),
-        "cattaneo_line": (reference.cattaneo_line, {"contact": line, "friction": 0.3, "force": 1e-4}),
-        "cattaneo_mindlin": (
-            reference.cattaneo_mindlin,
-            {"contact": ball, "bodies": bodies, "friction": 0.3, "force": 1e-4},
-        ),
+        "cattaneo_line": (reference.cattaneo_line, {"contact": line, **loaded}),
+        "cattaneo_mindlin": (reference.cattaneo_mindlin, {"contact": ball, "bodies": bodies, **loaded}),
         "creepage_coefficients": (reference.creepage_coefficients, {"a": 1.0, "b": 1.0, "nu": 0.3}),
         "spence_ratio": (reference.spence_ratio, {"bodies": unlike, "friction": 0.3, "shape": "circle"}),
     }

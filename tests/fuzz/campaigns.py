@@ -231,11 +231,7 @@ def within_gap(exact: Held, moved: Held, certificate: vc.Certificate) -> list[st
 
 def _by_a_rough_solver(rng: Random, exact: vc.Solution) -> list[str]:
     """A solver's own answer to a loose tolerance, also under prescribed forces: its certificate bounds its errors."""
-    keywords = {
-        "tangential": str(rng.choice(["scs", "clarabel", "newton"])),
-        "polish": False,
-        "tol": float(10 ** rng.uniform(-6, -0.5)),
-    }
-    sol = vc.solve(dataclasses.replace(exact.scene, grid=exact.grid), **keywords)
+    name, tol = str(rng.choice(["scs", "clarabel", "newton"])), float(10 ** rng.uniform(-6, -0.5))
+    sol = vc.solve(dataclasses.replace(exact.scene, grid=exact.grid), tangential=name, polish=False, tol=tol)
     found = bounded(sol.certificate, exact, outputs(sol.grid, sol.traction))
     return found + untruths(Held(sol, None))

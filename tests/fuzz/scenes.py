@@ -52,15 +52,8 @@ def scene(rng: Random) -> vc.Scene:
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
     explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and surface.x is None)
     laid_out = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
-    return vc.Scene(
-        bodies=base.bodies,
-        surface=surface,
-        **_load(rng, base, surface),
-        friction=friction,
-        motion=motion,
-        grid=laid_out,
-        units=base.units,
-    )
+    given = {"bodies": base.bodies, "surface": surface, **_load(rng, base, surface)}
+    return vc.Scene(**given, friction=friction, motion=motion, grid=laid_out, units=base.units)
 
 
 # ----------------------------------------------------------------------------- bodies and sizes

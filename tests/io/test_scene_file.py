@@ -185,20 +185,11 @@ def ball(**changes):
     return dataclasses.replace(BALL, **changes)
 
 
+SURFACES, LAWS = [vc.Paraboloids(Rx=R, Ry=0.4) for R in (0.4, 0.5)], [vc.StaticKinetic(0.3, 0.2), None]
+VARIED = vc.Transient(steps=2, dq=[0.0, 1e-3], Fx=[-1e3, None], friction=LAWS, surface=SURFACES, interpolate=True)
 SCENES = {
     "by element": ball(friction=FIELD, grid=GRID, surface=vc.SampledDistance(1e-6 * FIELD)),
-    "history": ball(
-        surface=vc.Paraboloids(Rx=0.4, Ry=0.4),
-        motion=vc.Transient(
-            steps=2,
-            dq=[0.0, 1e-3],
-            Fx=[-1e3, None],
-            friction=[vc.StaticKinetic(0.3, 0.2), None],
-            surface=[vc.Paraboloids(Rx=0.4, Ry=0.4), vc.Paraboloids(Rx=0.5, Ry=0.4)],
-            interpolate=True,
-        ),
-        grid=GRID,
-    ),
+    "history": ball(surface=SURFACES[0], motion=VARIED, grid=GRID),
 }
 
 

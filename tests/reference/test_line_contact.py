@@ -7,7 +7,8 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import refusals
-from varcontact.reference import bufler, carter, cattaneo_line, line_contact
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.reference import bufler, carter, cattaneo_line, hertz_ellipse, line_contact
 
 LIKE = vc.Bodies(G=3.0, nu=0.3)
 UNLIKE = [
@@ -59,8 +60,6 @@ def strains(bodies, x, edges, pressure, traction):
 
 def test_the_integral_kernels_are_those_of_the_package():
     """The plane-strain kernel of K and the logarithm: a long strip of influence numbers."""
-    from varcontact.elasticity.halfspace import influence_numbers
-
     B = influence_numbers(np.array([0.5, 1.0]), 0.0, 1e-3, 1e5, nu=0.3, K=0.2, components=("xx", "zz", "xz", "zx"))
     logarithm = -2 * 0.7 / np.pi * np.log(0.5) * 1e-3
     assert B["xx"][0] - B["xx"][1] == pytest.approx(logarithm, rel=1e-6)
@@ -86,8 +85,6 @@ def test_hertz(scale):
 
 def test_hertz_is_the_limit_of_a_long_ellipse():
     """Per unit length in the middle, where the force is that of a semi-elliptical pressure."""
-    from varcontact.reference import hertz_ellipse
-
     ellipse = hertz_ellipse(1.0, 1e4, LIKE, force=1.0)
     strip = line_contact(ellipse.Rx, LIKE, a=1.0)
     assert strip.peak_pressure == pytest.approx(ellipse.peak_pressure, rel=1e-6)
