@@ -52,16 +52,14 @@ def text(rng: Random, folder: Path) -> Damage:
     flipped = bytearray(whole)
     for place in rng.integers(len(whole), size=int(rng.integers(1, 5))):
         flipped[place] = rng.integers(256)
-    doubled = whole + whole
-    deep = b"x = " + b"[" * 100_000
     kinds = {
         "cut": cut,
         "other bytes": bytes(flipped),
         "BOM": b"\xef\xbb\xbf" + whole,
         "UTF-16": whole.decode().encode("utf-16"),
         "NUL": whole.replace(b"=", b"\0=", 1),
-        "doubled": doubled,
-        "deep": deep,
+        "doubled": whole + whole,
+        "deep": b"x = " + b"[" * 100_000,
         "empty": b"",
         "Latin": whole + "\n# é".encode("latin-1"),
         "long number": whole.replace(b"1.0", b"1" * 6000, 1),

@@ -123,11 +123,11 @@ def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path
             vc.load(altered(sol, tmp_path / "sol.nc", **changes), certify=False)
 
 
+FIXED = {"surface": vc.Paraboloids(1.0, 1.5), "normal_force": None, "approach": 0.1}
+
+
 @pytest.mark.parametrize(("given", "changes"), [
-    (
-        {"surface": vc.Paraboloids(1.0, 1.5), "normal_force": None, "approach": 0.1},
-        {"approach": lambda d: 1.01 * d},
-    ),
+    (FIXED, {"approach": lambda d: 1.01 * d}),
     ({"motion": vc.Steady(Fx=-0.1, Fy=0.05, spin=0.1)}, {"creepage": put(1, np.nan)}),
     ({"motion": vc.Steady(Fx=-0.1)}, {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
 ])  # fmt: skip
