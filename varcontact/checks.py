@@ -130,6 +130,8 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float
         if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
             raise TypeError
         result = given.astype(float)
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
     except Exception as error:  # an object's own code runs here, and may raise anything
         rows = ", with rows of equal length" if isinstance(error, ValueError) else ""
         raise SceneError(field, value, f"{allowed}{rows}") from None

@@ -127,8 +127,8 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
     found = ax.get_legend_handles_labels()[0]
     if not found:
         return
-    lines, sizes = len(ax.get_xlabel().splitlines()), mpl.rcParams
-    points = 6 + 1.5 * sizes["xtick.labelsize"] + 1.5 * lines * sizes["axes.labelsize"]
+    ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
+    points = 6 + 1.5 * ticks + 1.5 * float(ax.xaxis.label.get_fontsize()) * len(ax.get_xlabel().splitlines())
     down = ScaledTranslation(0, -points / 72, figure_of(ax).dpi_scale_trans)
     ax.legend(
         ncols=min(columns, len(found)),
