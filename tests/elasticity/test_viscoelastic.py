@@ -110,4 +110,4 @@ def test_complex_moduli_are_means_over_what_lies_ahead(base):
     for name in SIDES:
         off = found[name] - means[name]
         shifted = base == "smooth" and name in ("xx", "yy")  # no friction holds the body
-        np.testing.assert_allclose(off, off[0] if shifted else 0.0, rtol=0, atol=3e-8)
+        np.testing.assert_allclose(off, off[0, 0] if shifted else 0.0, rtol=0, atol=3e-8)

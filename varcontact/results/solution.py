@@ -431,7 +431,7 @@ class Solution(Reported):
     def section(
         self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
     ) -> Figure:
-        """Picture of a section along x, the panel "section" of `plot`, with its arguments and errors."""
+        """Picture of a section along x, the panel "section" of `plot`: `y`, `ax`, `figsize` and errors are its own."""
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:

@@ -209,7 +209,7 @@ class WheelOnRail(OnTrack):
         return self.wheelset.surface(self.side, self.position.pitch)
 
     def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
-        """Of rail and wheel, (y, z) and (y, radius) as placed, at a `location`; and its y on each."""
+        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
         theta = float(np.arcsin(location[0] / self.wheelset.radius))
         rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
         wheel = self.wheel if isinstance(self.wheel, Curve) else self.wheel.section(theta)
