@@ -119,12 +119,14 @@ class ProfileSlices:
     @property
     def first(self) -> Profile:
         """The first slice, from which gauge, rail tops and the flange's place are measured."""
-        return self.profiles[0]  # type: ignore[index]
+        assert isinstance(self.profiles, tuple)
+        return self.profiles[0]
 
     @property
     def constant(self) -> bool:
         """Whether all slices are one profile."""
-        return all(each is self.first for each in self.profiles) and not self.z.any()  # type: ignore[union-attr]
+        assert isinstance(self.profiles, tuple)
+        return all(each is self.first for each in self.profiles) and not self.z.any()
 
     @classmethod
     def read(cls, path: str | Path, kind: Kind, **options: Any) -> ProfileSlices | tuple[ProfileSlices, ...]:
