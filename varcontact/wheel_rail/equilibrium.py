@@ -251,10 +251,13 @@ def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarr
         balance = _equations(case)
         return balance, _root(balance, solver)
     load = "yaw_moment" if "yaw" in case.free else "lateral_force"
+    near: np.ndarray | None = None
 
     def at(y: float) -> tuple[_Balance, np.ndarray]:
+        nonlocal near
         balance = _equations(replace(case, position=replace(case.position, y=y)), ("y", load))
-        return balance, _root(balance, solver)
+        near = _root(balance, solver, near)
+        return balance, near
 
     def net(y: float) -> float:
         """What moves the wheel set to the side, by the load."""
@@ -271,7 +274,7 @@ def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarr
             reason = f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or falls"
             raise SceneError(load, getattr(case, load), message=reason) from None
     if pushed != 0:
-        y = brentq(net, y - sign * WALK, y, xtol=1e-9)
+        y = brentq(net, y - sign * WALK, y, xtol=SIDEWAYS / 10)  # the equations of all unknowns take it from there
     part, x = at(float(y))
     whole = _equations(replace(case, position=replace(case.position, y=float(y))))
     found = part.values(x) | {"y": float(y)}
@@ -289,7 +292,7 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     words = _unbalanced(balance.case)
     missed, why = math.inf, ""
     for factor in FACTORS:
-        options = {"factor": factor, "xtol": 1e-12, "eps": STEP**2}
+        options = {"factor": factor, "xtol": 1e-7, "eps": STEP**2}
         try:
             found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), x, options=options)
             missed = float(np.abs(found.fun).max())
