@@ -15,18 +15,18 @@ from varcontact.cli.terminal import check_outputs, draw, study
 from varcontact.errors import SceneError
 
 
+@opt.takes(*opt.TARGET)
 def compare(
     scenes: Annotated[list[Path] | None, opt.argument("Scenes, TOML files.")] = None,
     bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
     methods: opt.Methods = None,
     tol: opt.Solved = 1e-6,
-    accuracy: opt.Accuracy = None,
-    time_budget: opt.TimeBudget = None,
     out: opt.Table = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
     workers: opt.Workers = 1,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.study.compare import summary
@@ -45,13 +45,12 @@ def compare(
     if not described:
         raise SceneError("scenes", None, "given: name a scene file or give --bank")
     chosen = DEFAULT_METHODS if methods is None else names_of(methods)
-    if accuracy is None and time_budget is None and read:
-        wanted = {(settings.get("accuracy"), settings.get("time_budget")) for _, settings in read.values()}
+    if options == dict.fromkeys(opt.TARGET) and read:
+        wanted = {tuple(settings.get(name) for name in opt.TARGET) for _, settings in read.values()}
         if len(wanted) > 1:
             allowed = "the same for all scene files; give it with --accuracy or --time-budget"
             raise SceneError("accuracy", sorted(wanted, key=str), allowed)
-        ((accuracy, time_budget),) = wanted
-    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
+        options = dict(zip(opt.TARGET, *wanted, strict=True))
     work = partial(vc.compare, described, chosen, tol=tol, store=out, workers=workers, **options)
     written = table_as_json if as_json else summary
     draw(plot, vc.plot_comparison, study(work, written, out, "--out FILE.csv", "scenes"))

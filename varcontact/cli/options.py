@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,22 +31,9 @@ def argument(words: str) -> Any:
 
 
 SceneFile = Annotated[Path, argument("Scene, a TOML file (docs/scenes.md).")]
-MethodName = Annotated[str | None, option("auto, convex, active-set or kalker.", default="auto")]
-Normal = Annotated[str | None, option("Normal problem.", default="auto")]
-Tangential = Annotated[str | None, option("Tangential problem, or a theory.", default="auto")]
-Coupling = Annotated[str | None, option("Coupling, for unlike bodies.", default="auto")]
-Formulation = Annotated[str | None, option("Formulation of the programs.", default="auto")]
-Tol = Annotated[float | None, option("Required natural-map residual.", default="1e-8")]
-Certify = Annotated[str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")]
-Accuracy = Annotated[float | None, option("Largest error by the friction limit; sets the grid.")]
-TimeBudget = Annotated[float | None, option("Instead of --accuracy: a time limit in seconds.")]
-Refine = Annotated[str | None, option("continuum: defect correction of steady rolling under Hertz's pressure.")]
 Methods = Annotated[str | None, option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
 Solved = Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")]
 VALUES = "FROM:TO:N (N equally spaced values), values separated by commas, or one value"
-Vx = Annotated[str | None, option(f"Longitudinal creepage (ux of a shift): {VALUES}.")]
-Vy = Annotated[str | None, option("Lateral creepage (uy of a shift).")]
-Spin = Annotated[str | None, option("Spin (rotation of a shift).")]
 Table = Annotated[Path | None, option("Table (.csv) that is written as results come, and resumed.")]
 Picture = Annotated[Path | None, option("Picture (.png, .pdf, .svg).")]
 Force = Annotated[
@@ -53,11 +42,52 @@ Force = Annotated[
 Workers = Annotated[int, typer.Option(help="Number of processes.")]
 Dask = Annotated[str | None, option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")]
 AsJson = Annotated[bool, option("Print JSON instead of the report.", "--json")]
+SHARED: dict[str, Any] = {
+    "vx": Annotated[str | None, option(f"Longitudinal creepage (ux of a shift): {VALUES}.")],
+    "vy": Annotated[str | None, option("Lateral creepage (uy of a shift).")],
+    "spin": Annotated[str | None, option("Spin (rotation of a shift).")],
+    "method": Annotated[str | None, option("auto, convex, active-set or kalker.", default="auto")],
+    "normal": Annotated[str | None, option("Normal problem.", default="auto")],
+    "tangential": Annotated[str | None, option("Tangential problem, or a theory.", default="auto")],
+    "coupling": Annotated[str | None, option("Coupling, for unlike bodies.", default="auto")],
+    "formulation": Annotated[str | None, option("Formulation of the programs.", default="auto")],
+    "polish": Annotated[bool | None, option("Refine programs' answers.", "--polish/--no-polish", default="polish")],
+    "tol": Annotated[float | None, option("Required natural-map residual.", default="1e-8")],
+    "start": Annotated[str | None, option("Under a law of friction: search from stick or slip.")],
+    "certify": Annotated[str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")],
+    "refine": Annotated[str | None, option("continuum: defect correction of steady rolling under Hertz's pressure.")],
+    "accuracy": Annotated[float | None, option("Largest error by the friction limit; sets the grid.")],
+    "time_budget": Annotated[float | None, option("Instead of --accuracy: a time limit in seconds.")],
+}
+"""Options that several commands take, by name."""
+CREEPAGES = ("vx", "vy", "spin")
+METHOD = ("method", "normal", "tangential", "coupling", "formulation")
+TARGET = ("accuracy", "time_budget")
+SETTINGS = (*METHOD, "tol", "certify", *TARGET)
+
+
+def takes(*names: str) -> Callable[[Any], Any]:
+    """Declare the `options` of a command, of `SHARED`, after its first argument."""
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    added = [inspect.Parameter(name, kind, default=None, annotation=SHARED[name]) for name in names]
+
+    def declared(command: Any) -> Any:
+        signature = inspect.signature(command, eval_str=True)
+        first, *own, _ = signature.parameters.values()
+        command.__signature__ = signature.replace(parameters=[first, *added, *own])
+        return command
+
+    return declared
 
 
 def given(**options: Any) -> dict[str, Any]:
     """The options that are given."""
     return {name: value for name, value in options.items() if value is not None}
+
+
+def ranges_of(options: dict[str, Any]) -> dict[str, Any]:
+    """Take the creepages out of options that are given: the values of each."""
+    return {name: values_of(f"--{name}", options.pop(name)) for name in CREEPAGES if name in options}
 
 
 def names_of(text: str) -> list[str]:

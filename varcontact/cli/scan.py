@@ -11,7 +11,7 @@ import typer
 
 import varcontact as vc
 from varcontact.cli import options as opt
-from varcontact.cli.options import given, names_of, values_of
+from varcontact.cli.options import given, names_of, ranges_of
 from varcontact.cli.terminal import check_outputs, draw, progress_line, show
 from varcontact.errors import SceneError
 
@@ -21,27 +21,17 @@ ROUNDING = 1e-13
 """Relative size of the rounding error of sums of tractions that cancel."""
 
 
+@opt.takes(*opt.CREEPAGES, *opt.SETTINGS)
 def scan(
     scene: opt.SceneFile,
-    vx: opt.Vx = None,
-    vy: opt.Vy = None,
-    spin: opt.Spin = None,
     creepages: Annotated[
         Path | None, opt.option("Instead, a table (.csv): three numbers a line, with or without a heading.")
     ] = None,
-    method: opt.MethodName = None,
-    normal: opt.Normal = None,
-    tangential: opt.Tangential = None,
-    coupling: opt.Coupling = None,
-    formulation: opt.Formulation = None,
-    tol: opt.Tol = None,
-    certify: opt.Certify = None,
-    accuracy: opt.Accuracy = None,
-    time_budget: opt.TimeBudget = None,
     out: Annotated[Path | None, typer.Option(help="Table (.csv).")] = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Solve one scene for many creepages, each with a certificate.
 
@@ -54,13 +44,12 @@ def scan(
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
         check_replaceable("--out", out, (".csv",), "table", lambda path: begins_with(path, *HEADINGS), force)
-    described, options = vc.read_scene(scene)
+    described, settings = vc.read_scene(scene)
     for name in ("start", "refine"):
-        if name in options:
-            raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
-    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
-    options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
-    ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
+        if name in settings:
+            raise SceneError(f"solve.{name}", settings[name], f"left out: a scan has no {name}")
+    settings |= given(**options)
+    ranges = ranges_of(settings)
     if creepages is None:
         triples = creepages_over(described.motion, ranges, "--")
     elif ranges:
@@ -70,7 +59,7 @@ def scan(
     found: list[vc.Solution] = []
     try:
         with progress_line() as progress:
-            for solution in scanned(described, triples, **options):
+            for solution in scanned(described, triples, **settings):
                 found.append(solution)
                 progress(f"{len(found)} of {len(triples)} creepages")
     finally:  # what was computed is not lost where one fails
@@ -123,24 +112,21 @@ def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
     from varcontact.study import csv_table
 
     names = [*list(rows[0])[:3], *PRINTED]
-    cells = []
+    cleared = []
     for sol, row in zip(found, rows, strict=True):
         arms = {"Fx": 1.0, "Fy": 1.0, "Mz": math.sqrt(sol.areas["contact"])}
         noise = [name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm]
-        shown = row | dict.fromkeys(noise, 0.0)
-        cells.append([csv_table.cell_with_bar(shown[name], row.get(f"{name}_error")) for name in names])
+        cleared.append(row | dict.fromkeys(noise, 0.0))
     units, line = found[0].scene.units, found[0].scene.line
     shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
     said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
-    return "\n".join([", ".join([count, *said]), *csv_table.columns_of_text([names, *cells], left=0)])
+    return "\n".join([", ".join([count, *said]), *csv_table.rows_of_text(cleared, names)])
 
 
+@opt.takes(*opt.CREEPAGES)
 def curve(
     scene: opt.SceneFile,
-    vx: opt.Vx = None,
-    vy: opt.Vy = None,
-    spin: opt.Spin = None,
     methods: Annotated[
         str, typer.Option(help="Theories, and methods as for compare, separated by commas.")
     ] = "auto,fastsim,fastrip",
@@ -148,6 +134,7 @@ def curve(
     plot: opt.Picture = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Forces and moment against creepages, by fast theories and exact methods side by side.
 
@@ -158,7 +145,7 @@ def curve(
 
     check_outputs(out, plot, [scene], force, (".nc",))
     described, _ = vc.read_scene(scene)
-    ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
+    ranges = ranges_of(given(**options))
     with progress_line() as progress:
         found = vc.creep_curve(described, names_of(methods), progress=progress, **ranges)
     if out is not None:

@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import varcontact as vc
 from varcontact.cli import options as opt
 from varcontact.cli.options import given
@@ -20,27 +18,15 @@ MOVING = (".gif", ".mp4")
 """Endings of the moving pictures of histories."""
 
 
+@opt.takes(*opt.METHOD, "polish", "tol", "start", "certify", "refine", *opt.TARGET)
 def solve(
     scene: Annotated[Path, opt.argument("Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).")],
-    method: opt.MethodName = None,
-    normal: opt.Normal = None,
-    tangential: opt.Tangential = None,
-    coupling: opt.Coupling = None,
-    formulation: opt.Formulation = None,
-    polish: Annotated[
-        bool | None, typer.Option("--polish/--no-polish", help="Refine programs' answers.  [default: polish]")
-    ] = None,
-    tol: opt.Tol = None,
-    start: Annotated[str | None, typer.Option(help="Under a law of friction: search from stick or slip.")] = None,
-    certify: opt.Certify = None,
-    refine: opt.Refine = None,
-    accuracy: opt.Accuracy = None,
-    time_budget: opt.TimeBudget = None,
     case: Annotated[int | None, opt.option("Number of the scene in CONTACT's input file, from 1.")] = None,
     out: Annotated[Path | None, opt.option(OUT)] = None,
     plot: Annotated[Path | None, opt.option("Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history import check_history_file
@@ -52,31 +38,29 @@ def solve(
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, FORMATS)
-    described, options = _read(scene, case)
+    described, settings = _read(scene, case)
     moves = isinstance(described.motion, vc.Transient)
     if plot is not None and may_move:
         check = partial(check_animation, "--plot") if moves else check_picture
         check(plot, [scene] if out is None else [scene, out], force)
-    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
-    options |= given(polish=polish, tol=tol, start=start, certify=certify, refine=refine)
-    options |= given(accuracy=accuracy, time_budget=time_budget)
-    several = SolveOptions.checked(described, **options).target is not None
+    settings |= given(**options)
+    several = SolveOptions.checked(described, **settings).target is not None
     if moves and several:  # of several grids: the answer alone is kept
         if out is not None:
             check_history_file("--out", out, force)
     elif moves:  # the file grows with the history, and is whole at any time
         if out is not None:
             check_ending("--out", out, ".nc")
-        options["store"], out = out, None
+        settings["store"], out = out, None
     elif out is not None:
         check_solution_file("--out", out, force)
     try:
         with progress_line() as progress:
-            solution = vc.solve(described, **options, progress=progress)
+            solution = vc.solve(described, **settings, progress=progress)
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
             deliver(stopped.partial, out, plot, force, as_json)
-        stop(stopped, options.get("store"), "--out FILE.nc", "steps")
+        stop(stopped, settings.get("store"), "--out FILE.nc", "steps")
     except VarcontactError as failure:
         kept = getattr(failure, "solution", None) if failure.history is None else failure.history
         if kept:
@@ -117,26 +101,21 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
             draw(plot, solution.plot)
 
 
+@opt.takes(*opt.METHOD)
 def plan(
     scene: Annotated[Path, opt.argument("Scene (docs/scenes.md) or sweep, a TOML file.")],
-    method: opt.MethodName = None,
-    normal: opt.Normal = None,
-    tangential: opt.Tangential = None,
-    coupling: opt.Coupling = None,
-    formulation: opt.Formulation = None,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Show what a scene, or the first one of a sweep, requires, and why: methods, elements, matrices, memory."""
     from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.solving.plan_report import check_planned
     from varcontact.study.parameters import scenes_over
 
-    described, over, options = read_sweep_scene(scene, varies=False)
+    described, over, settings = read_sweep_scene(scene, varies=False)
     scenes = scenes_over(described, over)[1] if over else [described]
-    choices = ("method", "normal", "tangential", "coupling", "formulation")
-    options = {name: options[name] for name in choices if name in options}
-    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
-    planned = vc.plan(scenes[0], **options)
+    methods = {name: value for name, value in settings.items() if name in opt.METHOD}
+    planned = vc.plan(scenes[0], **methods | given(**options))
     if as_json:
         many = {"scenes": len(scenes)} if over else {}
         show(json.dumps({**many, **planned.summary()}, indent=2, allow_nan=False))

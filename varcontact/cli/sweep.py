@@ -25,41 +25,33 @@ SHOWN = 40
 PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
 
 
+@opt.takes(*opt.SETTINGS)
 def sweep(
     scene: Annotated[Path, opt.argument("Scene file with a table [over] of values (docs/sweeps.md).")],
     workers: opt.Workers = 1,
     dask: opt.Dask = None,
-    method: opt.MethodName = None,
-    normal: opt.Normal = None,
-    tangential: opt.Tangential = None,
-    coupling: opt.Coupling = None,
-    formulation: opt.Formulation = None,
-    tol: opt.Tol = None,
-    certify: opt.Certify = None,
-    accuracy: opt.Accuracy = None,
-    time_budget: opt.TimeBudget = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
         Path | None, opt.option("Store (.nc), written as results come; scenes in it are not solved again.")
     ] = None,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
     from varcontact.io.scene_toml import read_sweep_scene
 
     check_outputs(out, None, [scene], False, (".nc",))
-    described, over, options = read_sweep_scene(scene)
-    if "start" in options:
-        raise SceneError("solve.start", options["start"], "left out: a sweep has its own starts")
-    for name, value in options.items():
+    described, over, settings = read_sweep_scene(scene)
+    if "start" in settings:
+        raise SceneError("solve.start", settings["start"], "left out: a sweep has its own starts")
+    for name, value in settings.items():
         if name not in TAKEN:
             raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
-    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
-    options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
+    settings |= given(**options)
     try:
         with cluster(dask, workers) as executor, progress_line() as progress:
-            options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
-            swept = vc.sweep(described, over, **options)
+            settings |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
+            swept = vc.sweep(described, over, **settings)
     except (Interrupted, WorkersLost) as stopped:
         stop(stopped, out, "--out FILE.nc", "scenes")
     show(_written(swept, as_json))
@@ -73,16 +65,11 @@ def _written(swept: xr.Dataset, as_json: bool) -> str:
         return csv_table.as_json(table)
     names = [*map(str, swept.dims), *PRINTED]
     words = ", ".join(f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items())
-    lines = [
-        [csv_table.cell_with_bar(row[name], row.get(f"{name}_error")) for name in names]
-        for row in table[:SHOWN].to_dict("records")
-    ]
+    lines = csv_table.rows_of_text(table[:SHOWN].to_dict("records"), names)
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
     reasons = [f"{count} because: {reason}" for reason, count in failed.items()]
-    return "\n".join(
-        [f"{len(table)} scenes: {words}", *csv_table.columns_of_text([names, *lines], left=0), *more, *reasons]
-    )
+    return "\n".join([f"{len(table)} scenes: {words}", *lines, *more, *reasons])
 
 
 def make_table(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import varcontact as vc
 from varcontact.cli import options as opt
@@ -22,6 +22,7 @@ PRINTED = (
 )  # fmt: skip
 
 
+@opt.takes(*opt.TARGET)
 def wheelrail(
     case: Annotated[Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")],
     out: opt.Table = None,
@@ -32,11 +33,10 @@ def wheelrail(
     tangential: Annotated[
         str | None, opt.option("Tangential method, or a theory on an ellipse for each patch.", default="auto")
     ] = None,
-    accuracy: opt.Accuracy = None,
-    time_budget: opt.TimeBudget = None,
     workers: opt.Workers = 1,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
+    **options: Any,
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
@@ -50,7 +50,7 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    read.options.update(given(tangential=tangential, accuracy=accuracy, time_budget=time_budget))
+    read.options.update(given(tangential=tangential, **options))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
@@ -71,13 +71,10 @@ def wheelrail(
 
 
 def _report(table: pd.DataFrame) -> str:
-    from varcontact.study.csv_table import cell_with_bar, columns_of_text
+    from varcontact.study.csv_table import rows_of_text
 
     solved = table[table["outcome"] == "solved"]
-    cells = [
-        [cell_with_bar(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")
-    ]
-    lines = columns_of_text([list(PRINTED), *cells], left=0) if cells else []
+    lines = rows_of_text(solved.to_dict("records"), PRINTED, "error_{}") if len(solved) else []
     for row in table.to_dict("records"):
         words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
         if words:

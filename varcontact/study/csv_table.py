@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -154,6 +154,13 @@ def cell(value: Any, form: str) -> str:
     return "" if value != value else format(value, form)
 
 
-def cell_with_bar(value: Any, bar: float | None) -> str:
-    """A figure with its error bar, if it has one, or a word as it is."""
-    return with_bar(value, bar or 0.0) if isinstance(value, float) and value == value else cell(value, "")
+def rows_of_text(rows: Iterable[Mapping[str, Any]], names: Sequence[str], bar: str = "{}_error") -> list[str]:
+    """Entries of rows in columns under their names: words, or figures with error bars if they have them."""
+    lines = [list(names)]
+    for row in rows:
+        bars = [row.get(bar.format(name)) or 0.0 for name in names]
+        values = [row[name] for name in names]
+        figures = [isinstance(value, float) and value == value for value in values]
+        cells = zip(values, bars, figures, strict=True)
+        lines.append([with_bar(value, each) if known else cell(value, "") for value, each, known in cells])
+    return columns_of_text(lines, left=0)
