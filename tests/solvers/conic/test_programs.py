@@ -11,7 +11,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.conic import backends
-from varcontact.solvers.conic.programs import gap_program, normal_program, shift_program
+from varcontact.solvers.conic.programs import normal_program, tangential_program
 from varcontact.solvers.interface import Settings
 
 solve_normal = partial(backends.solve_normal, "clarabel")
@@ -33,7 +33,7 @@ def scene(request, rolling):
 
 def test_optimal_value_of_the_gap_program_is_zero(rolling):
     _, tangential = problems(rolling())
-    program = gap_program(tangential)
+    program = tangential_program(tangential, True, True)
     import clarabel
 
     options = clarabel.DefaultSettings()
@@ -50,7 +50,7 @@ def test_programs_are_scaled(scene):
         normal, tangential = problems(described)
         for program in (
             normal_program(normal.reachable()),
-            shift_program(tangential) if tangential.symmetric else gap_program(tangential),
+            tangential_program(tangential, True, not tangential.symmetric),
         ):
             assert np.abs(program.P.data).max() < 1e9
             assert set(np.unique(program.b[program.b != 0])) <= {1.0} or np.abs(program.b).max() <= 1.0 + 1e-12

@@ -13,15 +13,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.conic.programs import (
-    ConicProgram,
-    gap_program,
-    monotone_program,
-    normal_potential,
-    normal_program,
-    shift_potential,
-    shift_program,
-)
+from varcontact.solvers.conic.programs import ConicProgram, normal_program, tangential_program
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.system.process import imported, interruptible
 
@@ -117,22 +109,15 @@ OTHERS = {
 """Wheels of further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own defaults,
 untested here."""
 
-NORMAL_PROGRAMS: dict[str, Callable[[NormalProblem], ConicProgram]] = {
-    "complementary": normal_program,
-    "potential": normal_potential,
-}
-TANGENTIAL_PROGRAMS: dict[str, Callable[[TangentialProblem], ConicProgram]] = {
-    "complementary": shift_program,
-    "potential": shift_potential,
-    "gap": gap_program,
-}
+FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap": (True, True)}
+"""Whether a program has the conditions of tractions, and those of shifts."""
 
 
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
     """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as "cvxpy:SCS"."""
     formulation = "potential" if settings.formulation == "potential" else "complementary"
-    program = NORMAL_PROGRAMS[formulation] if problem.symmetric else monotone_program
-    return solve_program(name, program(problem), settings)
+    program = normal_program(problem, *FORMULATIONS[formulation if problem.symmetric else "gap"])
+    return solve_program(name, program, settings)
 
 
 def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
@@ -141,9 +126,9 @@ def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) 
     Without a formulation: complementary energy for a symmetric problem (a shift, a step of a march), else the gap.
     """
     formulation = settings.formulation
-    if formulation not in TANGENTIAL_PROGRAMS:
+    if formulation not in FORMULATIONS:
         formulation = "complementary" if problem.symmetric else "gap"
-    return solve_program(name, TANGENTIAL_PROGRAMS[formulation](problem), settings)
+    return solve_program(name, tangential_program(problem, *FORMULATIONS[formulation]), settings)
 
 
 def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
