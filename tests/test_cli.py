@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -209,6 +210,13 @@ def test_import_is_light():
     code = f"import sys, varcontact; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
+    command = [sys.executable, "-X", "importtime", "-m", "varcontact", "solve", "scene.toml"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    assert "varcontact.solving.solve" in done.stderr
+    assert not re.search(r"\| +(matplotlib|xarray|pandas|cvxpy)\b", done.stderr)
 
 
 def test_compare(folder, pictures):

@@ -31,8 +31,6 @@ def solve(
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history import check_history_file
     from varcontact.io.solution import FORMATS, check_solution_file
-    from varcontact.plotting.history import check_animation
-    from varcontact.plotting.style import check_picture
     from varcontact.solving.options import SolveOptions
     from varcontact.system.files import check_ending
 
@@ -41,6 +39,9 @@ def solve(
     described, settings = _read(scene, case)
     moves = isinstance(described.motion, vc.Transient)
     if plot is not None and may_move:
+        from varcontact.plotting.history import check_animation
+        from varcontact.plotting.style import check_picture
+
         check = partial(check_animation, "--plot") if moves else check_picture
         check(plot, [scene] if out is None else [scene, out], force)
     settings |= given(**options)
@@ -86,7 +87,6 @@ def _read(path: Path, case: int | None) -> tuple[vc.Scene, dict[str, Any]]:
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print a solution or a history, and write it and its picture to their files."""
     from varcontact.io.solution import save
-    from varcontact.plotting.history import animate
 
     try:
         show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
@@ -96,6 +96,8 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
         elif out is not None:
             save(solution, out, "--out", force)
         if plot is not None and plot.suffix.lower() in MOVING and isinstance(solution, vc.History):
+            from varcontact.plotting.history import animate
+
             animate(solution, plot, field="--plot", overwrite=force)
         else:
             draw(plot, solution.plot)

@@ -56,9 +56,9 @@ def study(work: Callable[..., Any], written: Callable[[Any], str], store: Path |
 
 def draw(path: Path | None, picture: Callable[..., Any], *drawn: Any, **options: Any) -> None:
     """Write a picture, if one is wanted."""
-    from varcontact.plotting.style import write_picture
-
     if path is not None:
+        from varcontact.plotting.style import write_picture
+
         write_picture(picture(*drawn, **options), path)
 
 
@@ -93,12 +93,13 @@ def check_outputs(
     name_of_out: str = "--out",
 ) -> None:
     """Refuse files that cannot, or must not, be written; `endings` are the suffixes that `out` may have."""
-    from varcontact.plotting.style import check_picture
     from varcontact.system.files import check_writable
 
     if out is not None:
         check_writable(name_of_out, out, endings, inputs)
     if plot is not None:
+        from varcontact.plotting.style import check_picture
+
         check_picture(plot, inputs if out is None else [*inputs, out], force)
 
 
