@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import difflib
-import functools
 import inspect
 import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -265,49 +264,31 @@ def short_entries(value: Any) -> str:
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
-def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: str) -> None:
-    """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``, if in a path."""
-    for name in names:
-        object.__setattr__(owner, name, check(f"{path}.{name}" if path else name, getattr(owner, name)))
-
-
 class Checked:
-    """A dataclass that checks entries as it is made, each by a check; entries that are None by default may be."""
+    """A dataclass that checks entries as it is made, each by a check; entries that are None by default may be.
+
+    Where an argument has another name, `_words` say which is right.
+    """
 
     _path: ClassVar[str] = ""
+    _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
 
     def __init_subclass__(cls, path: str | None = None, **by_name: Callable[[str, Any], Any]) -> None:
-        cls._path = cls._path if path is None else path
+        cls._path = cls._path if path is None else f"{path}."
         cls._checks = cls._checks | by_name
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Self:
+        names = [each.name for each in dataclasses.fields(cls)]  # type: ignore[arg-type]  # its classes are
+        for name in kwargs:
+            if name not in names:
+                right = f": write {cls._words[name]}" if name in cls._words else nearest(name, names)
+                instead = right or f"; it has {', '.join(names)}"
+                raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}")
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         for name, check in self._checks.items():
             value = getattr(self, name)
             if value is not None or getattr(type(self), name, ...) is not None:
-                object.__setattr__(self, name, check(f"{self._path}.{name}", value))
-
-
-T = TypeVar("T")
-
-
-def named(**words: str) -> Callable[[type[T]], type[T]]:
-    """Make a dataclass say which name is right where an argument has another one."""
-
-    def decorated(cls: type[T]) -> type[T]:
-        made = cls.__init__
-        fields = list(inspect.signature(made).parameters)[1:]
-
-        @functools.wraps(made)
-        def checked(self: T, *args: object, **kwargs: object) -> None:
-            for name in kwargs:
-                if name not in fields:
-                    right = f": write {words[name]}" if name in words else nearest(name, fields)
-                    instead = right or f"; it has {', '.join(fields)}"
-                    raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}")
-            made(self, *args, **kwargs)
-
-        type.__setattr__(cls, "__init__", checked)
-        return cls
-
-    return decorated
+                object.__setattr__(self, name, check(f"{self._path}{name}", value))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-from varcontact.checks import Checked, is_array, named, poisson_ratio, positive, positive_or_infinite
+from varcontact.checks import Checked, is_array, poisson_ratio, positive, positive_or_infinite
 from varcontact.errors import SceneError
 
 Relaxations = tuple[tuple[float, float], ...]
@@ -36,9 +36,8 @@ def _pair(field: str, value: Any, check: Any = poisson_ratio) -> tuple[float, fl
     return pair
 
 
-@named(E="Bodies.from_young(E, nu)", mu="G for the modulus of rigidity, and friction in the Scene")
 @dataclass(frozen=True)
-class Bodies:
+class Bodies(Checked):
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).
 
     Parameters
@@ -60,6 +59,10 @@ class Bodies:
     3.948e+10 -0.0761
     """
 
+    _words: ClassVar = {
+        "E": "Bodies.from_young(E, nu)",
+        "mu": "G for the modulus, and friction in the Scene",
+    }
     G: float | tuple[float, float]
     nu: float | tuple[float, float]
     # what a pair of other bodies may have: longest relaxation time, bases that do not move, one without friction

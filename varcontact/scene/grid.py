@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import partial
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from varcontact.checks import Checked, choice, named, number, positive, whole
+from varcontact.checks import Checked, choice, number, positive, whole
 from varcontact.errors import SceneError
 
 Edge = Literal["centres", "touched", "softened"]
@@ -18,7 +18,6 @@ Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
 
-@named(mx="nx", my="ny", xl="x0", yl="y0", n="nx and ny")
 @dataclass(frozen=True)
 class Grid(
     Checked,
@@ -85,6 +84,7 @@ class Grid(
     (1, 4)
     """
 
+    _words: ClassVar = {"mx": "nx", "my": "ny", "xl": "x0", "yl": "y0", "n": "nx and ny"}
     nx: int
     ny: int | None = None
     _: KW_ONLY

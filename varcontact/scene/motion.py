@@ -27,13 +27,6 @@ def offset(field: str, value: Any) -> float:
     return found
 
 
-@checks.named(
-    **dict.fromkeys(("cksi", "xi"), "vx, the longitudinal creepage"),
-    **dict.fromkeys(("ceta", "eta"), "vy, the lateral creepage"),
-    **dict.fromkeys(("cphi", "phi"), "spin"),
-    ux="Shift for a shift, or vx for a creepage",
-    uy="Shift for a shift, or vy for a creepage",
-)
 @dataclass(frozen=True, kw_only=True)
 class Steady(
     Checked,
@@ -69,6 +62,12 @@ class Steady(
         Rolling velocity [length/time], with viscoelastic bodies, and with these only: nothing else depends on time.
     """
 
+    _words: ClassVar = {
+        **dict.fromkeys(("cksi", "xi"), "vx, the longitudinal creepage"),
+        **dict.fromkeys(("ceta", "eta"), "vy, the lateral creepage"),
+        **dict.fromkeys(("cphi", "phi"), "spin"),
+        **{f"u{i}": f"Shift for a shift, or v{i} for a creepage" for i in "xy"},
+    }
     vx: float = 0.0
     vy: float = 0.0
     spin: float = 0.0
@@ -103,10 +102,6 @@ class Steady(
         return TimeStep(dq=dq, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset, **creepages)
 
 
-@checks.named(
-    frequency="wave_number, the circular frequency by the rolling velocity",
-    **{f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages" for i in "xy"},
-)
 @dataclass(frozen=True, kw_only=True)
 class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)):
     """Rolling without slip (``friction=inf``) under creepages that swing: ``v exp(i k q)`` by the distance rolled q.
@@ -123,6 +118,10 @@ class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkey
         Those of `Steady`.
     """
 
+    _words: ClassVar = {
+        "frequency": "wave_number, the circular frequency by the rolling velocity",
+        **{f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages" for i in "xy"},
+    }
     wave_number: float
     vx: float = 0.0
     vy: float = 0.0
@@ -142,7 +141,6 @@ class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkey
         return Steady(dq=self.dq, spin_offset=self.spin_offset, slip_difference=self.slip_difference)
 
 
-@checks.named(vx="ux, or Steady for a creepage", vy="uy, or Steady for a creepage", spin="rotation")
 @dataclass(frozen=True, kw_only=True)
 class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx", "Fy"), number)):
     """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
@@ -157,6 +155,7 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
         Tangential force on body 1 in place of the shift of the same direction [force].
     """
 
+    _words: ClassVar = {"vx": "ux, or Steady for a creepage", "vy": "uy, or Steady for a creepage", "spin": "rotation"}
     ux: float = 0.0
     uy: float = 0.0
     rotation: float = 0.0

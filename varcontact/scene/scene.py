@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal, Required, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, TypedDict, Unpack, overload
 
 import numpy as np
 
@@ -52,18 +52,8 @@ class _Entries(TypedDict, total=False):
     units: Units | None
 
 
-@checks.named(
-    **dict.fromkeys(("FN", "fn", "Fz", "N"), "normal_force"),
-    **dict.fromkeys(("pen", "penetration"), "approach"),
-    **dict.fromkeys(("mu", "fstat", "f"), "friction"),
-    vx="motion=Steady(vx=...)",
-    vy="motion=Steady(vy=...)",
-    spin="motion=Steady(spin=...)",
-    material="bodies",
-    geometry="surface",
-)
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Scene(Generic[MotionT_co]):
+class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     """A contact as the user describes it, in any consistent units.
 
     Parameters
@@ -109,6 +99,14 @@ class Scene(Generic[MotionT_co]):
     7.35 x 5.53 mm
     """
 
+    _words: ClassVar = {
+        **dict.fromkeys(("FN", "fn", "Fz", "N"), "normal_force"),
+        **dict.fromkeys(("pen", "penetration"), "approach"),
+        **dict.fromkeys(("mu", "fstat", "f"), "friction"),
+        **{name: f"motion=Steady({name}=...)" for name in ("vx", "vy", "spin")},
+        "material": "bodies",
+        "geometry": "surface",
+    }
     bodies: Bodies | BodyPair
     surface: Surface
     normal_force: float | None = None
@@ -135,11 +133,10 @@ class Scene(Generic[MotionT_co]):
         if thermal is not None:
             set_(self, "thermal", tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal))
         consistency.check_classes(self)
+        super().__post_init__()
         if self.normal_force is not None:
             check = checks.at_least_zero if isinstance(self.motion, TimeStep) else checks.positive
             set_(self, "normal_force", check("normal_force", self.normal_force))
-        if self.approach is not None:
-            set_(self, "approach", checks.number("approach", self.approach))
         if checks.is_array(self.friction):
             dimensions = (1, 2) if self.line else (2,)  # in line contact also one row
             set_(self, "friction", np.atleast_2d(checks.array("friction", self.friction, *dimensions)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -29,7 +29,6 @@ def angle(field: str, value: Any) -> float:
     return angle
 
 
-@checks.named(z="z, or vertical_force, of WheelOnRail", lateral="y")
 @dataclass(frozen=True, kw_only=True)
 class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fromkeys(PLACES, checks.number)):
     """Where a wheel set is in the track, but for its height.
@@ -51,6 +50,7 @@ class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fr
         If a number is not finite, or an angle is more than half a radian.
     """
 
+    _words: ClassVar = {"z": "z, or vertical_force, of WheelOnRail", "lateral": "y"}
     y: float = 0.0
     roll: float = 0.0
     yaw: float = 0.0
@@ -63,7 +63,6 @@ class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fr
         return rotation(roll=self.roll, yaw=self.yaw)
 
 
-@checks.named(vx="speed", vy="lateral", vz="vertical", pitch="pitch_rate", yaw="yaw_rate")
 @dataclass(frozen=True, kw_only=True)
 class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)):
     """How a wheel set moves.
@@ -86,6 +85,7 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
         If a number is not finite, the speed is not positive, or the pitch rate is.
     """
 
+    _words: ClassVar = {"vx": "speed", "vy": "lateral", "vz": "vertical", "pitch": "pitch_rate", "yaw": "yaw_rate"}
     speed: float = 1000.0
     pitch_rate: float | None = None
     lateral: float = 0.0

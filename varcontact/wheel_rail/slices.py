@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -31,9 +31,8 @@ SMALL = 1e-10
 """Weight below which a slice does not count."""
 
 
-@checks.named(profile="profiles", angles="positions", s="positions", dr="z", radii="z")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ProfileSlices:
+class ProfileSlices(checks.Checked):
     """Cross sections of a rail at positions along the track, or of a wheel at angles around it.
 
     Between slices, points at the same part of the arc length, or of that between two features, lie on a cubic spline.
@@ -69,6 +68,7 @@ class ProfileSlices:
     ProfileSlices(wheel, 43 slices, -0.05 to 0.05 rad)
     """
 
+    _words: ClassVar = {"profile": "profiles", "angles": "positions", "s": "positions", "dr": "z", "radii": "z"}
     profiles: Profile | Sequence[Profile]
     positions: Any
     z: Any = 0.0

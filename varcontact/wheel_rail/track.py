@@ -9,7 +9,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -33,7 +33,6 @@ FINE = 0.02
 """Step along the profile in the search for the gauge point [mm]."""
 
 
-@checks.named(dy="y", dz="z", vy="lateral", vz="vertical")
 @dataclass(frozen=True, kw_only=True)
 class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromkeys(NUMBERS, checks.number)):
     """How far a rail is from its place in the track, and how fast it moves.
@@ -55,6 +54,7 @@ class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromk
         If a number is not finite, or the roll more than half a radian.
     """
 
+    _words: ClassVar = {"dy": "y", "dz": "z", "vy": "lateral", "vz": "vertical"}
     y: float = 0.0
     z: float = 0.0
     roll: float = 0.0
@@ -66,9 +66,8 @@ class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromk
 IN_PLACE = Irregularity()
 
 
-@checks.named(inclination="cant", profile="rail", width="gauge", radius="curve_radius")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Track:
+class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_height"), checks.positive), cant=angle):
     """Two rails.
 
     Parameters
@@ -108,6 +107,7 @@ class Track:
     717.5 True
     """
 
+    _words: ClassVar = {"inclination": "cant", "profile": "rail", "width": "gauge", "radius": "curve_radius"}
     rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...]
     gauge: float = 1435.0
     gauge_height: float = 14.0
@@ -126,9 +126,8 @@ class Track:
             if given is not None or name == "rail":
                 _check_profile(f"track.{name}", given, "rail")
                 set_(self, name, tuple(given) if isinstance(given, list) else given)
-        checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
-        checks.entries(self, "track", angle, "cant")
-        checks.entries(self, "track", checks.real, "curve_radius")
+        super().__post_init__()
+        set_(self, "curve_radius", checks.real("track.curve_radius", self.curve_radius))
         if not abs(self.curve_radius) > self.gauge:
             allowed = f"larger than the gauge, {self.gauge:g} mm: positive to the right, negative to the left"
             raise SceneError("track.curve_radius", self.curve_radius, allowed)
@@ -222,9 +221,8 @@ class Track:
         return np.asarray((point - shift) @ matrix)
 
 
-@checks.named(profile="wheel", nominal_radius="radius", back_to_back="inside_distance")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelSet:
+class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_back=checks.number):
     """Two wheels of the same profile on an axle.
 
     Parameters
@@ -251,6 +249,7 @@ class WheelSet:
     750.0
     """
 
+    _words: ClassVar = {"profile": "wheel", "nominal_radius": "radius", "back_to_back": "inside_distance"}
     wheel: Profile | ProfileSlices
     radius: float = 460.0
     inside_distance: float = 1360.0
@@ -258,8 +257,8 @@ class WheelSet:
 
     def __post_init__(self) -> None:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
-        checks.entries(self, "wheelset", checks.positive, "radius", "inside_distance")
-        checks.entries(self, "wheelset", checks.number, "flange_back")
+        super().__post_init__()
+        object.__setattr__(self, "inside_distance", checks.positive("wheelset.inside_distance", self.inside_distance))
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
             allowed = f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"

@@ -57,7 +57,7 @@ class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.po
 
 
 @dataclass(frozen=True)
-class ArchardMap:
+class ArchardMap(checks.Checked, path="wear", **dict.fromkeys(("hardness", "k_seizure", "seizure"), checks.positive)):
     """Archard's law with a coefficient by pressure and slip velocity, as mapped by tests at KTH.
 
     Without arguments it has the middle of the ranges of T. Jendel, Wear 253 (2002) 215-223, for dry contact, as reviews
@@ -95,7 +95,7 @@ class ArchardMap:
     seizure: float = 0.8
 
     def __post_init__(self) -> None:
-        checks.entries(self, "wear", checks.positive, "hardness", "k_seizure", "seizure")
+        super().__post_init__()
         velocities, k = checks.positives("wear.velocities", self.velocities), checks.positives("wear.k", self.k)
         if velocities.ndim != 1 or k.shape != (velocities.size + 1,) or (np.diff(velocities) <= 0).any():
             raise SceneError("wear.velocities", self.velocities, "ascending, and one fewer than coefficients k")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -83,10 +83,18 @@ class ContactPatch:
     seams: Seams = ()
 
 
+LENGTHS = ("dx", "dy", "join", "separate", "turn")
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class OnTrack:
+class OnTrack(
+    checks.Checked, **dict.fromkeys(LENGTHS, checks.positive), vertical_force=checks.positive, z=checks.number
+):
     """What a wheel and a wheel set have in common, see `WheelOnRail`."""
 
+    _words: ClassVar = {
+        **dict.fromkeys(("load", "axle_load", "normal_force"), "vertical_force"), "rail": "track", "wheel": "wheelset"
+    }  # fmt: skip
     track: Track
     wheelset: WheelSet
     position: Position = MIDDLE
@@ -102,9 +110,8 @@ class OnTrack:
     z: float | None = None
 
 
-@checks.named(load="vertical_force", normal_force="vertical_force", rail="track", wheel="wheelset")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelOnRail(OnTrack):
+class WheelOnRail(OnTrack, with_friction=checks.flag):
     """A wheel of a wheel set on its rail.
 
     Parameters
@@ -172,13 +179,11 @@ class WheelOnRail(OnTrack):
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         set_(self, "track", self.track.of_sides[self.side])
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
-        optional = ("vertical_force", "dx", "dy", "join", "separate", "turn")
-        checks.entries(self, "", checks.positive, *(name for name in optional if getattr(self, name) is not None))
-        if self.z is not None:
-            checks.entries(self, "", checks.number, "z")
+        super().__post_init__()
         if not isinstance(self.friction, FrictionByAngle):
             set_(self, "friction", coefficient("friction", self.friction))
-        checks.entries(self, "", checks.flag, "with_friction", *(["conformal"] if self.conformal != "auto" else []))
+        if self.conformal != "auto":
+            set_(self, "conformal", checks.flag("conformal", self.conformal))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
         if self.turn is not None and self.turn < self.separate:

@@ -32,9 +32,8 @@ BALANCED = {
 LOADS = ("lateral_force", "longitudinal_force", "roll_moment", "yaw_moment", "torque")
 
 
-@checks.named(axle_load="vertical_force", load="vertical_force", rail="track", wheel="wheelset")
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WheelSetOnTrack(OnTrack):
+class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
     """Both wheels of a wheel set on a track, under loads that the rails bear.
 
     Parameters
@@ -85,9 +84,7 @@ class WheelSetOnTrack(OnTrack):
 
     def __post_init__(self) -> None:
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
-        if self.vertical_force is not None:
-            checks.entries(self, "", checks.positive, "vertical_force")
-        checks.entries(self, "", checks.number, *LOADS)
+        super().__post_init__()
         allowed = [name for name in BALANCED if name != "z"]
         given: Any = self.free
         if not isinstance(given, tuple | list):
