@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from varcontact.discrete.contact_grid import common_grid, known_grid
+from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
 from varcontact.results.quantities_of_interest import frictional_units
@@ -28,7 +29,6 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
 from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
-from varcontact.solving.lattices import of_scenes, padded, side_by_side
 from varcontact.solving.options import BY_DEFAULT
 from varcontact.solving.time_step import largest_contacts, transient
 from varcontact.system.process import one_blas_thread
@@ -155,15 +155,14 @@ def _on_grids(
     figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
     fit = [k for k in some if fits(scenes[k])]
     for start in range(0, len(fit), SCENES_AT_ONCE):
-        groups: dict[_Kind, dict[_Kind, list[_Member]]] = {}
+        groups: dict[_Kind, list[_Member]] = {}
         piece = fit[start : start + SCENES_AT_ONCE]
         for number, hertz in zip(piece, _contacts([scenes[k] for k in piece]), strict=True):
             member = None if hertz is None else _member(number, scenes[number], hertz)
             if member is not None:
-                groups.setdefault(member.kind.padded, {}).setdefault(member.kind, []).append(member)
-        for by_kind in groups.values():
-            members = [member for alike in by_kind.values() for member in alike]
-            elements = len(members) * math.prod(map(max, zip(*(kind.shape for kind in by_kind), strict=True)))
+                groups.setdefault(member.kind, []).append(member)
+        for members in groups.values():
+            elements = len(members) * math.prod(np.max([each.shape for each in members], axis=0).tolist())
             places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
             for first in range(0, len(members), places):
                 part = members[first : first + places]
@@ -238,34 +237,26 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
 
 @dataclass(frozen=True)
 class _Kind:
-    """What the scenes of a batch have in common: a grid across the contact, or None where each has its own place.
+    """What the scenes of a batch have in common.
 
-    `under_law`: friction depends on the slip. `ahead`: elements that particles pass in a step of a history.
+    `shape`: the least powers of two, or three quarters of these, that hold their elements. `soft`: their grid, if that
+    has softened edges. `ahead`: elements that particles pass in a step of a history. `under_law`: friction by the slip.
     """
 
-    shape: tuple[int, int]
-    grid: Grid | None
+    shape: tuple[int, ...]
+    soft: Grid | None
     difference: str | None
     ahead: int
     line: bool
     under_law: bool
-
-    @property
-    def padded(self) -> _Kind:
-        """That of all which are solved on one lattice: its sides are powers of two, and three quarters of these."""
-        if self.grid is not None and self.grid.edge == "softened":
-            return self
-        powers = [2 ** math.ceil(math.log2(side)) for side in self.shape]
-        ny, nx = (3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(self.shape, powers, strict=True))
-        return replace(self, shape=(ny, nx), grid=None)
 
 
 @dataclass(frozen=True, eq=False)
 class _Member:
     number: int
     kind: _Kind
+    shape: tuple[int, int]
     scene: Scene
-    grid: Grid
     hertz: HertzContact
 
 
@@ -326,9 +317,37 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         ahead = motion.direction * motion.dq / grid.sides[0]
         if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
             return None
-    across, under_law = None if grid.explicit else grid, isinstance(scene.friction, Law)
-    kind = _Kind(shape, across, difference, round(ahead), grid.line, under_law)
-    return _Member(number, kind, scene, grid, hertz)
+    powers = [2 ** math.ceil(math.log2(side)) for side in shape]
+    wide = tuple(3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(shape, powers, strict=True))
+    soft = grid if grid.edge == "softened" else None
+    kind = _Kind(wide, soft, difference, round(ahead), grid.line, isinstance(scene.friction, Law))
+    return _Member(number, kind, shape, scene, hertz)
+
+
+@lru_cache(maxsize=16)
+def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
+    """A grid across the unit circle, the parts of the load on its elements, and what softens those at the edge."""
+    circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
+    half = 0.5 if grid.line else 1.0
+    lattice = grid.spread((-1.0, 1.0, -half, half))
+    pressure = circle.on_elements(lattice)
+    return lattice, pressure / pressure.sum(), edge_compliance(circle.covered(*lattice.lines))
+
+
+def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
+    """Sides, x and y of the elements, and their parts of the load: none where the contact goes on outside the grid."""
+    grid, a, b = scene.grid, hertz.a, hertz.b
+    assert isinstance(grid, Grid)
+    if not grid.explicit:
+        lattice, share, _ = _across_circle(grid)
+        scale = np.array([a, 0.0 if grid.line else b])
+        sides = np.where(scale > 0, lattice.sides * scale, 1.0)
+        return sides, lattice.x * scale[0], lattice.y * scale[1], share
+    left, right, bottom, top = grid.box
+    share = hertz.on_elements(grid)
+    holds = left <= -a and a <= right and (grid.line or (bottom <= -b and b <= top))
+    carried = share.sum() if holds else 0.0
+    return np.array(grid.sides), grid.x, grid.y, share / (carried if carried > 0 else math.inf)
 
 
 def _solve_group(
@@ -338,27 +357,33 @@ def _solve_group(
     kind, contacts, scenes = members[0].kind, [each.hertz for each in members], [each.scene for each in members]
     force = np.array([contact.force for contact in contacts])
     G, nu = (np.array([getattr(each.bodies, f"combined_{name}") for each in scenes]) for name in ("G", "nu"))
-    own = [list(alike) for _, alike in groupby(members, lambda each: each.kind)]
-    lattices = side_by_side([of_scenes(e[0].kind.grid, [m.grid for m in e], [m.hertz for m in e]) for e in own])
-    x, y, (dx, dy) = lattices.x, lattices.y[:, None], lattices.sides
+    n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0)
+    sides, x, y, share = np.empty((2, n)), np.zeros((nx, n)), np.zeros((ny, n)), np.zeros((ny, nx, n))
+    for j, (scene, contact) in enumerate(zip(scenes, contacts, strict=True)):
+        sides[:, j], own_x, own_y, own = _elements(scene, contact)
+        rows, columns = own.shape
+        x[:columns, j], y[:rows, j], share[:rows, :columns, j] = own_x, own_y, own
+    dx, dy = sides
     steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
     area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])
     vx, vy, spin = np.array([each.rigid for each in steps]).T
     sampled = np.array([each.spin * each.spin_offset * each.direction * each.dq for each in steps])
     given = np.array([[each.Fx, each.Fy] for each in steps], dtype=float).T  # NaN for None
-    W = np.empty((2, *lattices.share.shape))
-    W[0], W[1] = (vx - spin * y) * step, (vy + spin * x + sampled) * step
+    W = np.empty((2, *share.shape))
+    W[0], W[1] = (vx - spin * y[:, None]) * step, (vy + spin * x + sampled) * step
     laws = [scene.friction for scene in scenes]
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
-    bound = lattices.share * (friction * force / area)
-    problem = BatchedProblem(
-        dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, lattices.compliance
-    )
+    bound = share * (friction * force / area)
+    soft = None if kind.soft is None else _across_circle(kind.soft)[2]
+    problem = BatchedProblem(dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, soft)
     numbers = [member.number for member in members]
     start = None if near is None else near.on(problem, numbers, [vx, vy], step)
     if before is not None:
-        came = [padded(before[number][0][..., None], W.shape[1:3]) for number in numbers]
-        came = np.concatenate(came, axis=-1) / G
+        came = np.zeros_like(W)
+        for j, number in enumerate(numbers):
+            own = before[number][0]
+            came[:, : own.shape[1], : own.shape[2], j] = own
+        came /= G
         W -= shift_before(problem, came, kind.ahead)
         start = came, np.zeros((2, len(members)))
     with np.errstate(all="ignore"):  # what is beyond the range of numbers does not converge
@@ -377,11 +402,11 @@ def _solve_group(
     figures: Figures = {
         "Fx": Fx,
         "Fy": Fy,
-        "Mz": (x * traction[1] - y * traction[0]).sum(axis=(0, 1)) * area,
+        "Mz": (x * traction[1] - y[:, None] * traction[0]).sum(axis=(0, 1)) * area,
         "vx": vx + rigid[0] / step,
         "vy": vy + rigid[1] / step,
         "spin": spin,
-        "max_pressure": lattices.share.max(axis=(0, 1)) * force / area,
+        "max_pressure": share.max(axis=(0, 1)) * force / area,
         "friction_work": found.dissipated * G * area,
         "normal_force": force,
         "approach": np.array([contact.approach for contact in contacts]),
@@ -397,8 +422,8 @@ def _solve_group(
     solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
     for j in np.flatnonzero(solved) if kept is not None else ():
         assert kept is not None
-        ny, nx = members[j].kind.shape
-        kept[members[j].number] = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], lattices.y[:ny, j]
+        ny, nx = members[j].shape
+        kept[members[j].number] = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], y[:ny, j]
     return figures, solved
 
 
