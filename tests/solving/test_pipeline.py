@@ -13,7 +13,7 @@ from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
-from varcontact.solving.coupling import FixedPoint, Limits
+from varcontact.solving.coupling import Limits, settled
 from varcontact.solving.pipeline import march, solve_problem
 from varcontact.solving.selection import select
 
@@ -113,9 +113,9 @@ START = ContactState(np.ones((1, SIZE)), 0.0, np.zeros((2, 1, SIZE)), np.zeros(2
 MATRIX = np.diag(np.linspace(-0.9, 0.9, SIZE))
 
 
-def passes(solved, useless=True):
+def passes(says, useless=True):
     """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved it."""
-    answers = iter(solved)
+    answers = iter(says)
 
     def normal(state):
         return dataclasses.replace(state, pressure=1 + state.traction[0] @ MATRIX)
@@ -130,12 +130,13 @@ def passes(solved, useless=True):
     def residual(state):
         return float(np.abs(state.traction[0] - 1 - state.traction[0] @ MATRIX).max())
 
+    def one(state):
+        after = tangential(normal(state))
+        return after, residual(after)
+
     first = tangential(START)
-    loop = FixedPoint(first, residual(first), "traction", Limits(1e-8, passes=500))
-    while loop.goes_on:
-        after = tangential(normal(loop.state))
-        loop.add(after, residual(after))
-    return len(loop.best.passes) - 1, loop.best
+    best = settled(one, first, residual(first), "traction", Limits(1e-8, passes=500))
+    return len(best.passes) - 1, best
 
 
 def test_solvers_that_solve():

@@ -357,12 +357,11 @@ def _solve_group(
     kind, contacts, scenes = members[0].kind, [each.hertz for each in members], [each.scene for each in members]
     force = np.array([contact.force for contact in contacts])
     G, nu = (np.array([getattr(each.bodies, f"combined_{name}") for each in scenes]) for name in ("G", "nu"))
-    n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0)
+    n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0).tolist()
     sides, x, y, share = np.empty((2, n)), np.zeros((nx, n)), np.zeros((ny, n)), np.zeros((ny, nx, n))
     for j, (scene, contact) in enumerate(zip(scenes, contacts, strict=True)):
         sides[:, j], own_x, own_y, own = _elements(scene, contact)
-        rows, columns = own.shape
-        x[:columns, j], y[:rows, j], share[:rows, :columns, j] = own_x, own_y, own
+        x[: own_x.size, j], y[: own_y.size, j], share[: own_y.size, : own_x.size, j] = own_x, own_y, own
     dx, dy = sides
     steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
     area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])

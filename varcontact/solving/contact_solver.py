@@ -21,7 +21,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import Settings, SolveStats
 from varcontact.solvers.registry import MATRIX_FREE
-from varcontact.solving.coupling import FixedPoint, Limits, coupled_newton, distance
+from varcontact.solving.coupling import Limits, coupled_newton, distance, settled
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
 from varcontact.solving.pipeline import check_memory, solve_problem
 
@@ -129,9 +129,8 @@ class ContactSolver:
             return replace(after, yield_stress=then.loading.yield_stress), residuals(then, after)[1]
 
         first, residual = one(replace(state, yield_stress=known))
-        limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW)
-        found = FixedPoint(first, residual, "yield_stress", limits, least=0.0).settled(one)
-        return replace(found, passes=passes)
+        limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, least=0.0)
+        return replace(settled(one, first, residual, "yield_stress", limits), passes=passes)
 
     def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The tractions under a known yield stress, where a third body has one."""
@@ -216,12 +215,11 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
         return after, max(found) if solver.plan.loops else found[1]
 
     elements = int(np.count_nonzero(start.pressure)) + 2
-    limits = Limits(tol, elements, patience=elements, plain=elements)
+    limits = Limits(tol, elements, elements, plain=elements, least=law.kinetic, greatest=law.static)
     if law.continuous:
-        limits = Limits(tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
+        limits = replace(limits, passes=MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
     try:
-        first = one(replace(start, passes=()))
-        return FixedPoint(*first, "friction", limits, law.kinetic, law.static).settled(one)
+        return settled(one, *one(replace(start, passes=())), "friction", limits)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})") from None
 
@@ -247,7 +245,7 @@ def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, t
         return after, max(residuals(disc, after))
 
     unknown, least = ("pressure", 0.0) if together else ("traction", -math.inf)
-    return FixedPoint(state, max(residuals(disc, state)), unknown, Limits(tol), least).settled(one)
+    return settled(one, state, max(residuals(disc, state)), unknown, Limits(tol, least=least))
 
 
 def answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:

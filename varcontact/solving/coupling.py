@@ -34,6 +34,7 @@ class Limits:
 
     They end at the residual `tol`, after so many `passes`, or so many in a row without gain (`patience`). The first
     `plain` ones are accelerated only below the residual `near`; a force that friction cannot carry is an error in them.
+    Accelerated values are kept from `least` to `greatest`.
     """
 
     tol: float
@@ -41,83 +42,65 @@ class Limits:
     patience: int = 12
     plain: int = 0
     near: float = 0.0
+    least: float = -np.inf
+    greatest: float = np.inf
 
 
-class FixedPoint:
-    """Passes repeated until a field stays: `add` takes the state that a pass ends in, from `state`, and its residual.
+def settled(
+    one: Callable[[ContactState], tuple[ContactState, float]],
+    first: ContactState,
+    residual: float,
+    unknown: str,
+    limits: Limits,
+) -> ContactState:
+    """The state of the least residual after passes `one` until the field `unknown` stays; its `passes` tell of all.
 
-    `best` has the least residual, and its `passes` tell how all went. They end also where solvers give up twice in a
-    row with nothing gained. A pass depends on the one before by the field `unknown`, which has a `least` and a
-    `greatest` value.
+    They also end where solvers give up twice in a row with nothing gained, and with an error, as of an iterate that is
+    no contact any more.
     """
-
-    def __init__(
-        self,
-        first: ContactState,
-        residual: float,
-        unknown: str,
-        limits: Limits,
-        least: float = -np.inf,
-        greatest: float = np.inf,
-    ) -> None:
-        self.state = self._best = replace(first, passes=((1.0, residual),))
-        self._unknown, self._limits, self._range = unknown, limits, (least, greatest)
-        self._lost = self._failures = self._held = 0
-        self._accelerated = False
-        self._given: list[np.ndarray] = []
-        self._found: list[np.ndarray] = []
-
-    @property
-    def best(self) -> ContactState:
-        return replace(self._best, passes=self.state.passes)
-
-    @property
-    def goes_on(self) -> bool:
-        limits = self._limits
-        reached = self._best.passes[-1][1] <= limits.tol or np.isnan(self._best.passes[-1][1])
-        patient = len(self.state.passes) < limits.passes and self._lost < limits.patience and self._failures < 2
-        return patient and not reached
-
-    def settled(self, one: Callable[[ContactState], tuple[ContactState, float]]) -> ContactState:
-        """The best state after passes `one`; an error, as of an iterate that is no contact any more, is the end."""
-        while self.goes_on:
-            try:
-                self.add(*one(self.state))
-            except VarcontactError as error:
-                early = len(self.state.passes) <= self._limits.plain and not self._accelerated
-                of_law = getattr(error, "field", "").startswith("friction")
-                if of_law or (early and isinstance(error, Saturated)):
-                    raise
-                break
-        return self.best
-
-    def add(self, after: ContactState, residual: float) -> None:
-        name, before = self._unknown, self.state.passes
-        given, found = np.asarray(getattr(self.state, name)), np.asarray(getattr(after, name))
-        self._given, self._found = [*self._given, given][-MEMORY:], [*self._found, found][-MEMORY:]
-        after = replace(after, passes=(*before, (distance(found, given), residual)))
-        gained = residual < self._best.passes[-1][1]
-        self._best, self._lost = (after, 0) if gained else (self._best, self._lost + 1)
-        self._failures = 0 if gained or all(after.solved.values()) else self._failures + 1
+    state = best = replace(first, passes=((1.0, residual),))
+    lost = failures = held = 0
+    accelerated = False
+    given: list[np.ndarray] = []
+    found: list[np.ndarray] = []
+    while len(state.passes) < limits.passes and lost < limits.patience and failures < 2:
+        before, least = state.passes, best.passes[-1][1]
+        if least <= limits.tol or np.isnan(least):
+            break
+        try:
+            after, residual = one(state)
+        except VarcontactError as error:
+            early = len(before) <= limits.plain and not accelerated
+            of_law = getattr(error, "field", "").startswith("friction")
+            if of_law or (early and isinstance(error, Saturated)):
+                raise
+            break
+        given = [*given, np.asarray(getattr(state, unknown))][-MEMORY:]
+        found = [*found, np.asarray(getattr(after, unknown))][-MEMORY:]
+        state = after = replace(after, passes=(*before, (distance(found[-1], given[-1]), residual)))
+        gained = residual < least
+        best, lost = (after, 0) if gained else (best, lost + 1)
+        failures = 0 if gained or all(after.solved.values()) else failures + 1
+        changes = [after - before for after, before in zip(found, given, strict=True)]
         # a change against the one before, as under rising friction: no branch is lost then
-        changes = [found - given for found, given in zip(self._found[-2:], self._given[-2:], strict=True)]
-        turns = len(changes) == 2 and float(np.sum(changes[0] * changes[1])) < 0
-        ready = len(before) > self._limits.plain or residual < self._limits.near or turns
-        self._held = 0 if gained and self._held < HELD else self._held + self._accelerated
+        turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
+        ready = len(before) > limits.plain or residual < limits.near or turns
+        held = 0 if gained and held < HELD else held + accelerated
         slow = ready and not residual < SLOW * before[-1][1]
-        self._accelerated = self._held < HELD and (self._accelerated or slow)
-        if self._accelerated:
-            after = replace(after, **{name: np.clip(self._mixed(), *self._range)})
-        self.state = after
+        accelerated = held < HELD and (accelerated or slow)
+        if accelerated:
+            mixed = np.clip(_mixed(found, changes), limits.least, limits.greatest)
+            state = replace(after, **{unknown: mixed})
+    return replace(best, passes=state.passes)
 
-    def _mixed(self) -> np.ndarray:
-        """The combination of found values for which the same combination of changes is smallest."""
-        given, found = np.array(self._given), np.array(self._found)
-        if len(found) == 1:
-            return np.asarray(found[-1])
-        changes = (found - given).reshape(len(found), -1)
-        weights, *_ = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=1e-10)
-        return np.asarray(found[-1] - np.tensordot(weights, np.diff(found, axis=0), axes=1))
+
+def _mixed(found: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
+    """The combination of found values for which the same combination of changes is smallest."""
+    if len(found) == 1:
+        return found[-1]
+    columns = np.reshape(changes, (len(changes), -1))
+    weights, *_ = np.linalg.lstsq(np.diff(columns, axis=0).T, columns[-1], rcond=1e-10)
+    return np.asarray(found[-1] - np.tensordot(weights, np.diff(found, axis=0), axes=1))
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:

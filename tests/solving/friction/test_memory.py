@@ -13,7 +13,7 @@ from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.solving.contact_solver import MOST_UNDER_LAW, NEAR, PLAIN
-from varcontact.solving.coupling import FixedPoint, Limits
+from varcontact.solving.coupling import Limits, settled
 
 JUMP = vc.StaticKinetic(0.4, 0.2)
 STEEP = [JUMP, vc.ExponentialFalling(0.4, 0.2, half_velocity=1e-5)]
@@ -222,20 +222,14 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
         return np.clip(friction - 0.5 * ((friction - 0.3) ** 2 + 1e-4), 0.2, 0.4)
 
     def one_pass(state):
-        return replace(state, friction=after(state.friction))
-
-    def residual(state):
-        return float(np.abs(after(state.friction) - state.friction).max())
+        found = after(state.friction)
+        return replace(state, friction=found), float(np.abs(after(found) - found).max())
 
     start = ContactState(np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2), friction=np.array([[0.4]]))
-    limits = Limits(1e-9, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
-    first = one_pass(start)
-    passes = FixedPoint(first, residual(first), "friction", limits, 0.2, 0.4)
-    while passes.goes_on:
-        after_it = one_pass(passes.state)
-        passes.add(after_it, residual(after_it))
-    assert passes.best.friction == 0.2
-    assert len(passes.best.passes) > PLAIN
+    limits = Limits(1e-9, MOST_UNDER_LAW, MOST_UNDER_LAW, plain=PLAIN, near=NEAR, least=0.2, greatest=0.4)
+    best = settled(one_pass, *one_pass(start), "friction", limits)
+    assert best.friction == 0.2
+    assert len(best.passes) > PLAIN
 
 
 # ----------------------------------------------------------------------------- Histories under laws of friction
