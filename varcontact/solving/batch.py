@@ -419,7 +419,7 @@ def _solve_group(
     if kind.difference is not None:
         figures["friction_work"] = _power(figures)
     solved = found.converged & (contact > 0) & np.isfinite(Fx + Fy)
-    for j in np.flatnonzero(solved) if kept is not None else ():
+    for j in np.flatnonzero(solved).tolist() if kept is not None else ():
         assert kept is not None
         ny, nx = members[j].shape
         kept[members[j].number] = traction[:, :ny, :nx, j], bound[:ny, :nx, j], x[:nx, j], y[:ny, j]
