@@ -9,7 +9,6 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from varcontact.errors import SceneError
-from varcontact.html import html_table
 from varcontact.io.scene_toml import scene_text
 
 if TYPE_CHECKING:
@@ -17,14 +16,13 @@ if TYPE_CHECKING:
 
 HEAD = b"<!DOCTYPE html>\n<!-- varcontact report 1 -->\n"
 STYLE = """body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
-th { vertical-align: top; padding-right: 1em; font-weight: 600; } caption { display: none; }
 pre { background: #f3f3f3; padding: 1em; white-space: pre-wrap; } img { max-width: 100%; }"""
 
 
 def html_page(sol: Solution) -> bytes:
     """The page, see `Solution.to_html`."""
     from varcontact.plotting.solution import plot
-    from varcontact.results.report import headline, report_rows
+    from varcontact.results.report import headline
 
     picture = io.BytesIO()
     plot(sol).savefig(picture, format="png", dpi=150, bbox_inches="tight")
@@ -44,7 +42,7 @@ def html_page(sol: Solution) -> bytes:
         f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f"<style>{STYLE}</style></head><body><h1>{title}</h1>",
         f'<img alt="pressure, tractions, stick and slip" src="data:image/png;base64,{image}">',
-        html_table(headline(sol), report_rows(sol)),
+        f"<pre>{escape(sol.report())}</pre>",
         f"<h2>Scene</h2>{repeat}",
         "</body></html>\n",
     ]

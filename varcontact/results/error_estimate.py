@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from varcontact.html import html_table
-
 BY_NAME = ("values", "errors", "on_grid", "bars")
 """Entries that are by the name of a value."""
 
@@ -70,13 +68,6 @@ class ErrorEstimate:
     time_budget: float | None = None
     on_grid: dict[str, float] = field(default_factory=dict)
     bars: dict[str, float] = field(default_factory=dict)
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (name, f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}")
-            for name, value in self.values.items()
-        ]
-        return html_table("Estimated error against the continuum", [*rows, ("how", self.how)])
 
     @property
     def largest(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from varcontact.discrete.state import cells_of
-from varcontact.html import html_table
+from varcontact.html import Reported
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.system import process
@@ -91,7 +91,7 @@ class Cost:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Reported):
     """What a scene requires: its kind and the methods chosen; of `varcontact.plan` also how large the problems are.
 
     Attributes
@@ -203,19 +203,13 @@ class Plan:
         beside = {"sizes": None, "costs": (), "doubts": (), "special": tuple(record.get("special", ()))}
         return cls(**{name: value for name, value in record.items() if name != "left_out"} | beside)  # of old files
 
-    def __str__(self) -> str:
-        """The plan in words."""
-        return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in self._rows())])
-
-    def _repr_html_(self) -> str:
-        return html_table("Plan", self._rows())
-
     def __repr__(self) -> str:
         names = ("method", "normal", "tangential", "coupling", "formulation")
         words = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
         return f"Plan({words})"
 
-    def _rows(self) -> list[tuple[str, str]]:
+    def report(self) -> str:
+        """The plan in words, for people."""
         kinds = ("dimension", "bodies", "surface", "motion", "friction")
         methods = ("method", "normal", "tangential", "coupling", "formulation")
         why = {name: f": {reason}" for name, reason in self.reasons.items()}
@@ -229,7 +223,7 @@ class Plan:
             solvers = cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
             seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
             rows.append(("" if i else "time, one core", f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"))
-        return rows
+        return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in rows)])
 
 
 def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:

@@ -23,21 +23,14 @@ from varcontact.scene.transient import Transient
 
 def report(sol: Solution, with_doubts: bool = True) -> str:
     """The printed report of a solution, see `Solution.report`."""
-    doubts = sol.scene.doubts
-    above = [f"WARNING: {doubt}" for doubt in doubts if with_doubts]
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)[len(doubts) :]]
-    return "\n".join([*above, headline(sol), "", *lines])
-
-
-def report_rows(sol: Solution) -> list[tuple[str, str]]:
-    """What a report says, by name, first of what is doubtful in the scene; empty rows part it."""
-    warnings = [("WARNING", words) for words in (*sol.scene.doubts, *sol.warnings)]
-    exactness = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
+    above = [f"WARNING: {doubt}" for doubt in sol.scene.doubts if with_doubts]
     count = sol.elements
     text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{_unit(sol)('area')}" + " wide" * sol.scene.line
     if sol.scene.motion is not None:
         text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
-    return [*warnings, *_loads(sol), ("contact", text), ("", ""), *exactness, ("", ""), *_methods(sol)]
+    rows = [*(("WARNING", words) for words in sol.warnings), *_loads(sol), ("contact", text), ("", "")]
+    rows += [*_refinement(sol), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
+    return "\n".join([*above, headline(sol), "", *(f"  {name:<18}{text}".rstrip() for name, text in rows)])
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}

@@ -14,7 +14,7 @@ from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
-from varcontact.html import Reported, html_table
+from varcontact.html import Reported
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
@@ -321,11 +321,6 @@ class Solution(Reported):
         from varcontact.results.report import report
 
         return report(self)
-
-    def _repr_html_(self) -> str:
-        from varcontact.results.report import headline, report_rows
-
-        return html_table(headline(self), report_rows(self))
 
     def __repr__(self) -> str:
         Fx, Fy = self.force

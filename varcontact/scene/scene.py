@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, TypedDict, Unpack, overload
@@ -12,7 +12,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
@@ -332,12 +331,6 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
         return doubts(self)
-
-    def _repr_html_(self) -> str:
-        entries = ((field.name, getattr(self, field.name)) for field in fields(self))
-        rows = [(name, checks.short(value)) for name, value in entries if value is not None]
-        rows += [("" if i else "doubtful", doubt) for i, doubt in enumerate(self.doubts)]
-        return html_table("Scene", rows)
 
     __repr__ = checks.short_entries
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.html import html_table
 from varcontact.system.files import check_ending, write_whole
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
@@ -120,11 +119,6 @@ class Profile:
         name = f"{self.name!r}, " if self.name else ""
         smoothed = f", smoothing={self.smoothing:g}" if self.smoothing else ""
         return f"Profile({self.kind}, {name}{self.y.size} points, y {self.y[0]:.4g} to {self.y[-1]:.4g} mm{smoothed})"
-
-    def _repr_html_(self) -> str:
-        size = f"{self.y.size} points, y {self.y[0]:.4g} to {self.y[-1]:.4g} mm"
-        rows = [("points", size), ("smoothing", f"{self.smoothing:g} mm" if self.smoothing else "none")]
-        return html_table(f"{self.kind} profile {self.name}", rows)
 
     @classmethod
     def read(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.html import html_text
+from varcontact.html import Reported
 from varcontact.kinematics import Frame
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
@@ -170,7 +170,7 @@ class WheelForces:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WheelRailSolution(WheelForces):
+class WheelRailSolution(WheelForces, Reported):
     """All patches of a wheel on a rail, solved.
 
     Attributes
@@ -227,9 +227,6 @@ class WheelRailSolution(WheelForces):
             if each.solution.error_estimate is None:
                 lines.append("  no estimate of the error against the continuum: give an accuracy instead of a grid")
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return html_text(self.report())
 
     def plot(self) -> Figure:
         """Both profiles with the patches at their place, and the tractions of each patch."""
