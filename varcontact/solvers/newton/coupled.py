@@ -22,7 +22,7 @@ from varcontact.solvers.newton.driver import Problem, point, solve_from
 from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Conditions, Point
 from varcontact.solvers.newton.kernel import kernel, unit
-from varcontact.solvers.newton.normal import NormalConditions, NormalSystem
+from varcontact.solvers.newton.normal import NormalConditions
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
 
 MOST_STEPS = 60
@@ -106,7 +106,7 @@ class CoupledSystem(System):
     pressures, (c, ny, nx).
     """
 
-    normal: NormalSystem
+    normal: TangentialSystem
     tangential: TangentialSystem
     apart: np.ndarray
     tied: np.ndarray

@@ -27,8 +27,6 @@ CAUSAL = 0.03
 """In rolling, particles carry displacements along: a weight that falls to this along x over one period."""
 STICK_SHIFT = 0.05
 """Added to the symbol in the stick area."""
-FLOOR = 1e-3
-"""Least symbol of normal contact."""
 SKEW = 0.3
 """Skewness of a kernel from which it is one of rolling."""
 
@@ -165,11 +163,6 @@ class Circulant:
     def stick(self) -> np.ndarray:
         """The inverse for the stick area."""
         return self.inverse(STICK_SHIFT)
-
-    @cached_property
-    def normal(self) -> np.ndarray:
-        """The inverse for normal contact."""
-        return (1 / np.maximum(self.symbol.real, FLOOR)).astype(np.complex64)
 
     def inverse(self, shift: float) -> np.ndarray:
         """Symbol (xx, xy, yy; or one) of the inverse of the kernel plus a number on its diagonal."""

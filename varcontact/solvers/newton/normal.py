@@ -15,10 +15,11 @@ from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings, counted
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, point, solve
-from varcontact.solvers.newton.gcr import Forces, System
+from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import product_and_plain, unit
+from varcontact.solvers.newton.tangential import TangentialSystem
 
 
 def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
@@ -48,36 +49,16 @@ class NormalConditions(GridConditions):
         """Positive only where the natural map has contact."""
         return np.where(trial > 0, np.maximum(traction, 0.0), 0.0)
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> NormalSystem:
-        contact = (trial[0] > 0) & self.contact
-        inside = contact.astype(np.float32)
-        return NormalSystem(np.where(contact, -shift, -traction), self, inside, 1 - inside)
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
+        """As of tractions that stick in contact, and elsewhere slip without a bound."""
+        contact = (trial > 0) & self.contact
+        right = np.where(contact, -shift, -traction)
+        return TangentialSystem(right, self, contact[0], 1.0 * ~contact, np.zeros(trial.shape), np.ones(trial[0].shape))
 
     def first(self) -> Point:
         """Without pressures; where a force is given, so near that all elements overlap."""
         level = -self.known.max() - 1 if self.forces.components else 0.0
         return point(self, np.zeros_like(self.known), np.full((1, 1, 1), level))
-
-
-@dataclass(frozen=True, eq=False)
-class NormalSystem(System):
-    """Newton's equations on a contact area: ones `inside` it (ny, nx), and ones `outside`."""
-
-    conditions: NormalConditions
-    inside: np.ndarray
-    outside: np.ndarray
-
-    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        return self.inside * image + self.outside * step
-
-    def border(self, component: int) -> np.ndarray:
-        return self.inside[None].copy()
-
-    def precondition(self, right: np.ndarray) -> np.ndarray:
-        """The inverse of the circulant in the contact."""
-        circulant = self.conditions.plain.circulant
-        found = circulant.apply(circulant.normal[:, None], (self.inside * right)[:, None])
-        return self.inside * found[:, 0] + self.outside * right
 
 
 @dataclass(frozen=True, eq=False)

@@ -148,7 +148,7 @@ class TangentialSystem(System):
     bound divided by the trial traction where it slips, else one.
     """
 
-    conditions: TangentialConditions
+    conditions: GridConditions
     stick: np.ndarray
     along: np.ndarray
     across: np.ndarray
@@ -185,15 +185,13 @@ class TangentialSystem(System):
     def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
         contact, circulant = self.conditions.contact, self.conditions.plain.circulant
-        slip = contact & ~self.stick
+        slope = 1 / self.held - 1
         if self.flows is not None:
-            slip |= self.flows.along > 0
+            slope = slope + np.minimum((self.flows.along + self.flows.across) / 2, STEEP)
+        slip = slope > 0
         if not slip.any():
             weights = contact.astype(np.float32)[None]
             return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
-        slope = np.where(slip, 1 / self.held - 1, 0.0)
-        if self.flows is not None:
-            slope = slope + np.minimum((self.flows.along + self.flows.across) / 2, STEEP)
         place = int(QUANTILE * (np.count_nonzero(slip) - 1))
         shift = max(float(np.partition(slope[slip], place)[place]), LEAST_SHIFT)
         inverses = np.stack([circulant.stick, circulant.inverse(shift)], axis=1)
