@@ -16,7 +16,7 @@ from varcontact.cli.terminal import check_outputs, draw, progress_line, show
 from varcontact.errors import SceneError
 
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
-HEADINGS = (b"vx,vy,spin,Fx,Fy,Mz,", b"ux,uy,rotation,Fx,Fy,Mz,")
+HEADING = b"(vx,vy,spin|ux,uy,rotation),Fx,Fy,Mz,"
 ROUNDING = 1e-13
 """Relative size of the rounding error of sums of tractions that cancel."""
 
@@ -39,11 +39,11 @@ def scan(
     printed and written. See also `curve` (several methods, fast theories) and `sweep` (other entries).
     """
     from varcontact.study.scan import creepages_over, scanned
-    from varcontact.system.files import begins_with, check_replaceable
+    from varcontact.system.files import check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
-        check_replaceable("--out", out, (".csv",), "table", lambda path: begins_with(path, *HEADINGS), force)
+        check_replaceable("--out", out, (".csv",), "table", HEADING, force)
     described, settings = vc.read_scene(scene)
     for name in ("start", "refine"):
         if name in settings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -138,9 +139,9 @@ def _vtk_file(kind: str, body: list[str]) -> bytes:
 VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
 EXPORTS: dict[str, tuple[Callable[[Solution], bytes], bytes]] = {
     ".csv": (lambda sol: dataframe(sol).to_csv(index=False).encode(), ",".join(QUANTITIES).encode()),
-    ".vtu": (_to_vtu, VTK_HEAD.encode()),
-    ".vti": (_to_vti, VTK_HEAD.encode()),
+    ".vtu": (_to_vtu, re.escape(VTK_HEAD.encode())),
+    ".vti": (_to_vti, re.escape(VTK_HEAD.encode())),
     ".mat": (_to_mat, MAT_HEAD),
     ".html": (html_page, HEAD),
 }
-"""By the ending of a file the bytes of a solution, and how a file begins that varcontact wrote."""
+"""By the ending of a file the bytes of a solution, and how it begins, as a regular expression."""

@@ -13,7 +13,7 @@ import operator
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -159,13 +159,7 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
 
 def check_history_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no history may be written, see `save`."""
-    files.check_replaceable(field, path, (".nc",), "history", _is_whole, overwrite)
-
-
-def _is_whole(path: Path) -> bool:
-    with suppress(OutputError):
-        return files.begins_with(path, MAGIC) and len(Stored.read(path)) > 0
-    return False
+    files.check_replaceable(field, path, (".nc",), "history", MAGIC + b".*varcontact history ", overwrite)
 
 
 def dataset(history: History) -> xr.Dataset:

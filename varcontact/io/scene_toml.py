@@ -24,7 +24,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
-from varcontact.system.files import SCENE_BYTES, begins_with, check_replaceable, first_line, text_of, write_whole
+from varcontact.system.files import SCENE_BYTES, check_replaceable, first_line, text_of, write_whole
 
 SURFACES = {
     "paraboloids": Paraboloids,
@@ -284,7 +284,7 @@ def scene_text(scene: Scene) -> str:
 def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
     """Write a scene file, whole or not at all, see `Scene.save`."""
     path = checks.file_name("path", path)
-    check_replaceable("path", path, (".toml",), "scene", lambda each: begins_with(each, WRITTEN.encode()), overwrite)
+    check_replaceable("path", path, (".toml",), "scene", WRITTEN.encode(), overwrite)
     write_whole("path", path, scene_text(scene).encode())
 
 

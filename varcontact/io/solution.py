@@ -6,7 +6,6 @@ import hashlib
 import io
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,23 +131,13 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
     """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
-    write_whole(field, path, FORMATS[path.suffix.lower()](sol))
+    write_whole(field, path, FORMATS[path.suffix.lower()][0](sol))
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no solution may be written, see `save`."""
-    _, head = EXPORTS.get(path.suffix.lower(), (None, b""))
-    ours = (lambda each: begins_with(each, head)) if head else is_solution
+    _, ours = FORMATS.get(path.suffix.lower(), (None, b""))
     check_replaceable(field, path, FORMATS, "solution", ours, overwrite)
-
-
-def is_solution(path: Path) -> bool:
-    """Whether the file at `path` says of itself that it holds a solution."""
-    import h5py
-
-    with suppress(OSError, ValueError, RuntimeError), h5py.File(path) as file:  # whatever else is in the file
-        return str(file.attrs.get("format", "")).startswith("varcontact solution ")
-    return False
 
 
 def read(path: str | Path) -> Solution | History:
@@ -305,5 +294,5 @@ def without_checksum(content: bytes) -> bytes:
     return own if mark else content
 
 
-FORMATS = {".nc": solution_to_bytes} | {ending: content for ending, (content, _) in EXPORTS.items()}
-"""By the ending of a file the function that makes its bytes."""
+FORMATS = {".nc": (solution_to_bytes, rb"\x89HDF.*varcontact solution "), **EXPORTS}
+"""By the ending of a file the function that makes its bytes, and how it begins, as a regular expression."""

@@ -183,7 +183,7 @@ def _written(folder: str | Path, contents: Mapping[str, bytes], overwrite: bool,
         raise OutputError(field, where, f"cannot be made ({error.strerror})") from None
     paths = [where / name for name in contents]
     for path in paths:
-        check_replaceable(field, path, (path.suffix,), "export", lambda each: MARK in each.read_bytes(), overwrite)
+        check_replaceable(field, path, (path.suffix,), "export", b".*" + MARK, overwrite)
     for path, content in zip(paths, contents.values(), strict=True):
         write_whole(field, path, content)
     return paths

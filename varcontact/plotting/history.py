@@ -118,7 +118,7 @@ def animate(
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
-    check_replaceable(field, path, KINDS, "picture", style.is_ours, overwrite, inputs)
+    check_replaceable(field, path, KINDS, "picture", style.OURS, overwrite, inputs)
     if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
 

@@ -39,7 +39,7 @@ BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "b
 """Where a legend to the right of axes is."""
 
 FIELD = "--plot"
-MARK = "Drawn by varcontact"
+MARK, OURS = "Drawn by varcontact", b".*Drawn by varcontact"
 """What a picture says of itself, so that a later run may draw it again in the same file."""
 _SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator", "eps": "Creator"}
 """Where pictures of each kind can say it; those of other kinds cannot."""
@@ -155,7 +155,7 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
     kinds = set(FigureCanvasAgg.get_supported_filetypes())
     if which(mpl.rcParams["pgf.texsystem"]) is None:
         kinds.discard("pgf")  # LaTeX draws it
-    check_replaceable(FIELD, path, [f".{kind}" for kind in sorted(kinds)], "picture", is_ours, overwrite, inputs)
+    check_replaceable(FIELD, path, [f".{kind}" for kind in sorted(kinds)], "picture", OURS, overwrite, inputs)
 
 
 def write_picture(figure: Figure, path: Path) -> None:
@@ -166,8 +166,3 @@ def write_picture(figure: Figure, path: Path) -> None:
     except (OSError, RuntimeError, ValueError) as error:  # pgf without LaTeX, for one
         raise OutputError(FIELD, path, f"cannot be drawn ({first_line(error)})") from None
     write_whole(FIELD, path, picture.getvalue())
-
-
-def is_ours(path: Path) -> bool:
-    """Whether a picture says that varcontact drew it."""
-    return MARK.encode() in path.read_bytes()

@@ -10,12 +10,14 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -80,24 +82,27 @@ def check_replaceable(
     path: Path,
     endings: Iterable[str],
     kind: str,
-    ours: Callable[[Path], bool],
+    ours: bytes,
     overwrite: bool,
     inputs: Iterable[Path] = (),
 ) -> None:
-    """The same, and refuse to write over a file that varcontact did not write, unless that is wanted."""
+    """The same, and refuse a file that does not begin as `ours`, a regular expression, unless it may be lost."""
     check_writable(field, path, endings, inputs)
     overwrite = checks.flag("overwrite", overwrite)
     with writing(field, path):
-        if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
+        if overwrite or not path.exists() or path.stat().st_size == 0:
             return
+        with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+            if re.match(ours, content, re.DOTALL):
+                return
     how = "add --force" if field.startswith("-") else "give overwrite=True"
     raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
 
 
-def begins_with(path: Path, *heads: bytes) -> bool:
-    """Whether a file has one of these beginnings."""
+def begins_with(path: Path, head: bytes) -> bool:
+    """Whether a file has this beginning."""
     with path.open("rb") as file:
-        return file.read(max(map(len, heads))).startswith(heads)
+        return file.read(len(head)) == head
 
 
 @contextmanager
