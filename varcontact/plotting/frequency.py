@@ -69,7 +69,7 @@ def plot_growth(
     SceneError
         For an `ax` or a size that is none.
     """
-    with style.panel(ax, figsize, (1.3 * style.COLUMN, style.COLUMN)) as ax:
+    with style.panel(ax, figsize, (1.3 * style.COLUMN, style.COLUMN)) as (figure, ax):
         unit = growth.attrs.get("length", "")
         length, rate = (f" [{unit}]", f" [1/{unit}]") if unit else ("", "")
         ax.set(xscale="log", xlabel=f"wavelength{length}", ylabel=f"growth by depth worn off{rate}")
@@ -84,4 +84,4 @@ def plot_growth(
             ax.semilogx(x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label)
             ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         style.legend_below(ax)
-    return style.figure_of(ax)
+    return figure

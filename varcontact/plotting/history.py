@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import io
-import subprocess
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
-from shutil import which
+from subprocess import CalledProcessError
 from typing import Any
 
 import numpy as np
+from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from PIL import Image
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
@@ -21,10 +18,11 @@ from varcontact.plotting import style
 from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_section, draw_states, finest
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.history import History
-from varcontact.system.files import check_replaceable, write_whole
+from varcontact.system.files import check_replaceable, reading, write_whole
 from varcontact.system.process import need
 
-KINDS = (".gif", ".mp4")
+KINDS: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+"""Endings of moving pictures."""
 FEW = 40
 """Steps of a history below which each has a marker."""
 
@@ -107,24 +105,27 @@ def animate(
     if len(history) == 0:
         raise SceneError("history", history, "of one step at least")
     check_animation(field, path, [], overwrite)
-    frames, made = _frames(history), io.BytesIO()
-    first = next(frames)
-    need("the moving picture", 2.0 * len(history) * first.width * first.height, "a history of fewer steps would fit")
-    options: dict[str, Any] = {"save_all": True, "append_images": frames, "loop": 0, "comment": style.MARK}
-    first.save(made, format="GIF", duration=round(1000 / fps), **options)
-    content = made.getvalue()
-    write_whole(field, path, content if path.suffix.lower() == ".gif" else _film(field, path, content, fps))
+    writer = KINDS[path.suffix.lower()](fps=fps, metadata={"comment": style.MARK})
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        reading(path, "cannot be drawn", field, (OSError, CalledProcessError)),
+        style.styled(),
+    ):
+        film = Path(folder) / f"film{path.suffix.lower()}"
+        _draw_steps(history, film, writer)
+        content = film.read_bytes()
+    write_whole(field, path, content if style.MARK.encode() in content else content + style.MARK.encode())
 
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
     check_replaceable(field, path, KINDS, "picture", style.OURS, overwrite, inputs)
-    if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
+    if not KINDS[path.suffix.lower()].isAvailable():
         raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
 
 
-def _frames(history: History) -> Iterator[Image.Image]:
-    """Each step as an image: areas and tractions over the forces, on axes that stay."""
+def _draw_steps(history: History, film: Path, writer: Any) -> None:
+    """Each step as a frame: areas and tractions over the forces, on axes that stay."""
     places, _, label = _abscissa(history)
     box = box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     line, largest = history.scene.line, 0.0
@@ -132,13 +133,14 @@ def _frames(history: History) -> Iterator[Image.Image]:
         largest = max(largest, float(np.hypot(*finest(sol).traction).max()))
         if line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
-    with style.styled():
-        figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
-        canvas: Any = figure.canvas
-        _draw_forces(below, history, places)
-        below.set_xlabel(label)
-        below.legend(**style.BESIDE)
-        mark = below.axvline(places[0], color="k", linewidth=0.8)
+    figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
+    _draw_forces(below, history, places)
+    below.set_xlabel(label)
+    below.legend(**style.BESIDE)
+    mark = below.axvline(places[0], color="k", linewidth=0.8)
+    pixels = np.prod(figure.get_size_inches()) * figure.dpi**2
+    need("the moving picture", 4.0 * len(history) * pixels, "a history of fewer steps would fit")
+    with writer.saving(figure, film, None):
         for k, sol in enumerate(history):
             above.clear()
             if line:
@@ -150,20 +152,4 @@ def _frames(history: History) -> Iterator[Image.Image]:
             if k == 0:
                 figure.draw_without_rendering()
                 figure.set_layout_engine("none")
-            canvas.draw()
-            image = Image.fromarray(np.array(canvas.buffer_rgba()))
-            yield image.convert("RGB").quantize(dither=Image.Dither.NONE)
-
-
-def _film(field: str, path: Path, gif: bytes, fps: float) -> bytes:
-    """A GIF as a film, by ffmpeg: of an even number of pixels, with frames at exact times."""
-    shown = f"setpts=N/({fps:g}*TB),crop=trunc(iw/2)*2:trunc(ih/2)*2"
-    wanted = ["-vf", shown, "-r", f"{fps:g}", "-pix_fmt", "yuv420p", "-metadata", f"comment={style.MARK}"]
-    with tempfile.TemporaryDirectory() as folder:
-        film = Path(folder) / "film.mp4"
-        command = ["ffmpeg", "-loglevel", "error", "-f", "gif", "-i", "-", *wanted, str(film)]
-        done = subprocess.run(command, input=gif, capture_output=True, check=False)
-        if done.returncode != 0:
-            words = done.stderr.decode(errors="replace").strip().split("\n")[-1]
-            raise OutputError(field, path, f"cannot be drawn (ffmpeg: {words})")
-        return film.read_bytes()
+            writer.grab_frame()

@@ -34,9 +34,9 @@ def plot(
     if y is not None and "section" not in names:
         raise SceneError("y", y, 'left out, or with the panel "section"')
     if ax is not None:
-        with style.panel(ax, figsize, (1.0, 1.0)):
+        with style.panel(ax, figsize, (1.0, 1.0)) as (figure, _):
             _draw(ax, sol, names[0], y)
-        return style.figure_of(ax)
+        return figure
     with style.styled():
         if line:  # below each other over the same abscissa
             size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))

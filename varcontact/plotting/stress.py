@@ -74,7 +74,7 @@ def plot_stress(
     if not one_solution(sol).pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
-    with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as drawn:
+    with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as (figure, drawn):
         fields, axes, at, words = _cut(sol, plane, x, y, depth, body)
         signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
         if signed:
@@ -96,8 +96,8 @@ def plot_stress(
         title = name + (f" at {words} = {lengths.text(at)}" if words else "")
         drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
         style.legend_below(drawn, columns=1)
-        style.figure_of(drawn).draw_without_rendering()
-    return style.figure_of(drawn)
+        figure.draw_without_rendering()
+    return figure
 
 
 def _cut(

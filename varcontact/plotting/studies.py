@@ -98,7 +98,7 @@ def plot_curve(
     shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
     several = len(curves) > 1
     y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
-    with style.panel(ax, figsize, (style.COLUMN * 1.15, 2.9)) as ax:
+    with style.panel(ax, figsize, (style.COLUMN * 1.15, 2.9)) as (figure, ax):
         for number, (name, (x, forces)) in enumerate(curves.items()):
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
             if len(shown) == 2 and total:
@@ -114,8 +114,8 @@ def plot_curve(
         ax.axhline(0.0, color="k", linewidth=0.5)
         ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
         style.legend_below(ax, columns=2)
-        style.figure_of(ax).draw_without_rendering()
-    return style.figure_of(ax)
+        figure.draw_without_rendering()
+    return figure
 
 
 Curves = dict[str, tuple[np.ndarray, np.ndarray]]

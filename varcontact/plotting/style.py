@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from shutil import which
-from typing import Any
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -95,13 +95,6 @@ def new_panels(count: int, height: float, figsize: Any = None) -> tuple[Figure, 
     return figure, axes[:count]
 
 
-def figure_of(ax: Axes) -> Figure:
-    """The figure that axes belong to."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    return figure
-
-
 def figure_size(value: Any, default: tuple[float, float]) -> tuple[float, float]:
     """Width and height of a figure [inch], checked; the default for None."""
     if value is None:
@@ -113,13 +106,15 @@ def figure_size(value: Any, default: tuple[float, float]) -> tuple[float, float]
 
 
 @contextmanager
-def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterator[Axes]:
-    """The axes that are given, or those of a new figure, and the style for what is drawn within."""
+def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterator[tuple[Figure, Axes]]:
+    """The axes that are given, or those of a new figure, after it, and the style for what is drawn within."""
     if not isinstance(ax, Axes | None):
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
     size = figure_size(figsize, default)
     with styled():
-        yield new_figure(1, 1, size)[1][0] if ax is None else ax
+        if ax is None:
+            _, (ax,) = new_figure(1, 1, size)
+        yield cast(Figure, ax.get_figure(root=True)), ax
 
 
 def legend_below(ax: Axes, columns: int = 3) -> None:
@@ -129,7 +124,7 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
         return
     ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
     points = 6 + 1.5 * ticks + 1.5 * float(ax.xaxis.label.get_fontsize()) * len(ax.get_xlabel().splitlines())
-    down = ScaledTranslation(0, -points / 72, figure_of(ax).dpi_scale_trans)
+    down = ScaledTranslation(0, -points / 72, ax.figure.dpi_scale_trans)
     ax.legend(
         ncols=min(columns, len(found)),
         loc="upper center",
@@ -143,7 +138,7 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
 
 def colour_bar(ax: Axes, image: Any, label: str) -> None:
     """A colour bar to the right of axes, as high as they are."""
-    figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
+    ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
 
 
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
