@@ -7,14 +7,15 @@ J. Appl. Mech. 31 (1964) 338-340.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from varcontact.checks import numbers, poisson_ratio, positive
-from varcontact.errors import Saturated, SceneError
+from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.theories.force_inversion import creepage_carrying
 from varcontact.theories.linear import (
     Contact,
     Forces,
@@ -193,35 +194,14 @@ def vermeulen_johnson_creepage(
     given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
     given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     limit = positive("friction_force", friction_force)
-    unit = 3 * limit / (positive("a", a) * positive("b", b) * positive("G", G))
-    units = -unit / np.array([coefficients.C11, coefficients.C22])  # creepages are units * (xi', eta')
-    found = np.array([given_x, given_y]) / units
-    force = np.hypot(Fx or 0.0, Fy or 0.0) / limit
-    if force >= 1:
-        raise Saturated(force * limit, limit)
-    if Fx is not None and Fy is not None:
-        w = -math.expm1(math.log1p(-force) / 3)  # (131)
-        found = np.array([Fx, Fy]) / limit * (w / force if force else 0.0)
-    elif Fx is not None:
-        found[0] = _component(Fx / limit, found[1])
-    elif Fy is not None:
-        found[1] = _component(Fy / limit, found[0])
-    return np.append(units * found, 0.0)
+    contact = checked_contact(positive("a", a), positive("b", b), positive("G", G), limit, np.zeros(3), coefficients)
+    unit = 3 * limit / (a * b * G * coefficients.C11)
 
+    def force(creepage: np.ndarray) -> np.ndarray:
+        vx, vy, _ = creepage.tolist()
+        return np.array(vermeulen_johnson_forces(replace(contact, vx=vx, vy=vy))[:2])
 
-def _component(part: float, other: float) -> float:
-    """xi' for which the line gives Fx = part * f Fz, eta' being given (or the other way round)."""
-    from scipy.optimize import brentq
-
-    beyond = abs(part * other) / math.sqrt((1 - part) * (1 + part))  # xi' if w' >= 1 there
-    if math.hypot(beyond, other) >= 1:
-        return math.copysign(beyond, part)
-
-    def excess(ratio: float) -> float:  # of ratio = xi'/part, in [1/3, 1] as F/(f Fz w') is in [1, 3]
-        w = min(math.hypot(ratio * part, other), 1.0)
-        return (3 - 3 * w + w * w) * ratio - 1
-
-    return float(brentq(excess, 0.33, 1.0, xtol=1e-15, rtol=1e-15) * part)
+    return creepage_carrying(force, np.array([given_x, given_y, 0.0]), (Fx, Fy), unit, limit, limit)
 
 
 def vermeulen_johnson_traction(
