@@ -112,9 +112,6 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
         late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - started)
         if late or not _fits(scene, options, n):
             return _not_reached(levels, target, f"a grid of {n} elements across does not fit into memory")
-        needed = n if target.accuracy is None else last.n * (estimate.largest / target.accuracy) ** (1 / ORDER)
-        if not (levels[-GRIDS].unresolved(target.least) or target.by_default or _fits(scene, options, needed)):
-            return _not_reached(levels, target, f"{needed:.0f} elements across do not fit into memory")
 
 
 def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
@@ -168,30 +165,24 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     return ErrorEstimate(best, errors, how, solves, target.accuracy, target.time_budget, fine.values, bars)
 
 
-def coarsest(line: bool, accuracy: float | None, part: float = FLOOR_PART) -> int:
+def coarsest(line: bool, accuracy: float | None) -> int:
     """Elements across on the first grid, with which the floor takes a part of the accuracy on the third one."""
     n = FIRST_IN_LINE if line else FIRST
     if accuracy is None:
         return n
-    return max(n, math.ceil((FLOOR / (part * accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
+    return max(n, math.ceil((FLOOR / (FLOOR_PART * accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
 
 
 def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
-    """Elements across on the first grid: on the last of three the floor is half of the accuracy.
-
-    Where that does not fit, as many as the floor allows at all; refused if these do not fit.
-    """
-    last = 0.0
-    for part in (FLOOR_PART, 1.0):
-        n = coarsest(scene.line, target.accuracy, part)
-        last = n * RATIO ** (GRIDS - 1)
-        if _fits(scene, options, last):
-            return n
+    """Elements across on the first grid: on the last of three the floor is half of the accuracy, or it is refused."""
+    n = coarsest(scene.line, target.accuracy)
+    last = most = n * RATIO ** (GRIDS - 1)
+    if _fits(scene, options, last):
+        return n
     what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
-    most = last
     while most > 1 and not process.fits(2 * _size(scene, options, most)[1]):
         most /= 1.1
-    fits = f"accuracy = {FLOOR * most**-ORDER:.2g} fits"
+    fits = f"accuracy = {FLOOR / FLOOR_PART * most**-ORDER:.2g} fits"
     raise TooLarge(what, _size(scene, options, last)[1], process.available() / 2, fits)
 
 

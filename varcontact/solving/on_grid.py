@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.discrete import contact_grid
-from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
@@ -20,7 +20,6 @@ from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
-from varcontact.results.plan import Plan
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
@@ -306,7 +305,10 @@ def finish(
     solver: ContactSolver,
     before: Solution | None = None,
 ) -> Solution:
-    """The solution, after a step `before`, with its certificate; `NotConverged` if it misses the tolerance."""
+    """The solution, after a step `before`, with its certificate; `NotConverged` if it misses the tolerance.
+
+    The residual that counts is that of the problems which the plan poses.
+    """
     plan, tol = solver.plan, solver.tol
     approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
@@ -318,7 +320,14 @@ def finish(
     lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
-    residual = _residual_as_posed(disc, plan, state, certificate)
+    residual = certificate.residual
+    if not plan.has_friction or plan.theory is not None:  # theories are formulas
+        residual = 0.0 if plan.closed_form else certificate.normal_residual
+    elif plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
+        residual = certificate.tangential_residual
+    elif plan.coupling == "johnson":  # which poses the normal problem without tractions; the certificate has the rest
+        alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
+        residual = float(np.max([alone, certificate.tangential_residual]))  # NaN where one is
     if residual > tol and certificate.level != "full" and solver.certify == "auto":  # it may tell why
         certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
@@ -331,30 +340,12 @@ def finish(
     if law is not None and plan.has_friction and (in_time or law.memory_distance > 0):
         solution = replace(solution, weakening=weakening(disc, before, solution))
     if not solution.converged:
-        raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+        words = [f"{getattr(plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
+        if certificate.level == "full":
+            words.append(no_guarantee(solution))
+        if state.passes:
+            change = state.passes[-1][0]
+            words = [f"this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"]
+        why = "".join(f"; {word}" for word in words if word)
+        raise NotConverged(f"the residual is not below tol = {tol:.3g}{why}", residual, solution)
     return solution
-
-
-def _why(solution: Solution, state: ContactState) -> str:
-    if state.passes:
-        change = state.passes[-1][0]
-        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
-    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
-    reason = no_guarantee(solution) if solution.certificate.level == "full" else ""
-    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
-
-
-def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
-    """The residual by which a solution is accepted: of the problems that the plan poses.
-
-    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
-    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
-    """
-    if not plan.has_friction or plan.theory is not None:
-        return 0.0 if plan.closed_form else certificate.normal_residual
-    if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
-        return certificate.tangential_residual
-    if plan.coupling != "johnson":
-        return certificate.residual
-    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
-    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

@@ -136,12 +136,17 @@ class March:
             return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
         if not motion.interpolate or start.grid.line != grid.line or alone:
             remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
-            allowed = f"on the same grid as the history, {_words(grid)}{remedy}"
-            raise SceneError("motion.start", f"a Solution on {_words(start.grid)}", allowed)
+            known, own = (
+                f"{each.nx} x {each.rows} elements over {tuple(float(f'{side:.6g}') for side in each.box)}"
+                for each in (start.grid, grid)
+            )
+            raise SceneError(
+                "motion.start", f"a Solution on {known}", f"on the same grid as the history, {own}{remedy}"
+            )
         fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
-        known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}
-        known |= {"power_density": fields[3]}
-        return replace(start, grid=grid, **known, pressure_on_parts=None, weakening=None)
+        placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
+        placed |= {"state": sampled(start.grid, start.state, grid)}
+        return replace(start, grid=grid, **placed, pressure_on_parts=None, weakening=None)
 
     def step(
         self,
@@ -162,7 +167,8 @@ class March:
             weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
             memory = weights[:, None, None, None] * self._wide(solution)
             if before is not None:
-                memory = memory + moved(self._kept(motion, before), self._passed(motion))
+                passed = motion.direction * motion.dq / self.disc.grid.sides[0]
+                memory = memory + moved(self._kept(motion, before), passed)
             solution = replace(solution, memory=memory)
         if self.scene.under_law and solution.weakening is None:
             solution = replace(solution, weakening=np.zeros(self.disc.grid.shape))
@@ -205,7 +211,8 @@ class March:
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
         """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
         disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
-        operators, pressure, passed = disc.operators, disc.scales.pressure, self._passed(motion)
+        operators, pressure = disc.operators, disc.scales.pressure
+        passed = motion.direction * motion.dq / disc.grid.sides[0]
         assert isinstance(operators.medium, ViscoelasticMedium)
         assert before.memory is not None
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
@@ -236,10 +243,6 @@ class March:
         """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
         rows = (0, 0) if self.disc.grid.line else (1, 1)
         return np.pad(_tractions(solution), ((0, 0), rows, (self.columns, self.columns)))
-
-    def _passed(self, motion: TimeStep) -> float:
-        """Columns that the particles pass in a step, towards negative x."""
-        return motion.direction * motion.dq / self.disc.grid.sides[0]
 
     def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         state = initial_state(disc, before, steps)
@@ -320,7 +323,3 @@ def _plastic(step: Discretisation, before: Solution) -> np.ndarray | None:
 def _tractions(solution: Solution) -> np.ndarray:
     """Tractions and pressure, (3, ny, nx)."""
     return np.concatenate([solution.traction, solution.pressure[None]])
-
-
-def _words(grid: Grid) -> str:
-    return f"{grid.nx} x {grid.rows} elements over {tuple(float(f'{side:.6g}') for side in grid.box)}"

@@ -112,7 +112,15 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
         return sol
-    disc = with_subgrid(_as_corrected(disc, sol), sol.pressure_on_parts)
+    if sol.refinement is not None:  # the problem on the elements was corrected, with what particles bring along
+        motion, known, share = disc.loading.motion, disc.loading.coefficient, sol.refinement.share
+        assert motion is not None
+        prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
+        Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
+        came = PreviousStep(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
+        disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
+        disc = disc.with_loading(coefficient=known * share) if np.any(share != 1) else disc
+    disc = with_subgrid(disc, sol.pressure_on_parts)
     state = _state(disc, sol)
     if np.isnan(sol.power_density).any() and sol.plan.has_moment:  # an earlier file's
         density = np.zeros(sol.grid.shape)
@@ -132,20 +140,6 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     if not sol.plan.has_moment:
         certificate = certificate.without_moment()
     return replace(sol, certificate=certificate, converged=False, note=ANEW)
-
-
-def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
-    """The problem on the elements as it was corrected; in a step of a history with what the particles bring along."""
-    found = sol.refinement
-    if found is None:
-        return disc
-    motion, known = disc.loading.motion, disc.loading.coefficient
-    assert motion is not None
-    prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
-    Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
-    came = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
-    disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
-    return disc.with_loading(coefficient=known * found.share) if np.any(found.share != 1) else disc
 
 
 def _state(disc: Discretisation, sol: Solution) -> ContactState:
