@@ -17,7 +17,7 @@ import numpy as np
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.interface import Settings, Solver, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
-from varcontact.solvers.newton.globalisation import Conditions, Point, line_search, measured
+from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
 from varcontact.solvers.newton.kernel import Kernel
 
@@ -190,6 +190,8 @@ def newton(
     "MaxIterations" or "NotANumber", and the steps.
     """
     goal, forces = tol, conditions.forces
+    if forces.components and not conditions.linear and np.isfinite(at.shift).all():
+        at = balanced(conditions, at)
     best, least, before, idle = at, np.inf, 0.0, 0
     now, room = measured(conditions, at), room_for(at.traction.size, forces)
     for count in range(most):

@@ -1,9 +1,9 @@
-"""What leads Newton's method to the solution: a contact problem's natural map, and line search."""
+"""What leads Newton's method to the solution: line search, balanced forces."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,20 @@ def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     for first, second in zip(one[1:], other[1:], strict=True):
         product += first * second
     return product
+
+
+def balanced(conditions: Conditions, at: Point) -> Point:
+    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces."""
+    from scipy.optimize import root
+
+    forces, trial, components = conditions.forces, at.traction - at.shift, len(at.traction)
+
+    def lacking(change: np.ndarray) -> np.ndarray:
+        moved = trial - forces.displacement(forces.spread(change, components))
+        return forces.lacking(conditions.projected(moved))
+
+    rigid = forces.spread(root(lacking, np.zeros(len(forces.components)), method="lm").x, components)
+    return replace(at, shift=at.shift + forces.displacement(rigid), rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)
