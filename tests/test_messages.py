@@ -47,7 +47,7 @@ MESSAGES = [
     (lambda: reference.carter(reference.line_contact(1.0, BODIES, a=0.1), 0.3), "", "neither creepage nor force"),
     (lambda: reference.carter(COUPLED, 0.3, creepage=0.01), "bodies.K", "like bodies"),
     (lambda: reference.bufler(1.0, BODIES, force=1.0, a=1.0), "", "force and a are both given"),
-    (lambda: reference.line_contact(1.0, BODIES), "", "exactly one of force, a and approach"),
+    (lambda: reference.line_contact(1.0, BODIES), "", "neither force nor a nor approach is given"),
     (lambda: reference.line_contact(1.0, BODIES, approach=0.1), "depth", "measured from a depth"),
 ]  # fmt: skip
 

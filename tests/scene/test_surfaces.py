@@ -165,3 +165,11 @@ test_wavelengths_that_are_refused = refusals(
     (lambda: SAMPLES.smoothed(float("nan")), "wavelength"),
     (lambda: vc.SampledDistance(np.zeros((5, 5))).smoothed(1.0), r"surface\.x"),
 )
+
+
+def test_fields_of_samples_in_line_contact():
+    """Also rigid slip is given at the samples' own places."""
+    x = np.linspace(-2.0, 2.0, 41)
+    grid = vc.Grid(nx=5, dx=0.3, x0=-0.75)
+    found = vc.SampledDistance(x**2, x).sampled(np.array([[x**3], [x]]), grid)
+    np.testing.assert_allclose(found, [[grid.x**3], [grid.x]], rtol=1e-12, atol=1e-14)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.checks import elastic, positive
+from varcontact.checks import elastic, exactly_one, positive
 from varcontact.errors import Saturated, SceneError
 from varcontact.reference.hertz import CombinedConstants
 
@@ -100,8 +100,7 @@ def line_contact(
     """
     R = positive("R", R)
     elastic(bodies)
-    if sum(value is not None for value in (force, a, approach)) != 1:
-        raise SceneError("force, a", (force, a), "exactly one of force, a and approach")
+    exactly_one(force=force, a=a, approach=approach)
     if approach is not None:
         from scipy.special import lambertw
 

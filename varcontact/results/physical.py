@@ -12,6 +12,7 @@ from varcontact.discrete.discretisation import Discretisation, discretise, undef
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import friction_work, plastic_state, shift_and_areas, unit_slip
 from varcontact.results.plan import Plan
+from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -150,15 +151,10 @@ def normalised(sol: Solution) -> Normalised:
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     if not 0 < limit < math.inf:
         limit = sol.normal_force
-    lattice, contact = sol.contact
-    line, area = sol.scene.line, float(contact.sum()) * lattice.area
-    hertz = sol.scene.hertz
-    if hertz is not None:
-        size, area = (hertz.a, 2 * hertz.a) if line else (math.sqrt(hertz.a * hertz.b), math.pi * hertz.a * hertz.b)
-    else:
-        size = area / 2 if line else math.sqrt(area / math.pi)
-    if limit == 0 or area == 0:  # no contact
+    if limit == 0:  # no contact
         return Normalised(*7 * (math.nan,))
+    (a, b), line = semi_axes(sol), sol.scene.line
+    size, area = (a, 2 * a) if line else (math.sqrt(a * b), math.pi * a * b)
     powers = (1 if line else 2) - (1 if sol.motion is not None and sol.motion.rolls == 0 else 0)
     stiffness = sol.scene.bodies.combined_G * size**powers / limit
     return Normalised(

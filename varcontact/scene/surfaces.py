@@ -267,7 +267,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         x, y = self.coordinates
         places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
         flat = fields.reshape(-1, *self.samples.shape)
-        found = np.array([Interpolation(x, y, each).at(*places) for each in flat])
+        found = np.array([Interpolation.of(x, self.y, each).at(*places) for each in flat])
         return found.reshape(*fields.shape[:-2], *grid.shape)
 
     @cached_property
