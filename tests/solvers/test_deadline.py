@@ -32,7 +32,7 @@ def problems(rolling):
 
 def unsolved(problem):
     traction = np.zeros_like(getattr(problem, "rigid_shift", getattr(problem, "distance", None)))
-    return RawSolution(traction, np.zeros(max(traction.ndim, 1)), 0, "")
+    return RawSolution(traction, np.zeros(max(traction.ndim, 1)))
 
 
 SOLVERS = {

@@ -226,8 +226,8 @@ class RawSolution:
 
     traction: np.ndarray
     rigid: np.ndarray
-    iterations: int
-    status: str
+    iterations: int = 0
+    status: str = ""
     solved: bool = True
     solver: str = ""
     reason: str = ""

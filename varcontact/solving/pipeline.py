@@ -136,7 +136,7 @@ def march(
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
-    at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
+    at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
     iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
     for _ in range(MOST_STEPS):
         previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'

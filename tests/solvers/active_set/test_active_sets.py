@@ -110,7 +110,7 @@ def test_safeguarded_from_any_start(rolling, vx, spin, seed):
     problem = posed(rolling(motion=vc.Steady(vx=vx, spin=spin)))
     if not problem.rigid_shift.any():
         return
-    start = RawSolution(np.random.default_rng(seed).normal(size=(2, problem.size)), np.zeros(2), 0, "")
+    start = RawSolution(np.random.default_rng(seed).normal(size=(2, problem.size)), np.zeros(2))
     raw = tangential_solver("tang-safeguarded")(problem, Settings(), start)
     assert raw.status == "Solved"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-11
@@ -144,8 +144,8 @@ def test_all_ways_lead_to_the_same_end(rolling, prescribed, traction):
     assert normal_residual(posed, printed.traction, printed.rigid) < 1e-13
     assert printed.iterations <= 12, "whole sets: a few exchanges for a hundred elements"
     rng = np.random.default_rng(1)
-    wrong = RawSolution(rng.random(posed.distance.size), np.array([1.0]), 0, "")  # everywhere
-    corner = RawSolution(np.eye(1, posed.distance.size)[0], np.array([1.0]), 0, "")  # where there is none
+    wrong = RawSolution(rng.random(posed.distance.size), np.array([1.0]))  # everywhere
+    corner = RawSolution(np.eye(1, posed.distance.size)[0], np.array([1.0]))  # where there is none
     for start in (None, printed, wrong, corner):
         for exchange in ("set", "one"):
             again = norm(posed, start, exchange=exchange)

@@ -35,7 +35,7 @@ def scaled(request):
         approach=None,
         force=(1.0, 0.1 if isinstance(request.param, vc.Shift) else None, None),
     )
-    start = RawSolution(np.random.default_rng(0).uniform(0, 1, (3, *disc.grid.shape)), np.zeros(3), 0, "")
+    start = RawSolution(np.random.default_rng(0).uniform(0, 1, (3, *disc.grid.shape)), np.zeros(3))
     return ScaledCoupled.of(problem, start, lambda raw: 0.0)
 
 

@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude
-from varcontact.discrete.residuals import project, tangential_residual
-from varcontact.solvers.interface import Settings, TangentialSolver, check_time, counted
+from varcontact.discrete.residuals import project
+from varcontact.solvers.interface import Settings, TangentialSolver, better, check_time, counted, natural_residual
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible
 
@@ -35,23 +35,6 @@ SPLITTING_ROUNDS = (50, 200, 800)
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
-    """Tractions (c, n) and missing rigid shifts (c,)."""
-
-    traction: np.ndarray
-    rigid: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """Changes of the stick tractions (c, nH), of the directions of those that turn (nT,), of the rigid shifts (c,)."""
-
-    stick: np.ndarray
-    angle: np.ndarray
-    rigid: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class Equations:
     """Newton's equations for given areas, factored: good for steps from other points nearby.
 
@@ -64,7 +47,7 @@ class Equations:
     factors: tuple[np.ndarray, np.ndarray] | None
 
     @classmethod
-    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: Point) -> Equations:
+    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> Equations:
         """Those at a point; without factors where they are singular."""
         from scipy.linalg.lapack import dgetrf
 
@@ -96,40 +79,46 @@ class Equations:
         factors, swaps, singular = interruptible(lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian))
         return cls(problem, sticks, None if singular else (factors, swaps))
 
-    def step(self, at: Point) -> Step:
-        """The step from there; none where they are singular."""
+    def step(self, at: RawSolution, turn: float = math.inf) -> np.ndarray:
+        """Changes of the stick tractions, of the directions of those that turn, no more than `turn`, of rigid shifts.
+
+        None where the equations are singular.
+        """
         from scipy.linalg.lapack import dgetrs
 
-        problem, (T, across) = self.problem, turns(self.problem, self.sticks, at)
-        H, c, free, shift = np.flatnonzero(self.sticks), problem.components, problem.free, shift_of(problem, at)
+        problem, (T, across), shift = self.problem, turns(self.problem, self.sticks, at), shift_of(self.problem, at)
         forces = [F / problem.area for F in problem.force if F is not None]
-        lacking = np.array(forces) - at.traction[free].sum(axis=1)
+        lacking = np.array(forces) - at.traction[problem.free].sum(axis=1)
         if problem.yielding is not None:
             shift = shift + flow_of(problem, at)[0]
-        error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
-        step = np.zeros(error.size)
-        if self.factors is not None:
-            step, _ = dgetrs(*self.factors, -error, trans=1)
-        k, rigid = c * H.size + T.size, np.zeros(c)
-        rigid[free] = step[k:]
-        return Step(step[: c * H.size].reshape(c, H.size), step[c * H.size : k], rigid)
+        error = np.concatenate([shift[:, self.sticks].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
+        if self.factors is None:
+            return np.zeros(error.size)
+        step, _ = dgetrs(*self.factors, -error, trans=1)
+        angles = step[error.size - lacking.size - T.size : error.size - lacking.size]
+        angles[...] = np.clip(angles, -turn, turn)
+        return np.asarray(step)
+
+    def moved(self, at: RawSolution, step: np.ndarray, part: float = 1.0) -> RawSolution:
+        """A part of a step, turning the slip tractions on their bound."""
+        problem, (T, across) = self.problem, turns(self.problem, self.sticks, at)
+        traction, rigid, end = at.traction.copy(), at.rigid.copy(), step.size - len(problem.free)
+        stick, angle, shifts = np.split(part * step, [end - T.size, end])
+        traction[:, self.sticks] += stick.reshape(problem.components, -1)
+        traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
+        rigid[problem.free] += shifts
+        return RawSolution(traction, rigid)
 
 
-def moved(problem: TangentialProblem, sticks: np.ndarray, at: Point, step: Step, part: float = 1.0) -> Point:
-    """A part of a step, turning the slip tractions on their bound."""
-    traction, (T, across), angle = at.traction.copy(), turns(problem, sticks, at), part * step.angle
-    traction[:, sticks] += part * step.stick
-    traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
-    return Point(traction, at.rigid + part * step.rigid)
-
-
-def shift_of(problem: TangentialProblem, at: Point) -> np.ndarray:
+def shift_of(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
     """E by the dense matrix, which Newton's method needs anyway, (c, n)."""
     elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
     return elastic + problem.rigid_shift + at.rigid[:, None]
 
 
-def flow_of(problem: TangentialProblem, at: Point) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+def flow_of(
+    problem: TangentialProblem, at: RawSolution
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
     """The plastic shift linearised where the natural map leads, at a point (c, n); its derivatives; its direction."""
     assert problem.yielding is not None
     weight = problem.operator.row_size
@@ -142,7 +131,7 @@ def flow_of(problem: TangentialProblem, at: Point) -> tuple[np.ndarray, tuple[np
     return problem.yielding.flow(image) + turned, (along, across), direction
 
 
-def turns(problem: TangentialProblem, sticks: np.ndarray, at: Point) -> tuple[np.ndarray, np.ndarray]:
+def turns(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> tuple[np.ndarray, np.ndarray]:
     """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
     T = np.flatnonzero(~sticks & (problem.components > 1))
     across = at.traction[::-1, T] / problem.bound[T]
@@ -175,12 +164,11 @@ def tang(
     at = _unloaded(problem)
     sticks = np.ones(problem.size, dtype=bool)
     if start is not None:
-        at = Point(start.traction, start.rigid)
-        trial = _trial(problem, at)
+        trial = _trial(problem, start)
         sticks = ~problem.slips(trial, problem.operator.row_size)
-        at = _on_bound(problem, sticks, at, trial)
+        at = _on_bound(problem, sticks, start, trial)
     seen: set[bytes] = set()
-    best, count, status = start or _better(problem, None, at), 0, "MaxIterations"
+    best, count, status = start or _admissible(problem, at), 0, "MaxIterations"
     for _ in range(MAX_EXCHANGES):
         if sticks.tobytes() in seen:
             status = "Cycled"
@@ -194,7 +182,7 @@ def tang(
             forward = ~sticks & (np.sum(at.traction * (shift_of(problem, at) + flow), axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
                 break
-        best = _better(problem, best, at)
+        best = better(problem, best, _admissible(problem, at))
         if not solved:
             status = "NewtonFailed"
             break
@@ -224,54 +212,51 @@ def tang_safeguarded(
         return no_slip(problem)
     settings = settings or Settings()
     if start is not None:
-        at = Point(project(start.traction, problem.bound), start.rigid)
-        return _descend(problem, at, max_steps, settings.deadline)
-    sticking = no_slip(problem)
-    at = Point(project(sticking.traction, problem.bound), sticking.rigid)
-    if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
+        return _descend(problem, _admissible(problem, start), max_steps, settings.deadline)
+    at = _admissible(problem, no_slip(problem))
+    if not at.finite:  # numbers overflow
         at = _unloaded(problem)
     best = _descend(problem, at, max_steps, settings.deadline)
     if best.solved:
         return best
     newton = best.iterations
-    for begin, steps in _starts(problem, at, settings):
+    for begin in _starts(problem, at, settings):
         raw = _descend(problem, begin, max_steps, settings.deadline)
-        newton += steps + raw.iterations
+        newton += begin.iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
-        best = _better(problem, best, Point(raw.traction, raw.rigid))
+        best = better(problem, best, raw)
     return replace(best, iterations=newton, status="MaxIterations", solved=False)
 
 
-def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
-    """Where else to begin, and the Newton steps that led there; of random problems some need each."""
+def _starts(problem: TangentialProblem, at: RawSolution, settings: Settings) -> Iterator[RawSolution]:
+    """Where else to begin, with the Newton steps that led there; of random problems some need each."""
     if problem.free:
         printed: TangentialSolver = counted(
             "tang", lambda problem, settings, _: tang(problem, deadline=settings.deadline)
         )
-        rough = printed(problem, settings, None)
-        yield Point(rough.traction, rough.rigid), rough.iterations
+        yield printed(problem, settings, None)
     splitting = Splitting(problem)
     for rounds in SPLITTING_ROUNDS:
         with settings.stats.called("splitting"):
             _, found = splitting.moved(_trial(problem, at), rounds, settings.deadline)
             settings.stats.iterated("splitting", rounds)
-        at = Point(found.traction, found.rigid)
-        yield at, 0
+        at = replace(found, iterations=0)
+        yield at
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
     """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
-    sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
-    at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
-    return RawSolution(at.traction, at.rigid, 1, "Solved")
+    at = _unloaded(problem)
+    equations = Equations.of(problem, np.ones(problem.size, dtype=bool), at)
+    return replace(equations.moved(at, equations.step(at)), iterations=1, status="Solved")
 
 
-def _unloaded(problem: TangentialProblem) -> Point:
-    return Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
+def _unloaded(problem: TangentialProblem) -> RawSolution:
+    return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
 
 
-def _trial(problem: TangentialProblem, at: Point) -> np.ndarray:
+def _trial(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
     """The natural map before its projection, ``p - E/rho``.
 
     Any positive rho has the same solutions. In short steps of rolling an element hardly moves itself, and all around it
@@ -280,7 +265,7 @@ def _trial(problem: TangentialProblem, at: Point) -> np.ndarray:
     return at.traction - shift_of(problem, at) / problem.operator.row_size
 
 
-def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: Point, towards: np.ndarray) -> Point:
+def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, towards: np.ndarray) -> RawSolution:
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
     size = magnitude(towards)
     on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
@@ -288,8 +273,8 @@ def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: Point, towards
 
 
 def _on_areas(
-    problem: TangentialProblem, sticks: np.ndarray, at: Point, enough: float, deadline: float
-) -> tuple[Point, int, bool]:
+    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, enough: float, deadline: float
+) -> tuple[RawSolution, int, bool]:
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
     at = _on_bound(problem, sticks, at, at.traction)
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
@@ -297,7 +282,8 @@ def _on_areas(
     while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
         check_time(deadline)
         count, before = count + 1, error
-        at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
+        equations = Equations.of(problem, sticks, at)
+        at = equations.moved(at, equations.step(at))
         shift, (T, across) = shift_of(problem, at), turns(problem, sticks, at)
         if problem.yielding is not None:
             shift = shift + problem.yielding.flow(at.traction)
@@ -306,10 +292,10 @@ def _on_areas(
     return at, count, bool(error < max(enough, ROUNDING))
 
 
-def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: float) -> RawSolution:
+def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadline: float) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
-    residual, lowest = _residual(problem, best), _merit(problem, at, trial)
+    residual, lowest = natural_residual(problem, best), _merit(problem, at, trial)
     merit, equations, falls = lowest, None, False
     while count < max_steps and idle < (1 if residual <= SOLVED else STALLED) and residual > ENOUGH:
         check_time(deadline)
@@ -318,12 +304,11 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
         begin = _on_bound(problem, sticks, at, trial)
         if equations is None or not falls or (sticks != equations.sticks).any():
             equations = Equations.of(problem, sticks, begin)
-        step = equations.step(begin)
-        step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
+        step = equations.step(begin, turn=2.0)
         least = np.inf
         for part in (1.0, 0.5, 0.25, 0.1, 0.03):
             with np.errstate(over="ignore", invalid="ignore"):  # where all slips, a step for the force has no end
-                there = moved(problem, sticks, begin, step, part)
+                there = equations.moved(begin, step, part)
                 there_trial = _trial(problem, there)
                 there_merit = _merit(problem, there, there_trial)
             if there_merit < least:
@@ -331,7 +316,7 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
             if least < (1 - 0.1 * part) * merit:
                 break
         falls, merit, found = least < FAST * merit, least, _admissible(problem, at)
-        if (left := _residual(problem, found)) < residual:
+        if (left := natural_residual(problem, found)) < residual:
             best, residual = found, left
         idle = 0 if merit < (0.5 if residual <= SOLVED else 0.99) * lowest else idle + 1
         lowest = min(lowest, merit)
@@ -339,18 +324,9 @@ def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: fl
     return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
 
 
-def _merit(problem: TangentialProblem, at: Point, trial: np.ndarray) -> float:
+def _merit(problem: TangentialProblem, at: RawSolution, trial: np.ndarray) -> float:
     return float(np.linalg.norm(at.traction - problem.projected(trial, problem.operator.row_size)))
 
 
-def _better(problem: TangentialProblem, best: RawSolution | None, at: Point) -> RawSolution:
-    found = _admissible(problem, at)
-    return found if best is None or _residual(problem, found) < _residual(problem, best) else best
-
-
-def _admissible(problem: TangentialProblem, at: Point) -> RawSolution:
-    return RawSolution(project(at.traction, problem.bound), at.rigid, 0, "")
-
-
-def _residual(problem: TangentialProblem, raw: RawSolution) -> float:
-    return tangential_residual(problem, raw.traction, raw.rigid)
+def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:
+    return RawSolution(project(at.traction, problem.bound), at.rigid)

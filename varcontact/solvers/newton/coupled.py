@@ -172,7 +172,7 @@ class ScaledCoupled(Problem[CoupledConditions]):
         return self.problem.shift(traction * self.load) / self.displacement + rigid
 
     def error(self, at: Point) -> float:
-        return self.residual(RawSolution(*self.physical(at.traction, at.rigid), 0, ""))
+        return self.residual(RawSolution(*self.physical(at.traction, at.rigid)))
 
     def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return traction * self.load, (rigid * self.displacement).ravel()
