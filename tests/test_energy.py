@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.residuals import project
+from varcontact.discrete.problems import project
 from varcontact.energy import (
     complementary_energy,
     gap,

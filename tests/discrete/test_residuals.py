@@ -12,7 +12,8 @@ from tests.scenes import refused
 from varcontact.discrete.certificate import certificate_of, force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.residuals import gap, normal_gap, normal_residual, project, tangential_residual
+from varcontact.discrete.problems import project
+from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.discrete.state import ContactState
 from varcontact.solvers.active_set.norm import norm
 

@@ -16,14 +16,13 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite
-from varcontact.discrete.problems import NormalProblem, TangentialProblem, magnitude
+from varcontact.discrete.problems import NormalProblem, TangentialProblem, magnitude, project
 from varcontact.discrete.residuals import (
     ROUNDING,
     coupling_residual,
     gap,
     normal_gap,
     normal_residual,
-    project,
     residual_on_grid,
     shares,
     worst,

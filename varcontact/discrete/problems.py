@@ -118,7 +118,18 @@ def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0)
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors."""
-    return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
+
+
+def project(trial: np.ndarray, bound: np.ndarray, yielding: Yielding | None = None, weight: float = 1.0) -> np.ndarray:
+    """Projection of tractions on the disks, or the intervals, that the bound leaves, less what flows.
+
+    Where a layer yields, `trial` are trial tractions ``p - E/weight``.
+    """
+    size = magnitude(trial)
+    most = bound if yielding is None else np.minimum(yielding.sizes(size, weight), bound)
+    beyond = size > most
+    return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,10 +201,7 @@ class TangentialProblem:
 
     def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
         """Tractions of the natural map, from trial tractions ``p - E/weight``: within the bound, less what flows."""
-        size = magnitude(trial)
-        most = self.bound if self.yielding is None else np.minimum(self.yielding.sizes(size, weight), self.bound)
-        beyond = size > most
-        return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
+        return project(trial, self.bound, self.yielding, weight)
 
     def slips(self, trial: np.ndarray, weight: float) -> np.ndarray:
         """Where trial tractions ``p - E/weight`` are beyond the bound, (n,)."""

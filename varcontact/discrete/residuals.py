@@ -85,13 +85,6 @@ def coupling_residual(
     return part * residual_on_grid(under_image, replace(state, rigid=rigid))
 
 
-def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Projection of tractions on the disks, or the intervals, that the bound leaves."""
-    size = magnitude(traction)
-    beyond = size > bound
-    return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
-
-
 def relative(value: float, scale: float) -> float:
     """A value by a scale; zero where there is no scale."""
     return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN

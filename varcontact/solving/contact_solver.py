@@ -10,8 +10,8 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
-from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
-from varcontact.discrete.residuals import project, residuals
+from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of, project
+from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import NotConverged, Saturated

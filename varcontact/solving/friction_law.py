@@ -19,8 +19,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.problems import further_along, magnitude
-from varcontact.discrete.residuals import project
+from varcontact.discrete.problems import further_along, magnitude, project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
 from varcontact.discrete.temperature import Heat, in_contact, surface_temperatures, temperature_rise

@@ -89,8 +89,10 @@ def test_few_iterations_where_all_sticks(tangential_problem):
         conditions = scaled.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known)
         none = Forces((), np.zeros(0), 1.0)
-        step = gcr(system, scaled.conditions.kernel, none, np.zeros(0), 1e-2, room_for(system.right.size, none))
-        assert step.iterations <= 8
+        room = [each[:8] for each in room_for(system.right.size, none)]
+        step = gcr(system, conditions.kernel, none, np.zeros(0), 1e-2, room)
+        left = system.rows(conditions.kernel(step.traction.astype(np.float32)), step.traction) - system.right
+        assert np.linalg.norm(left) <= 1.1e-2 * np.linalg.norm(system.right)
 
 
 def test_from_coarse_to_fine():

@@ -12,8 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude
-from varcontact.discrete.residuals import project
+from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude, project
 from varcontact.solvers.interface import Settings, TangentialSolver, better, check_time, counted, natural_residual
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible

@@ -79,7 +79,6 @@ class Step:
     traction: np.ndarray
     shift: np.ndarray
     rigid: np.ndarray
-    iterations: int
 
 
 Room = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -102,7 +101,7 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     shape, size, k = right.shape, right.size, len(lacking)
     length = float(np.sqrt(np.vdot(right, right) + lacking @ lacking))
     if length == 0:
-        return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
+        return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)))
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
     directions, products, images = room
     most = len(images)
@@ -143,4 +142,4 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change, count)
+    return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change)

@@ -12,7 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem, Yielding, along_rows, further_along
+from varcontact.discrete.problems import (
+    RawSolution,
+    TangentialProblem,
+    Yielding,
+    along_rows,
+    further_along,
+    magnitude,
+    project,
+)
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
@@ -78,20 +86,17 @@ class TangentialConditions(GridConditions):
         def larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
             return np.maximum(before[0], np.minimum((own[0] + ratio * before[0]) / (1 + ratio), own[1]))
 
-        largest = along_rows(np.array([_lengths(trial), self.bound]), way, fresh, larger)[0]
+        largest = along_rows(np.array([magnitude(trial), self.bound]), way, fresh, larger)[0]
         return replace(self, yielding=Yielding(further_along(largest, way, fresh), hardening))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        size, yielding = _lengths(trial), self.under(trial).yielding
-        most = self.bound if yielding is None else np.minimum(yielding.sizes(size, 1.0), self.bound)
-        beyond = size > most
-        return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
+        return project(trial, self.bound, self.under(trial).yielding)
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        return replace(self, yielding=None).projected(traction)
+        return project(traction, self.bound)
 
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
-        size = _lengths(trial)
+        size = magnitude(trial)
         yielding = self.under(trial).yielding
         slip = self.contact & ((size if yielding is None else yielding.sizes(size, 1.0)) > self.bound)
         stick = self.contact & ~slip
@@ -106,7 +111,7 @@ class TangentialConditions(GridConditions):
         image = self.projected(trial)
         direction = trial / np.where(size > 0, size, 1.0)
         stiff, turning = (stick * each for each in yielding.tangent(image))
-        grows = _lengths(image) > yielding.stress
+        grows = magnitude(image) > yielding.stress
         single = [each.astype(np.float32) for each in (stiff, turning, direction, grows)]
         flows = Flows(self.yielding.columns, *single)
         flow = stick * yielding.flow(image) + flows(traction - image)
@@ -246,8 +251,3 @@ class ScaledTangential(GridProblem[TangentialConditions]):
         if self.problem.no_slip:
             return residual
         return max(residual, gap(self.problem, traction, rigid, shift)[1])
-
-
-def _lengths(vectors: np.ndarray) -> np.ndarray:
-    """Lengths (ny, nx) of vectors (c, ny, nx) of order one: without the care that very large or small ones need."""
-    return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
