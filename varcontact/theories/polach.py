@@ -82,26 +82,22 @@ def polach_forces(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
         raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
     a, b, G, limit, vx, vy, spin, table = c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table
     ab, slip = a * b, np.hypot(vx, vy)
-    turns = np.any(spin)
-    front = vy + spin * a if turns else vy
-    across = np.where(np.abs(front) > np.abs(vy), front, vy) if turns else vy
-    total = np.hypot(vx, across) if turns else slip
+    front = vy + spin * a
+    across = np.where(np.abs(front) > np.abs(vy), front, vy)
+    total = np.hypot(vx, across)
     stiff = np.hypot(table.C11 * vx, table.C22 * vy)  # c |(vx, vy)|
     with np.errstate(divide="ignore", invalid="ignore"):
-        # c s is stiff where there is no spin; F/s stays finite as s tends to 0
-        gradient = np.pi * ab * G / (4 * limit) * (stiff / slip * total if turns else stiff)
+        gradient = np.pi * ab * G / (4 * limit) * (stiff / slip * total)
         force = 2 / np.pi * limit * (k_A * gradient / (1 + (k_A * gradient) ** 2) + np.arctan(k_S * gradient))
         by_creepage = np.where(slip > 0, force / total, 0.0)
         Fx, Fy = -by_creepage * vx, -by_creepage * vy
-        if turns:
-            q = 1 - 6.3 * np.expm1(-a / b)
-            e = 8 / 3 * G * b * np.sqrt(a * b) * table.C23 * np.abs(across) / (limit * q)
-            rest = 2 / (e * e + 1)  # 1 - d, so that nothing cancels for large e
-            d = 1 - rest
-            # d^3/3 - d^2/2 + 1/6 = (1 - d)^2 (1 + 2 d)/6
-            K = np.abs(e) * rest**2 * (1 + 2 * d) / 6 - (rest * (1 + d)) ** 1.5 / 3
-            by_spin = np.where(total > 0, (-9 / 16 * a * limit * q * K * np.sign(e)) / total, 0.0)
-            Fy = Fy - by_spin * spin
-            cut = limit / np.maximum(np.hypot(Fx, Fy), limit)
-            Fx, Fy = Fx * cut, Fy * cut
-    return Fx + 0.0, Fy + 0.0, np.nan
+        q = 1 - 6.3 * np.expm1(-a / b)
+        e = 8 / 3 * G * b * np.sqrt(a * b) * table.C23 * np.abs(across) / (limit * q)
+        rest = 2 / (e * e + 1)  # 1 - d, so that nothing cancels for large e
+        d = 1 - rest
+        # d^3/3 - d^2/2 + 1/6 = (1 - d)^2 (1 + 2 d)/6
+        K = np.abs(e) * rest**2 * (1 + 2 * d) / 6 - (rest * (1 + d)) ** 1.5 / 3
+        by_spin = np.where(total > 0, (-9 / 16 * a * limit * q * K * np.sign(e)) / total, 0.0)
+    Fy = Fy - by_spin * spin
+    cut = limit / np.maximum(np.hypot(Fx, Fy), limit)
+    return Fx * cut + 0.0, Fy * cut + 0.0, np.nan
