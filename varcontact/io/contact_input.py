@@ -7,7 +7,6 @@ appendix A). Lengths are in mm, forces in N.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -108,14 +107,6 @@ slip_difference='first-order', speed=None)
     return [_scene(sequence) for sequence in _sequences(cases)]
 
 
-@dataclass(frozen=True)
-class Friction:
-    """FSTAT, and the coefficient or the law at a rolling velocity, as `Scene` takes it."""
-
-    static: float
-    at: Callable[[float], float | Law]
-
-
 def _case(lines: words.Lines, before: Case) -> Case:
     group, problem, geometry, solution = words.control_digits(lines, "PBTNFS", words.SUPPORTED, words.SUPPORTED)
     digits = problem | geometry | solution
@@ -159,14 +150,14 @@ def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, floa
     return load, first, second, spin
 
 
-def read_friction(lines: words.Lines, law: int) -> Friction:
-    """The coefficient or law of the digit L, other than 1."""
+def read_friction(lines: words.Lines, law: int) -> Callable[[float], float | Law]:
+    """The coefficient or law of the digit L, other than 1, at a rolling velocity."""
     if law == 0:
         group = lines.group("FSTAT", "FKIN")
         static, kinetic = group.numbers()
         if static != kinetic:
             group.refuse("FKIN", kinetic, f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)")
-        return Friction(static, lambda velocity: static)
+        return lambda velocity: static
     name, kind = LAWS[law]
     group = lines.group("FKIN", f"{name}1", "SABSH1", f"{name}2", "SABSH2")
     kinetic, first, half, second, _ = group.numbers()
@@ -174,7 +165,7 @@ def read_friction(lines: words.Lines, law: int) -> Friction:
         group.refuse(f"{name}2", second, "is not supported: a law here has one term; supported: 0")
     distance, least = lines.group("MEMDST", "MEM_S0").numbers()
     memory = {"memory_distance": distance, "memory_velocity": least} if distance > 0 else {}
-    return Friction(kinetic + first, lambda velocity: kind(kinetic + first, kinetic, half, velocity, **memory))
+    return lambda velocity: kind(kinetic + first, kinetic, half, velocity, **memory)
 
 
 def _rolling(lines: words.Lines) -> tuple[int, float, float]:
@@ -277,19 +268,21 @@ def _scene(sequence: list[Case]) -> Scene:
     if T == NO_MOTION:
         return Scene(**parts, **load)
     if T == SHIFT:
-        friction = case["friction"].at(1.0)  # a shift lasts a second
+        friction = case["friction"](1.0)  # a shift lasts a second
         return Scene(**parts, **load, friction=friction, motion=Shift(**_rigid(case)))
     direction, dq, velocity = case["rolling"]
     if direction == -1:
         why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"
         case["group"].refuse("CHI", "180d", why)
-    return Scene(**parts, **load, friction=case["friction"].at(velocity), motion=Steady(dq=dq, **_rigid(case)))
+    return Scene(**parts, **load, friction=case["friction"](velocity), motion=Steady(dq=dq, **_rigid(case)))
 
 
 def _rigid(case: Case) -> dict[str, Any]:
     """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of FSTAT FN."""
     _, first, second, spin = case["kinematics"]
-    limit, count = case["friction"].static * _load(case).get("normal_force", 0.0), case["digits"]["F"]
+    friction, count = case["friction"](1.0), case["digits"]["F"]
+    static = friction.static if isinstance(friction, Law) else friction
+    limit = static * _load(case).get("normal_force", 0.0)
     rolls = case["digits"]["T"] >= TRANSIENT
     along_x, along_y, about_z = ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
     given = {"Fx": limit * first} if count >= 1 else {along_x: first}
@@ -311,7 +304,7 @@ def _history(sequence: list[Case]) -> Transient:
         steps=len(sequence),
         dq=[dq for _, dq, _ in rolling],
         direction=[direction for direction, _, _ in rolling],
-        friction=[case["friction"].at(velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)],
+        friction=[case["friction"](velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)],
         surface=surfaces if any(each is not surfaces[0] for each in surfaces) else None,
         **rigid,
     )

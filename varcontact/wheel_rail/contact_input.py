@@ -253,7 +253,7 @@ def _wheel(case: Case, group: Group) -> WheelOnRail:
         return WheelOnRail(
             track=track,
             **{name: case[name] for name in ("wheelset", "side", "position", "velocity", "bodies")},
-            friction=case["friction"].at(case["velocity"].speed) if case["has_friction"] else 0.0,
+            friction=case["friction"](case["velocity"].speed) if case["has_friction"] else 0.0,
             **case["grid"],
             **height,
         )
