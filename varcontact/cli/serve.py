@@ -133,7 +133,11 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     scenes, results = {}, {}
     for wheel, own in message["wheels"].items():
         try:
-            scenes[wheel] = scene = scene_from(_merged(common, table_of("wheel", own)))
+            entries = {**common, **table_of("wheel", own)}
+            for name, entry in entries.items():  # one wheel's before those of all, also within tables
+                if isinstance(entry, dict) and isinstance(common.get(name), dict):
+                    entries[name] = {**common[name], **entry}
+            scenes[wheel] = scene = scene_from(entries)
             if isinstance(scene.motion, vc.Transient):
                 raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
         except VarcontactError as error:
@@ -165,13 +169,3 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
         known = {name: value for name, value in row.items() if value == value}  # what is NaN is left out
         results[wheel] = known | ({"error": reason} if reason else {})
     return {wheel: results[wheel] for wheel in message["wheels"]}, now
-
-
-def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """Entries of one wheel before those of all, also within tables."""
-    both = {
-        key: {**common[key], **own[key]}
-        for key in own
-        if isinstance(common.get(key), dict) and isinstance(own[key], dict)
-    }
-    return {**common, **own, **both}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,27 +33,23 @@ def solve(
     from varcontact.solving.options import SolveOptions
     from varcontact.system.files import check_ending
 
-    may_move = plot is not None and plot.suffix.lower() in MOVING
-    check_outputs(out, None if may_move else plot, [scene], force, FORMATS)
     described, settings = _read(scene, case)
     moves = isinstance(described.motion, vc.Transient)
-    if plot is not None and may_move:
+    drawn_here = not moves or plot is None or plot.suffix.lower() not in MOVING
+    check_outputs(out, plot if drawn_here else None, [scene], force, FORMATS)
+    if plot is not None and not drawn_here:
         from varcontact.plotting.history import check_animation
-        from varcontact.plotting.style import check_picture
 
-        check = partial(check_animation, "--plot") if moves else check_picture
-        check(plot, [scene] if out is None else [scene, out], force)
+        check_animation("--plot", plot, [scene] if out is None else [scene, out], force)
     settings |= given(**options)
     several = SolveOptions.checked(described, **settings).target is not None
-    if moves and several:  # of several grids: the answer alone is kept
-        if out is not None:
-            check_history_file("--out", out, force)
-    elif moves:  # the file grows with the history, and is whole at any time
+    if moves and not several:  # the file grows with the history, and is whole at any time
         if out is not None:
             check_ending("--out", out, ".nc")
         settings["store"], out = out, None
     elif out is not None:
-        check_solution_file("--out", out, force)
+        check = check_history_file if moves else check_solution_file
+        check("--out", out, force)
     try:
         with progress_line() as progress:
             solution = vc.solve(described, **settings, progress=progress)
