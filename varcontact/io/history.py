@@ -205,10 +205,8 @@ def _file(path: Path) -> Iterator[Any]:
         except Exception as error:  # whatever scipy makes of damaged bytes
             if left == 0:
                 raise OutputError("path", path, f"cannot be read as netCDF ({files.first_line(error)})") from None
-    try:
+    with file:
         yield file
-    finally:
-        file.close()
 
 
 def _entry(file: Any, name: str) -> Any:

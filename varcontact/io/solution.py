@@ -85,7 +85,7 @@ def dataset(sol: Solution) -> xr.Dataset:
 def variables_of(
     sol: Solution, fields: Mapping[str, Any], shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
+    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and how they were found."""
     units, line = sol.scene.units or IN_WORDS, sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
@@ -106,11 +106,6 @@ def variables_of(
         for parts, grid in grids.items()
         for axis, words in (("x", "rolling direction"), ("y", "lateral direction"))
     }
-    return variables, places, record_of(sol)
-
-
-def record_of(sol: Solution) -> dict[str, Any]:
-    """How a solution was found: its plan, iterations, times and certificate, as plain data."""
     record = {
         "certificate": sol.certificate.plain(),
         **{name: getattr(sol, name) for name in (*AS_IT_IS, "passes", "branch")},
@@ -124,7 +119,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
         series = {name: getattr(found, name).tolist() for name in SERIES}
         about = {"kind": found.kind, "grid": vars(found.grid), **series, "seconds": list(found.seconds)}
         record["refinement"] = about
-    return record
+    return variables, places, record
 
 
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
@@ -185,7 +180,17 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
 
 def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
     """A solution from the variables of `READ` that a file has, and its record; ValueError for what none can be."""
-    check_fields(found, grid)
+    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | OPTIONAL
+    for name, values in found.items():  # `load` certifies the values
+        of_dims = zip(known[name][0], values.shape, strict=True)
+        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)  # of parts as the first field has it
+        if values.shape != shape or values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} that is not of numbers on the grid")
+        numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
+        if not np.all(np.abs(numbers) <= checks.LARGE**2):
+            raise ValueError("numbers beyond those that can be computed with, or not finite")
+    if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
+        raise ValueError("fields that are not on parts of the elements")
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     fields = {name: values for name, values in found.items() if name not in REFINED}
@@ -222,21 +227,6 @@ def _refinement(found: Mapping[str, Any], record: dict[str, Any]) -> Refinement:
     if fields["traction"].shape[1:] != grid.shape:
         raise ValueError("a refinement on parts of other elements")
     return Refinement(kind=str(record["kind"]), grid=grid, **fields, **series, seconds=seconds)
-
-
-def check_fields(found: Mapping[str, np.ndarray], grid: Grid) -> None:
-    """Refuse fields that are not of numbers on the grid, or on parts of its elements; `load` certifies the values."""
-    sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | OPTIONAL
-    for name, values in found.items():
-        of_dims = zip(known[name][0], values.shape, strict=True)
-        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)  # of parts as the first field has it
-        if values.shape != shape or values.dtype.kind not in "iuf":
-            raise ValueError(f"{name} that is not of numbers on the grid")
-        numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
-        if not np.all(np.abs(numbers) <= checks.LARGE**2):
-            raise ValueError("numbers beyond those that can be computed with, or not finite")
-    if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
-        raise ValueError("fields that are not on parts of the elements")
 
 
 def check_entries(sol: Solution) -> None:

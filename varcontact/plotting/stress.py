@@ -91,7 +91,14 @@ def plot_stress(
             drawn.contour(first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid")
         style.colour_bar(drawn, image, stresses.label(name))
         _draw_contact(drawn, sol, plane, lengths)
-        _mark_largest(drawn, axes, places, values, lengths, stresses)
+        most = int(np.abs(values).argmax())  # a cross where the stress is largest in size
+        value = float(values.flat[most])
+        first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
+        where = f"({', '.join('xyz'[i] for i in axes)}) = ({first:.3g}, {second:.3g}) {lengths.unit}".rstrip()
+        label = f"{'largest' if value >= 0 else 'largest in size'}: {stresses.text(value, 4)} at {where}"
+        look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
+        drawn.plot(first, second, color="w", markeredgewidth=2.6, **look)
+        drawn.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)
         labels = [lengths.label(("x", "y", "z, up into body 1")[i]) for i in axes]
         title = name + (f" at {words} = {lengths.text(at)}" if words else "")
         drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
@@ -165,18 +172,3 @@ def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None
     ends = lengths(sol.grid.lines[axis][[cells[0], cells[-1] + 1]])
     ax.axhline(0, color="0.35", linewidth=0.6)
     ax.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
-
-
-def _mark_largest(
-    ax: Axes, axes: tuple[int, int], places: np.ndarray, values: np.ndarray, lengths: Measure, stresses: Measure
-) -> None:
-    """A cross where the stress is largest in size, with its value and place in the legend."""
-    most = int(np.abs(values).argmax())
-    value = float(values.flat[most])
-    first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
-    names = ", ".join("xyz"[i] for i in axes)
-    where = f"({names}) = ({first:.3g}, {second:.3g}) {lengths.unit}".rstrip()
-    label = f"{'largest' if value >= 0 else 'largest in size'}: {stresses.text(value, 4)} at {where}"
-    look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
-    ax.plot(first, second, color="w", markeredgewidth=2.6, **look)
-    ax.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)
