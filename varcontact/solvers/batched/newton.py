@@ -70,7 +70,7 @@ def solve_batch(
         traction = projected(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
     else:
         traction = np.zeros(problem.rigid_shift.shape)
-    method = Method(problem, transforms(ny, nx, problem.steps_ahead), single=SINGLE <= 0.01 * tol)
+    method = Method(problem, transforms(ny, nx, problem.steps_ahead))
     places, waiting = max(1, min(n, POOL // (ny * nx))), 0
     work: tuple[Pool, NaturalMap] | None = None
     while waiting < n or work is not None:
@@ -103,14 +103,14 @@ def shift_before(problem: BatchedProblem, traction: np.ndarray, ahead: int) -> n
     ny, nx, _ = problem.bound.shape
     ways = transforms(ny, nx, ((ahead, 1.0),))
     symbol = ways.symbol(influence(problem, ways.columns) * (problem.dx / np.pi))
-    return Method(problem, ways, single=False).product(traction, symbol, symbol[:2, 0, 0])
+    return Method(problem, ways).product(traction, symbol, symbol[:2, 0, 0])
 
 
 class Method:
-    """What the problems have in common: transforms, softened edges, and whether single precision is enough."""
+    """What the problems have in common: transforms and softened edges."""
 
-    def __init__(self, problem: BatchedProblem, transforms: Transforms, single: bool) -> None:
-        self.problem, self.transforms, self.single = problem, transforms, single
+    def __init__(self, problem: BatchedProblem, transforms: Transforms) -> None:
+        self.problem, self.transforms = problem, transforms
         compliance = problem.compliance
         scale = None if compliance is None or not compliance.any() else 1 / np.sqrt(1 + compliance)[..., None]
         self.scale = scale  # tractions of soft elements are divided by it, shifts multiplied
@@ -156,11 +156,9 @@ class Method:
             traction=start,
             shift=np.zeros_like(start),
             rigid=rigid / unit,
-            damping=np.zeros(n),
             rounding=np.zeros(n),
             steps=np.zeros(n, int),
         )
-        pool = pool.rounded() if self.single else pool
         return pool, self.renewed(pool, np.arange(n), pool.symbol32)
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
@@ -255,12 +253,10 @@ class Method:
         outward = length / np.where(contact, bound, np.inf)  # trial traction by the bound
         steep = ((outward - 1) * slip).astype(np.float32)
         stick = (contact & ~slip).astype(np.float32)
-        n32, damping = normal.astype(np.float32), pool.damping.astype(np.float32)
+        n32 = normal.astype(np.float32)
         along = np.stack([n32[0] * n32[0], n32[0] * n32[1], n32[1] * n32[1]])
         turning = np.stack([along[2], -along[1], along[0]])
-        own = (steep + damping) * turning
-        own += along
-        own[::2] += damping * stick
+        own = steep * turning + along
         free = turning
         free[::2] += stick
         many = np.maximum(slip.reshape(-1, n).sum(0), 1)
@@ -383,8 +379,6 @@ class Method:
         pool.traction[...] += length * step
         pool.shift[...] += length * image
         pool.rigid[...] += length * rigid
-        less_damped = np.where(pool.damping > 0.02, pool.damping / 5, 0.0)
-        pool.damping[...] = np.where(length < 0.5, np.clip(3 * pool.damping, 0.1, 3.0), less_damped)
         pool.steps[...] += 1
         return then
 

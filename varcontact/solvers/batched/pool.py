@@ -31,17 +31,12 @@ class Pool(Batch):
     traction: np.ndarray
     shift: np.ndarray
     rigid: np.ndarray
-    damping: np.ndarray
     rounding: np.ndarray
     steps: np.ndarray
 
     @property
     def size(self) -> int:
         return len(self.ids)
-
-    def rounded(self) -> Pool:
-        """With fields in single precision."""
-        return Pool(*(each.astype(np.float32) if each.ndim > 1 and each.dtype == float else each for each in self))
 
 
 @dataclass(frozen=True, eq=False)
