@@ -258,17 +258,13 @@ def _slip_area(
     sum_x, sum_y, moment, lever = np.zeros((4, *share.shape))
     ends = half_circle_area(np.linspace(1.0, -1.0, along.size + 1))
     for i, (place, (px, py)) in enumerate(zip(along, toward, strict=True)):
-        weight = np.maximum(share - ends[i + 1], 0.0)
-        np.minimum(weight, ends[i] - ends[i + 1], out=weight)
-        size = np.sqrt(px * px + py * py)
-        np.divide(weight, np.maximum(size, SMALLEST, out=size), out=size)
-        weight *= place
-        lever += weight
+        weight = np.minimum(np.maximum(share - ends[i + 1], 0.0), ends[i] - ends[i + 1])
+        size = weight / np.maximum(np.sqrt(px * px + py * py), SMALLEST)
+        along_y = size * py
+        lever += place * weight
         sum_x += size * px
-        size *= py
-        sum_y += size
-        size *= place
-        moment += size
+        sum_y += along_y
+        moment += place * along_y
     return sum_x, sum_y, moment, lever
 
 
@@ -356,9 +352,7 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
             px += step_x
             py += step_y
             step_y -= by_place
-        size = px * px + py * py
-        np.sqrt(np.maximum(size, limit * limit, out=size), out=size)
-        cut = np.divide(limit, size, out=size)  # 1 in the stick area
+        cut = limit / np.sqrt(np.maximum(px * px + py * py, limit * limit))  # 1 in the stick area
         px *= cut
         py *= cut
         yield px, py
@@ -378,9 +372,7 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
             sum_x += px
             sum_y += py
             moment += place * py
-        sum_x *= weight
-        sum_y *= weight
-        moment *= weight * edge
-        return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])
+        weighted = weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])
+        return np.asarray(weighted.sum(axis=1))
 
     return by_chunks(strips, steps, integrals)
