@@ -19,16 +19,12 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.tang import no_slip
 from varcontact.theories.fastsim import marched_on_grid
 from varcontact.theories.force_inversion import creepage_carrying
-from varcontact.theories.linear import Contact
+from varcontact.theories.linear import Contact, Forces
 from varcontact.theories.polach import polach_forces
 from varcontact.theories.simplified import PEAK, flexibilities_of, simplified_traction
 from varcontact.theories.strip_theory import SMALLEST, slip_depth, strip_creepages
 from varcontact.theories.table import table_resultants, why_not_in_book
-from varcontact.theories.vermeulen_johnson import (
-    vermeulen_johnson_creepage,
-    vermeulen_johnson_forces,
-    vermeulen_johnson_traction,
-)
+from varcontact.theories.vermeulen_johnson import vermeulen_johnson_forces, vermeulen_johnson_traction
 
 Theory = Callable[[Discretisation, ContactState], ContactState]
 """From the state with a pressure, dimensionless as the discretisation has it, to that with tractions and slip area."""
@@ -96,12 +92,6 @@ class _Contact:
         """The force of tractions."""
         return np.asarray(traction.sum(axis=(1, 2)) * self.grid.area)
 
-    def creepage(self, force: Callable[[np.ndarray], np.ndarray], limit: float) -> np.ndarray:
-        """The creepage; where forces below a limit are prescribed, that for which a theory gives them."""
-        motion = self.motion
-        unit = 3 * limit / (self.G * self.a * self.b * self.table.C11)
-        return creepage_carrying(force, np.array(motion.rigid), (motion.Fx, motion.Fy), unit, limit, limit)
-
     def marched(self, creepage: np.ndarray, bound: str, flexibility: str = "separate") -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slip by FASTSIM at the element centres."""
         L, law = flexibilities_of(self.at(creepage), flexibility), self.disc.loading.law
@@ -109,8 +99,8 @@ class _Contact:
         return marched_on_grid(self.grid, self.a, self.b, L, limits, creepage, law, self.state.branch)
 
 
-Found = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Tractions (2, ny, nx), creepage (3,), and where it slips."""
+Found = tuple[np.ndarray, np.ndarray]
+"""Tractions (2, ny, nx), and where it slips."""
 
 
 def _closed_form(state: ContactState, traction: np.ndarray, rigid: np.ndarray, slips: np.ndarray) -> ContactState:
@@ -125,73 +115,76 @@ def _linear(disc: Discretisation, state: ContactState) -> ContactState:
     return _closed_form(state, *problem.on_grid(raw.traction, raw.rigid), np.zeros(disc.grid.shape, dtype=bool))
 
 
-def _of(tractions: Callable[..., Found], **options: Any) -> Theory:
-    """The theory that gives tractions of a Hertzian contact."""
+def _of(tractions: Callable[..., Found], formula: Callable[[Contact], Forces] | None = None, **options: Any) -> Theory:
+    """The theory of tractions by creepages, of which those are sought that give prescribed forces.
+
+    Forces are those of a formula, or of the tractions, up to all that the elements can carry.
+    """
 
     def theory(disc: Discretisation, state: ContactState) -> ContactState:
         contact, scales, step = _Contact(disc, state), disc.scales, disc.step
         assert step is not None
-        traction, creepage, slips = tractions(contact, **options)
-        rigid = np.asarray((creepage - contact.motion.rigid)[:2] * step * scales.length / scales.displacement)
+
+        def force(creepage: np.ndarray) -> np.ndarray:
+            if formula is None:
+                return contact.total(tractions(contact, creepage, **options)[0])
+            return np.array(formula(contact.at(creepage))[:2])
+
+        motion = contact.motion
+        limit = float(contact.bounds["elliptic"].sum()) * contact.grid.area if formula is None else contact.limit
+        unit = 3 * limit / (contact.G * contact.a * contact.b * contact.table.C11)
+        given, prescribed = np.array(motion.rigid), (motion.Fx, motion.Fy)
+        creepage = creepage_carrying(force, given, prescribed, unit, limit, limit)
+        traction, slips = tractions(contact, creepage, **options)
+        rigid = np.asarray((creepage - given)[:2] * step * scales.length / scales.displacement)
         return _closed_form(state, traction / scales.pressure, rigid, slips & (state.pressure > 0))
 
     return theory
 
 
-def _fastsim(contact: _Contact, bound: str = "parabolic", flexibility: str = "separate") -> Found:
-    """FASTSIM at the element centres, which meets prescribed forces up to all that its elements can carry."""
-    carried = float(contact.bounds[bound].sum()) * contact.grid.area
-    creepage = contact.creepage(lambda each: contact.total(contact.marched(each, bound, flexibility)[0]), carried)
+def _fastsim(contact: _Contact, creepage: np.ndarray, bound: str = "parabolic", flexibility: str = "separate") -> Found:
+    """FASTSIM at the element centres."""
     traction, slip = contact.marched(creepage, bound, flexibility)
-    return traction, creepage, np.any(slip, axis=0)
+    return traction, np.any(slip, axis=0)
 
 
-def _strip(contact: _Contact, kalker: bool) -> Found:
+def _strip(contact: _Contact, creepage: np.ndarray, kalker: bool) -> Found:
     """Strip theory; with Kalker's slopes FaStrip, whose tractions in the slip area point as those of FASTSIM."""
     bound, peak = contact.bounds["elliptic"], PEAK["elliptic"] * contact.limit / (contact.a * contact.b)
     across, place = contact.grid.y[:, None] / contact.b, contact.grid.x[None, :] / contact.a
     edge = np.sqrt(np.maximum(1 - across**2, 0.0))
+    X, Y, x_by_place, turn = strip_creepages(contact.at(creepage), kalker)
+    x = X - across * x_by_place
+    y = np.full_like(x, Y)
+    d = slip_depth(x, y, turn, edge)
     outer = np.sqrt(np.maximum(edge**2 - place**2, 0.0))
-
-    def found(creepage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        X, Y, x_by_place, turn = strip_creepages(contact.at(creepage), kalker)
-        x = X - across * x_by_place
-        y = np.full_like(x, Y)
-        d = slip_depth(x, y, turn, edge)
-        inner = np.sqrt(np.maximum((edge - d) ** 2 - (place - d) ** 2, 0.0))
-        # the difference of the circles' heights by that of the squares
-        less = 2 * (edge - place) / np.maximum(outer + inner, SMALLEST)
-        sticking = -peak * np.stack([less * x, less * (y + turn * d) + turn * inner])
-        toward = np.stack(np.broadcast_arrays(x, y + turn * place))
-        if kalker:
-            toward = -contact.marched(creepage, "parabolic")[0]
-        size = np.hypot(*toward)
-        slips = (place <= 2 * d - edge) & (bound > 0)
-        traction = np.where(slips, -bound * toward / np.where(size > 0, size, 1.0), np.where(bound > 0, sticking, 0.0))
-        size = np.hypot(*traction)
-        return traction * np.minimum(1.0, bound / np.where(size > 0, size, 1.0)), slips
-
-    carried = float(bound.sum()) * contact.grid.area
-    creepage = contact.creepage(lambda creepage: contact.total(found(creepage)[0]), carried)
-    traction, slips = found(creepage)
-    return traction, creepage, slips
+    inner = np.sqrt(np.maximum((edge - d) ** 2 - (place - d) ** 2, 0.0))
+    # the difference of the circles' heights by that of the squares
+    less = 2 * (edge - place) / np.maximum(outer + inner, SMALLEST)
+    sticking = -peak * np.stack([less * x, less * (y + turn * d) + turn * inner])
+    toward = np.stack(np.broadcast_arrays(x, y + turn * place))
+    if kalker:
+        toward = -contact.marched(creepage, "parabolic")[0]
+    size = np.hypot(*toward)
+    slips = (place <= 2 * d - edge) & (bound > 0)
+    traction = np.where(slips, -bound * toward / np.where(size > 0, size, 1.0), np.where(bound > 0, sticking, 0.0))
+    size = np.hypot(*traction)
+    return traction * np.minimum(1.0, bound / np.where(size > 0, size, 1.0)), slips
 
 
-def _vermeulen_johnson(contact: _Contact) -> Found:
+def _vermeulen_johnson(contact: _Contact, creepage: np.ndarray) -> Found:
     """Tractions of the form that Vermeulen and Johnson assume, scaled to carry the force of Kalker's line exactly."""
-    motion, limit, x, y = contact.motion, contact.limit, contact.x, contact.y
-    ellipse = contact.a, contact.b, contact.G, limit
-    vx, vy = motion.vx or None, motion.vy or None
-    creepage = vermeulen_johnson_creepage(*ellipse, contact.table, vx=vx, vy=vy, Fx=motion.Fx, Fy=motion.Fy)
+    a, b, limit, x, y = contact.a, contact.b, contact.limit, contact.x, contact.y
     force = np.hypot(*vermeulen_johnson_forces(contact.at(creepage))[:2])
-    traction = vermeulen_johnson_traction(x, y, *ellipse, creepage, contact.table) * (contact.state.pressure > 0)
+    traction = vermeulen_johnson_traction(x, y, a, b, contact.G, limit, creepage, contact.table)
+    traction *= contact.state.pressure > 0
     carried = np.hypot(*contact.total(traction))
     r = max(1 - force / limit, 0.0) ** (1 / 3)
-    stick = (x / contact.a - (1 - r)) ** 2 + (y / contact.b) ** 2 < r**2
-    return traction * (force / carried if carried > 0 else 0.0), creepage, ~stick
+    stick = (x / a - (1 - r)) ** 2 + (y / b) ** 2 < r**2
+    return traction * (force / carried if carried > 0 else 0.0), ~stick
 
 
-def _polach(contact: _Contact) -> Found:
+def _polach(contact: _Contact, creepage: np.ndarray) -> Found:
     """The force of Polach's formula, by the tractions he assumes: linear in x up to Hertz's bound.
 
     They have the direction of the force, are sampled at the element centres and scaled to carry exactly that force.
@@ -199,12 +192,7 @@ def _polach(contact: _Contact) -> Found:
     from scipy.optimize import brentq
 
     a, b, limit = contact.a, contact.b, contact.limit
-
-    def force(creepage: np.ndarray) -> np.ndarray:
-        return np.array(polach_forces(contact.at(creepage))[:2])
-
-    creepage = contact.creepage(force, limit)
-    carried = force(creepage)
+    carried = np.array(polach_forces(contact.at(creepage))[:2])
     part = float(np.hypot(*carried)) / limit
     gradient = 1e9  # e of the formula that carries this part of f Fz without spin
     if part < 1 - 1e-9:
@@ -214,17 +202,16 @@ def _polach(contact: _Contact) -> Found:
     shape *= contact.state.pressure > 0
     total = shape.sum() * contact.grid.area
     traction = np.multiply.outer(carried / total if total > 0 else np.zeros(2), shape)
-    return traction, creepage, shape >= contact.bounds["elliptic"] * (1 - 1e-3)
+    return traction, shape >= contact.bounds["elliptic"] * (1 - 1e-3)
 
 
-def _table(contact: _Contact) -> Found:
+def _table(contact: _Contact, creepage: np.ndarray) -> Found:
     """Tractions that carry forces and moment of the table book, within the traction bound.
 
     A book has no tractions. To those of FASTSIM fields in proportion to the traction bound are added until all three
     resultants are met, or the bound is reached everywhere.
     """
     limit, bound = contact.limit, contact.bounds["elliptic"]
-    creepage = contact.creepage(lambda each: np.array(table_resultants(contact.at(each))[:2]), limit)
     traction = contact.marched(creepage, "elliptic")[0]
     size = float(np.sqrt(contact.a * contact.b))
     wanted = np.array(table_resultants(contact.at(creepage))) / (1.0, 1.0, size)
@@ -239,7 +226,7 @@ def _table(contact: _Contact) -> Found:
             break
         traction = traction + np.tensordot(np.linalg.solve(matrix, missing), fields, 1)
         traction = traction * np.minimum(1.0, bound / np.maximum(np.hypot(*traction), np.finfo(float).tiny))
-    return traction, creepage, np.hypot(*traction) >= bound * (1 - 1e-9)
+    return traction, np.hypot(*traction) >= bound * (1 - 1e-9)
 
 
 THEORIES: dict[str, Theory] = {
@@ -249,8 +236,8 @@ THEORIES: dict[str, Theory] = {
     "fastsim-weighted-elliptic": _of(_fastsim, bound="elliptic", flexibility="weighted"),
     "fastrip": _of(_strip, kalker=True),
     "strip": _of(_strip, kalker=False),
-    "polach": _of(_polach),
+    "polach": _of(_polach, polach_forces),
     "linear": _linear,
-    "table": _of(_table),
-    "vermeulen-johnson": _of(_vermeulen_johnson),
+    "table": _of(_table, table_resultants),
+    "vermeulen-johnson": _of(_vermeulen_johnson, vermeulen_johnson_forces),
 }
