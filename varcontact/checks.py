@@ -177,6 +177,15 @@ def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
     return SceneError(field, f"array of shape {shape}", allowed, message=message)
 
 
+def kind(field: str, value: Any, *kinds: type[Any], more: str = "") -> Any:
+    """A value of one of some classes."""
+    if not isinstance(value, kinds):
+        names = [each.__name__ for each in kinds if each is not type(None)]
+        allowed = " or ".join(f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names)
+        raise SceneError(field, value, allowed + more)
+    return value
+
+
 def flag(field: str, value: Any) -> bool:
     """True or False; 0, 1 and words are refused."""
     if not isinstance(value, (bool, np.bool_)):

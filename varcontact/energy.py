@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
@@ -92,8 +93,7 @@ def posed(solution: Solution) -> Posed:
         For what is no Solution; for a step of a history, which begins with the displacements of the step before; and
         for one that is corrected towards the continuum.
     """
-    if not isinstance(solution, Solution):
-        raise SceneError("solution", solution, "a Solution")
+    checks.kind("solution", solution, Solution)
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
         raise SceneError("solution", "a step of a history", "one of steady rolling, a shift or normal contact")

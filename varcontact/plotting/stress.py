@@ -14,7 +14,7 @@ from varcontact.errors import SceneError
 from varcontact.plotting import style
 from varcontact.plotting.unit_labels import Measure, measure
 from varcontact.results.solution import Solution
-from varcontact.results.stress import FARTHEST, SubsurfaceStress, one_solution, side_of, stress
+from varcontact.results.stress import FARTHEST, ONE, SubsurfaceStress, side_of, stress
 
 STRESSES = {
     "von_mises": "Von Mises stress",
@@ -71,7 +71,7 @@ def plot_stress(
         For what is no Solution with contact, a quantity or a plane that does not exist, a depth that is not positive,
         a place that does not belong to the plane, or another plane than "xz" in line contact.
     """
-    if not one_solution(sol).pressure.any():
+    if not checks.kind("solution", sol, Solution, more=ONE).pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as (figure, drawn):

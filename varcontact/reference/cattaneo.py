@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.checks import elastic, number, positive
-from varcontact.errors import SceneError
+from varcontact.checks import elastic, kind, number, positive
 from varcontact.reference.hertz import CombinedConstants, HertzContact
 from varcontact.reference.line_contact import LineContact, friction_limit, part_of_limit
 
@@ -91,8 +90,7 @@ def cattaneo_mindlin(
     >>> print(f"{contact.a:.3f} {shift.stick_radius / contact.a:.4f}")
     3.500 0.7000
     """
-    if not isinstance(contact, HertzContact):
-        raise SceneError("contact", contact, "a HertzContact, from hertz")
+    kind("contact", contact, HertzContact, more=", from hertz")
     elastic(bodies)
     friction, force = positive("friction", friction), number("force", force)
     limit = friction * contact.force

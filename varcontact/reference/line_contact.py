@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.checks import elastic, exactly_one, positive
+from varcontact.checks import elastic, exactly_one, kind, positive
 from varcontact.errors import Saturated, SceneError
 from varcontact.reference.hertz import CombinedConstants
 
@@ -120,8 +120,7 @@ def line_contact(
 
 def friction_limit(contact: LineContact, friction: float) -> float:
     """The tangential force [force/length] that friction can carry between like bodies; others are refused."""
-    if not isinstance(contact, LineContact):
-        raise SceneError("contact", contact, "a LineContact, from line_contact")
+    kind("contact", contact, LineContact, more=", from line_contact")
     if contact.bodies.K != 0:
         raise SceneError("bodies.K", contact.bodies.K, "0: this closed form is for like bodies")
     return positive("friction", friction) * contact.force

@@ -79,8 +79,7 @@ def corrugation_growth(
     """
     import xarray as xr
 
-    if not isinstance(sol, Solution):
-        raise SceneError("sol", sol, "a Solution")
+    checks.kind("sol", sol, Solution)
     if sol.grid.edge != "centres":
         raise SceneError("grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid')
     problem = linearise(sol)

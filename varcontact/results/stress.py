@@ -19,6 +19,8 @@ from varcontact.system.process import SMALLER, need
 
 BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
 
+ONE = "; of a History, one of its steps"
+
 FARTHEST = 1e60
 """The largest coordinate of a point: the potentials take fifth powers of distances."""
 
@@ -139,7 +141,7 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
     0.31 at 0.48
     """
-    side, solution = side_of(body), one_solution(solution)
+    side, solution = side_of(body), checks.kind("solution", solution, Solution, more=ONE)
     given = checks.numbers("points", points, most=FARTHEST)
     if given.ndim == 0 or given.shape[0] != 3:
         turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
@@ -190,7 +192,7 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
     >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
     True
     """
-    side, solution = side_of(body), one_solution(solution)
+    side, solution = side_of(body), checks.kind("solution", solution, Solution, more=ONE)
     below = np.atleast_1d(checks.numbers("depths", depths, most=FARTHEST))
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
@@ -200,13 +202,6 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
     need("the stress below the surface", solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size), smaller)
     z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
     return _field(solution, side, np.stack([x, y, z]), below, below=True)
-
-
-def one_solution(given: Any) -> Solution:
-    """The argument, if it is a single Solution."""
-    if not isinstance(given, Solution):
-        raise SceneError("solution", given, "a Solution; of a History, one of its steps")
-    return given
 
 
 def side_of(body: int | str) -> int:

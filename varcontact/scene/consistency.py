@@ -43,9 +43,8 @@ def check_classes(scene: Scene) -> None:
         ("grid", (Grid,), ' or "auto"'),
     ):
         value = getattr(scene, name)
-        if not isinstance(value, classes) and not (name == "grid" and isinstance(value, str) and value == "auto"):
-            allowed = " or ".join(each.__name__ for each in classes if each not in optional)
-            raise SceneError(name, value, allowed + more)
+        if name != "grid" or not isinstance(value, str) or value != "auto":
+            checks.kind(name, value, *classes, more=more)
     thermal = scene.thermal
     if thermal is not None and not (len(thermal) == 2 and all(isinstance(each, Thermal) for each in thermal)):
         raise SceneError("thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)")

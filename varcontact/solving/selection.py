@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from varcontact.checks import choice
+from varcontact.checks import choice, kind
 from varcontact.discrete.contact_grid import given_grid, wanted_grid
 from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
@@ -94,8 +94,7 @@ def select(
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'tang-safeguarded', 'none')
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
+    kind("scene", scene, Scene)
     if isinstance(scene.motion, TimeStep):
         raise SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
     if isinstance(scene.motion, Harmonic):

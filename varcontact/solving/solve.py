@@ -237,8 +237,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > vc.certify(scene, sol.traction).relative_gap
     True
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
+    checks.kind("scene", scene, Scene)
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, for tractions to be certified")

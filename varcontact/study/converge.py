@@ -102,8 +102,7 @@ def converge(
     >>> abs(limit["value"] - scene.hertz.approach) < limit["error"] < 1e-2 * scene.hertz.approach
     True
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
+    checks.kind("scene", scene, Scene)
     numbers = checks.wholes("cells", cells, least=2)
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
         raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")

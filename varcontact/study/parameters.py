@@ -49,8 +49,7 @@ def named_scenes(given: Any) -> dict[Any, Scene]:
         raise SceneError("scenes", given, "at least one")
     for name, scene in named.items():
         field = "scenes" if scene is given else f"scenes[{name!r}]"
-        if not isinstance(scene, Scene):
-            raise SceneError(field, scene, "a Scene")
+        checks.kind(field, scene, Scene)
         if not isinstance(scene.motion, Steady | Shift | None):
             message = f"{field}.motion is {type(scene.motion).__name__}: it must be Steady, Shift or none"
             raise SceneError(f"{field}.motion", scene.motion, "Steady, Shift or none", message=message)

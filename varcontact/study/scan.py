@@ -122,8 +122,7 @@ def scanned(
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
+    checks.kind("scene", scene, Scene)
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         allowed = "Steady or Shift with no prescribed force: a scan sets the creepages"

@@ -152,11 +152,7 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
 
 def book_of(book: Any) -> TableBook:
     """The book that is asked for, or that of the package."""
-    if book is None:
-        return shipped()
-    if not isinstance(book, TableBook):
-        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
-    return book
+    return shipped() if book is None else checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
 
 
 def check_nu(book: TableBook, nu: Any) -> None:

@@ -13,7 +13,6 @@ from varcontact.errors import SceneError
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution, wear
-from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
@@ -65,7 +64,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     >>> print(f"{found.utilised:.2f}, {found.load_factor:.1f}, {found.index:.2f}")
     0.30, 4.8, 0.09
     """
-    check_kind("solved", solved, PatchSolution)
+    checks.kind("solved", solved, PatchSolution)
     k = checks.positive("yield_in_shear", yield_in_shear)
     force, error = solved.force, solved.error
     pull = float(np.hypot(*force[:2]))
@@ -199,4 +198,4 @@ def _check_list(field: str, given: Any, *kinds: type[Any]) -> None:
     if not isinstance(given, Sequence):
         raise SceneError(field, given, "a list")
     for number, each in enumerate(given):
-        check_kind(f"{field}[{number}]", each, *kinds)
+        checks.kind(f"{field}[{number}]", each, *kinds)

@@ -28,7 +28,7 @@ from varcontact.theories.creep_forces import TheoryName, elastic, formula_of
 from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
-from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet, check_kind
+from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import NORMAL
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
@@ -170,7 +170,7 @@ class GeometryTable:
             See `contacts`; for a wheel that does not roll forwards, a theory without a moment, and for what the theory
             refuses.
         """
-        check_kind("velocity", velocity, Velocity)
+        checks.kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
         patches, radius = np.concatenate([found for _, found in sides]), self.wheelset.radius
         # each wheel at its own height: of the roll that takes, this is what counts in the creepages
@@ -242,7 +242,7 @@ def geometry_table(
     >>> print(f"{pushed.force[1]:.0f} N, {pushed.moment[2] / 1e3:.0f} N m")
     -771 N, -7749 N m
     """
-    check_kind("track", track, Track)
+    checks.kind("track", track, Track)
     if not track.constant or not wheelset.constant:
         raise SceneError("track", track, "one profile along the track, and a round wheel")
     if np.isfinite(track.curve_radius) or not track.left == track.right == Irregularity():
@@ -321,8 +321,8 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
     [0.   0.61 0.94 1.45]
     """
-    check_kind("track", track, Track)
-    check_kind("wheelset", wheelset, WheelSet)
+    checks.kind("track", track, Track)
+    checks.kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
     wheel, rail, radii = wheelset.placed("right"), track.placed("right"), {}
     for each in {*places.flat, *(-places).flat}:

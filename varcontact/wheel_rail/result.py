@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import Reported
 from varcontact.kinematics import Frame
@@ -14,7 +15,6 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
@@ -358,9 +358,9 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * worn.patches[0].depth.max():.2f} nm by a passage")
     T-gamma = 79.0 N, 5.53 nm by a passage
     """
-    check_kind("found", found, WheelRailSolution)
+    checks.kind("found", found, WheelRailSolution)
     if archard is not None:
-        check_kind("archard", archard, Archard, ArchardMap)
+        checks.kind("archard", archard, Archard, ArchardMap)
     patches = []
     for each in found.patches:
         solution, rolled = each.solution, each.patch.creepage

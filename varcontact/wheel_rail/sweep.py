@@ -15,7 +15,6 @@ from varcontact.errors import SceneError
 from varcontact.study.parameters import changed, varied_values
 from varcontact.system.process import imported
 from varcontact.wheel_rail.case_file import OF_SETS, WORDS, CaseFile, solve_cases
-from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
@@ -108,7 +107,7 @@ def sweep_wheel_sets(
     else:
         raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
     if archard is not None:
-        check_kind("archard", archard, Archard, ArchardMap)
+        checks.kind("archard", archard, Archard, ArchardMap)
     fast = checks.flag("fast", fast)
     values = varied_values(over, numbers=False)
     points = [dict(zip(values, at, strict=True)) for at in product(*values.values())]

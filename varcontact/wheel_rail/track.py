@@ -137,7 +137,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
                 raise checks.wrong_shape("track.stiffness", stiffness.shape, "two numbers, lateral and vertical")
             set_(self, "stiffness", tuple(stiffness.tolist()))
         for side in SIGN:
-            check_kind(f"track.{side}", getattr(self, side), Irregularity)
+            checks.kind(f"track.{side}", getattr(self, side), Irregularity)
         _ = self.origin, self.of_sides  # which check the gauge, and the rails of each side
 
     @cached_property
@@ -304,13 +304,6 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     def surface(self, side: Side, pitch: float) -> Surface:
         """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius) over the angle."""
         return surface_of(self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left")
-
-
-def check_kind(field: str, value: Any, *kinds: type[Any]) -> None:
-    """Refuse what is not of one of some classes."""
-    if not isinstance(value, kinds):
-        names = [kind.__name__ for kind in kinds]
-        raise SceneError(field, value, " or ".join(f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names))
 
 
 def check_sides(track: Track, stacklevel: int) -> None:

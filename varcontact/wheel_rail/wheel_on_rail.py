@@ -25,7 +25,7 @@ from varcontact.wheel_rail.patches import Seams, Tangent, joined, reference_surf
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import RailSurface, Surface
-from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet, check_kind
+from varcontact.wheel_rail.track import SIGN, Side, Track, WheelSet
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
@@ -171,7 +171,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         for name, kind in PARTS.items():
-            check_kind(name, getattr(self, name), kind)
+            checks.kind(name, getattr(self, name), kind)
         if self.bodies.combined_G > STIFFEST:
             G = self.bodies.combined_G
             reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
