@@ -37,8 +37,6 @@ SIDEWAYS = 0.1
 """Unit of the lateral displacement [mm]."""
 WALK = 1.0
 """Step of the lateral displacement in the search for two positions with the balance between them [mm]."""
-FACTORS = 1.0, 0.1
-"""First steps of the search by the fast way, one after the other where it fails."""
 ROUGH = 0.02
 """Largest imbalance of the fast way."""
 NEAR = 1e-4
@@ -274,7 +272,7 @@ def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarr
             reason = f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or falls"
             raise SceneError(load, getattr(case, load), message=reason) from None
     if pushed != 0:
-        y = brentq(net, y - sign * WALK, y, xtol=SIDEWAYS / 10)  # the equations of all unknowns take it from there
+        y = brentq(net, y - sign * WALK, y, xtol=1e-3 * SIDEWAYS)
     part, x = at(float(y))
     whole = _equations(replace(case, position=replace(case.position, y=float(y))))
     found = part.values(x) | {"y": float(y)}
@@ -286,20 +284,22 @@ def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) ->
     """Of the equations by the fast way; forces may jump a little where patches join."""
     from scipy.optimize import root
 
-    x = np.zeros(len(balance.names)) if start is None else start
-    if not x.size:
-        return x
-    words = _unbalanced(balance.case)
+    own = np.zeros(len(balance.names))
+    if not own.size:
+        return own
     missed, why = math.inf, ""
-    for factor in FACTORS:
+    for begin, factor in ((start, 1.0), (own, 1.0), (own, 0.1)):  # until one succeeds
+        if begin is None:
+            continue
         options = {"factor": factor, "xtol": 1e-7, "eps": STEP**2}
         try:
-            found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), x, options=options)
+            found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), begin, options=options)
             missed = float(np.abs(found.fun).max())
         except (NoContact, SceneError) as error:
             why = f": {error}"
         if missed <= ROUGH:
             return np.asarray(found.x)
+    words = _unbalanced(balance.case)
     raise NotConverged(words if np.isfinite(missed) else words + why, missed)
 
 
