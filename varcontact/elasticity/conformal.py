@@ -8,10 +8,10 @@ Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone keeps reciprocity.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
@@ -19,13 +19,19 @@ from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
 from varcontact.scene.interpolation import continuation
 
+Transforms = dict[tuple[int, ...], np.ndarray]
+"""By harmonic, row and column."""
+
 STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""
 
-Harmonics = dict[tuple[int, int, int, int], np.ndarray]
-"""Tables by the number m of half turns, wave (0 for ``cos(m t/2)``, 1 for ``sin(m t/2)``), row and column."""
+AXES = {"x": 0, "y": 1, "z": 2}
 
-WAVES = np.cos, np.sin
+TURNED = np.array([[0, 0, 0], [0, 1, 1j], [0, -1j, 1]]) / 2
+"""Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)`` times this."""
+
+SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
+"""Of harmonics, where the angle is."""
 
 
 @dataclass(frozen=True)
@@ -81,40 +87,33 @@ def conformal_operator(
     True
     """
     above, across = ("x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns))
-    table = flat(above, across)
-    blocks = {(row, column): table.table[i, j] for i, row in enumerate(above) for j, column in enumerate(across)}
-    harmonics: Harmonics = {}
-    for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
-        for half_turns, *tables in _harmonics_of(blocks, row, column):
-            harmonics |= {(half_turns, wave, i, j): each for wave, each in enumerate(tables) if each.any()}
-    steps = np.arange(1 - angles.size, angles.size)
+    table, turned, still = flat(above, across), TURNED, np.diag([1.0, 0.0, 0.0])
+
+    def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        found = np.zeros((len(rows), len(columns), *table.table.shape[2:]), complex)
+        for (i, row), (a, inner) in itertools.product(enumerate(rows), enumerate(above)):
+            for (j, column), (b, outer) in itertools.product(enumerate(columns), enumerate(across)):
+                factor = one[AXES[row], AXES[inner]] * other[AXES[outer], AXES[column]]
+                if factor:
+                    found[i, j] += factor * table.table[a, b]
+        return found
+
+    constant = (product(still, still) + 2 * product(turned, turned.conj())).real
+    once, twice = 2 * (product(still, turned) + product(turned, still)), 2 * product(turned, turned)
+    harmonics = np.array([constant, once.real, -once.imag, twice.real, -twice.imag])
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    angle = -slope * steps[:, None]  # of the mean curvature: by the offset alone
-    summed = np.zeros((len(rows), len(columns), *table.table.shape[2:]))
-    for (half_turns, wave, i, j), numbers in harmonics.items():
-        summed[i, j] += WAVES[wave](half_turns * angle / 2) * numbers
+    steps = np.arange(angles.size - 1, -angles.size, -1)
+    summed = sum(
+        map(np.multiply, _waves(slope * steps)[..., None], harmonics)
+    )  # of the mean curvature: by the offset alone
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
     return ConformalOperator(table.shape, summed, angles, harmonics)
 
 
-def _harmonics_of(
-    blocks: dict[tuple[str, str], np.ndarray], row: str, column: str
-) -> list[tuple[int, np.ndarray] | tuple[int, np.ndarray, np.ndarray]]:
-    """How ``R(t/2) A R(t/2)`` between two components depends on t: half turns m, and factors of cosine and sine."""
-    if row == column == "x":
-        return [(0, blocks["x", "x"])]
-    if row == "x":
-        along, normal = blocks["x", "y"], blocks["x", "z"]
-        return [(1, along, normal)] if column == "y" else [(1, normal, -along)]
-    if column == "x":
-        along, normal = blocks["y", "x"], blocks["z", "x"]
-        return [(1, along, -normal)] if row == "y" else [(1, normal, along)]
-    mean, half = (blocks["y", "y"] + blocks["z", "z"]) / 2, (blocks["y", "y"] - blocks["z", "z"]) / 2
-    skew, even = (blocks["y", "z"] - blocks["z", "y"]) / 2, (blocks["y", "z"] + blocks["z", "y"]) / 2
-    if row == column:
-        return [(0, half if row == "y" else -half), (2, mean, skew)]
-    return [(0, even), (2, skew, -mean) if row == "y" else (2, -skew, mean)]
+def _waves(angle: np.ndarray) -> np.ndarray:
+    """Harmonics (5, ...) of half an angle: the constant, cosine and sine, and these of the whole angle."""
+    return np.array([np.ones_like(angle), np.cos(angle / 2), np.sin(angle / 2), np.cos(angle), np.sin(angle)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,18 +124,17 @@ class ConformalOperator(GridOperator):
     """
 
     angles: np.ndarray
-    harmonics: Harmonics
+    harmonics: np.ndarray  # (5, rows, columns, 2 ny - 1, 2 nx - 1) tables, in the order of `_waves`
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
         """The matrix from tractions on `loaded` to displacements in `elements`, see `GridOperator.dense`."""
         loaded = elements if loaded is None else loaded
         nx, (rows, columns) = self.shape[1], self.table.shape[:2]
-        angle = self.angles[loaded // nx] - self.angles[elements // nx][:, None]
-        blocks = np.zeros((rows, elements.size, columns, loaded.size))
-        for (half_turns, wave, i, j), table in self.harmonics.items():
-            own = GridOperator(self.shape, table[None, None]).dense(elements, loaded)
-            blocks[i, :, j] += WAVES[wave](half_turns * angle / 2) * own
-        return blocks.reshape(rows * elements.size, columns * loaded.size)
+        waves = _waves(self.angles[loaded // nx] - self.angles[elements // nx][:, None])
+        matrix = np.zeros((rows, elements.size, columns, loaded.size))
+        for wave, table in zip(waves, self.harmonics, strict=True):
+            matrix += GridOperator(self.shape, table).dense(elements, loaded).reshape(matrix.shape) * wave[:, None]
+        return matrix.reshape(rows * elements.size, columns * loaded.size)
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
@@ -149,43 +147,35 @@ class ConformalOperator(GridOperator):
         box, ny = fft_box(*self.shape), self.shape[0]
         loads = fft.rfft(tractions, box[1], axis=-1)
         found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=loads.dtype)
+        waves = _waves(self.angles).astype(tractions.dtype)[..., None]
         transforms = self._single_transforms if tractions.dtype == np.float32 else self._transforms
-        for half_turns in {key[0] for key in transforms}:
-            angle = (half_turns * self.angles[:, None] / 2).astype(tractions.dtype)
-            waves = [wave(angle) for wave in WAVES[: 2 if half_turns else 1]]
+        for of_angle in ([0], [1, 2], [3, 4]):
             columns: dict[int, np.ndarray] = {}
             images: dict[int, np.ndarray] = {}
-            for (turns, odd, i, j), symbol in transforms.items():
-                if turns != half_turns:
+            for (wave, i, j), symbol in transforms.items():
+                if wave not in of_angle:
                     continue
                 if j not in columns:
-                    columns[j] = fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2)
+                    columns[j] = fft.fft(waves[of_angle] * loads[j], box[0], axis=-2)
                 image = images.setdefault(i, np.zeros_like(columns[j]))
-                if odd:
+                if wave in (2, 4):
                     image[0] += symbol * columns[j][1]
                     image[1] -= symbol * columns[j][0]
                 else:
                     image += symbol * columns[j]
             for i, image in images.items():
                 shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
-                found[i] += sum(map(np.multiply, waves, shifts))
+                found[i] += sum(map(np.multiply, waves[of_angle], shifts))
         return np.asarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        chosen = {
-            (half_turns, wave, rows.index(i), columns.index(j)): table
-            for (half_turns, wave, i, j), table in self.harmonics.items()
-            if i in rows and j in columns
-        }
+        chosen = self.harmonics[:, rows][:, :, columns]
         return ConformalOperator(self.shape, self.table[np.ix_(rows, columns)], self.angles, chosen)
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
-        found: Harmonics = {}
-        for (half_turns, odd, i, j), table in self.harmonics.items():
-            turned = (-sign if odd else sign) * table[::-1, ::-1]
-            for key, each in (((half_turns, odd, i, j), table), ((half_turns, odd, j, i), turned)):
-                found[key] = found.get(key, 0.0) + each / 2
-        return ConformalOperator(self.shape, super().symmetric_part(sign).table, self.angles, found)
+        turned = SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
+        table = super().symmetric_part(sign).table
+        return ConformalOperator(self.shape, table, self.angles, (self.harmonics + sign * turned) / 2)
 
     def has_mirror(self, first: int, last: int) -> bool:
         """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
@@ -193,25 +183,24 @@ class ConformalOperator(GridOperator):
         return bool(np.ptp(sums) <= STRAIGHT)
 
     @cached_property
-    def _single_transforms(self) -> Harmonics:
+    def _single_transforms(self) -> Transforms:
         return {key: each.astype(np.complex64) for key, each in self._transforms.items()}
 
     @cached_property
-    def _transforms(self) -> Harmonics:
+    def _transforms(self) -> Transforms:
+        """Those of the tables that are not zero."""
         from scipy import fft
 
-        box = fft_box(*self.shape)
-        return {key: np.asarray(fft.rfft2(wrapped(table, box))) for key, table in self.harmonics.items()}
+        box, used = fft_box(*self.shape), np.argwhere(self.harmonics.any(axis=(-2, -1)))
+        return {key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box))) for key in map(tuple, used.tolist())}
 
 
 def in_blocks(blocks: list[list[GridOperator]]) -> GridOperator:
-    """Operators on one surface as a single one: two rows of two blocks, the first one a single component."""
-    first, harmonics = blocks[0][0], Harmonics()
+    """Operators on one surface, rows of blocks, as a single one."""
+    first = blocks[0][0]
     table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
     if not isinstance(first, ConformalOperator):
         return GridOperator(first.shape, table)
-    for row, column in np.ndindex(2, 2):
-        block = blocks[row][column]
-        assert isinstance(block, ConformalOperator)
-        harmonics |= {(m, odd, row + i, column + j): each for (m, odd, i, j), each in block.harmonics.items()}
+    curved = [[block.harmonics for block in line if isinstance(block, ConformalOperator)] for line in blocks]
+    harmonics = np.concatenate([np.concatenate(line, axis=2) for line in curved], axis=1)
     return ConformalOperator(first.shape, table, first.angles, harmonics)
