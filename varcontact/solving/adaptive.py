@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import given_grid
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
@@ -258,8 +259,7 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
 def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
     """The elements with so many across the contact, and bytes of a solve on them and of the steps of two histories."""
     on_grid = gridded(scene, options.plan.closed_form, math.ceil(n))
-    assert isinstance(on_grid.grid, Grid)
-    elements, plan = on_grid.grid.size, options.plan_for(on_grid)
+    elements, plan = given_grid(on_grid).size, options.plan_for(on_grid)
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
@@ -271,7 +271,6 @@ def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Excep
     answer = with_values(levels[-1].answer, estimated(levels, target))
     if target.accuracy is None or target.by_default:
         return answer
-    assert answer.error_estimate is not None
     reached = answer.error_estimate.largest
     message = f"accuracy = {target.accuracy:g} is not reached: the estimate is {reached:.2g}, and {why}"
     raise NotConverged(message, reached, answer) from cause

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import common_grid, known_grid
+from varcontact.discrete.contact_grid import common_grid, given_grid, known_grid
 from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
@@ -26,11 +26,12 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids
+from varcontact.scene.transient import Transient
 from varcontact.solvers.batched.newton import shift_before, solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution
 from varcontact.solving.adaptive import FLOOR, GRIDS, ORDER, RATIO, coarsest, gridded, richardson
 from varcontact.solving.options import BY_DEFAULT
-from varcontact.solving.time_step import largest_contacts, transient
+from varcontact.solving.time_step import largest_contacts
 from varcontact.system.process import one_blas_thread
 
 MOST_ELEMENTS = 4096
@@ -112,7 +113,7 @@ def march_batches(scenes: Sequence[Scene], tol: float, some: Sequence[int]) -> t
     """
     grids = {k: grid for k in some if (grid := _grid_of_history(scenes[k])) is not None}
     left, before, found = list(grids), None, list[Figures]()
-    for step in range(transient(scenes[0]).steps):
+    for step in range(scenes[0].motion.steps):
         now = [scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))]
         kept: Fields = {}
         figures, solved = _on_grids(now, left, tol, kept, before=before)
@@ -121,9 +122,9 @@ def march_batches(scenes: Sequence[Scene], tol: float, some: Sequence[int]) -> t
     return {name: np.stack([each[name] for each in found], axis=-1) for name in FIGURES}, solved
 
 
-def _grid_of_history(scene: Scene) -> Grid | None:
+def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
     """The grid of a history for batches; None of others."""
-    motion, grid = transient(scene), scene.grid
+    motion, grid = scene.motion, scene.grid
     frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
     alone = motion.control is not None or motion.start is not None or motion.heights or scene.line
     if alone or not isinstance(grid, Grid) or not all(isinstance(each, float) for each in frictions):
@@ -301,8 +302,7 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     """A scene as one of a batch, or None where its grid is not for one."""
-    grid, motion = scene.grid, scene.motion
-    assert isinstance(grid, Grid)
+    grid, motion = given_grid(scene), scene.motion
     if grid.explicit:
         if grid.edge != "centres":
             return None
@@ -336,8 +336,7 @@ def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
 
 def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
     """Sides, x and y of the elements, and their parts of the load: none where the contact goes on outside the grid."""
-    grid, a, b = scene.grid, hertz.a, hertz.b
-    assert isinstance(grid, Grid)
+    grid, a, b = given_grid(scene), hertz.a, hertz.b
     if not grid.explicit:
         lattice, share, _ = _across_circle(grid)
         scale = np.array([a, 0.0 if grid.line else b])

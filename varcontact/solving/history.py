@@ -21,7 +21,7 @@ from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.time_step import largest_contacts, marching_on, transient
+from varcontact.solving.time_step import largest_contacts, marching_on
 from varcontact.solving.verify import with_verified_steps
 from varcontact.system.process import need
 
@@ -29,14 +29,14 @@ STEP_FIELDS, STEP_REST = 65.0, 1e4
 """Bytes of a step in memory: by element, and for the rest."""
 
 
-def solve_transient(scene: Scene, options: SolveOptions) -> History:
+def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
     """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that file.
 
     With a grid chosen for an accuracy or a time, the progress is told the stages within a step, too, and the steps
     are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
     """
-    if not isinstance(transient(scene).start, Solution | None):
-        raise SceneError("motion.start", transient(scene).start, "a Solution")
+    if not isinstance(scene.motion.start, Solution | None):
+        raise SceneError("motion.start", scene.motion.start, "a Solution")
     solver = replace(options.solver(scene), refined=True)
     settings, progress = {"tol": solver.tol, "polish": solver.polish}, options.progress
     if options.store is not None:
@@ -45,7 +45,7 @@ def solve_transient(scene: Scene, options: SolveOptions) -> History:
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
     spec, steps = wanted_grid(scene), list[Solution]()
-    kept = bytes_of_steps(transient(scene), spec.nx * spec.rows)
+    kept = bytes_of_steps(scene.motion, spec.nx * spec.rows)
     need("the history in memory", kept, "with store = a file, the steps are kept there")
     history = History(scene, _grid(scene, solver), steps, settings)
     return _solved(history, lambda _, step: steps.append(step), solver, progress)
@@ -58,8 +58,8 @@ def _solved(
     progress: Callable[[str], None],
 ) -> History:
     """The history with the steps that are not solved yet."""
-    scene, count = history.scene, transient(history.scene).steps
-    march = marching_on(scene, largest_contacts(scene)[0], history.grid, solver)
+    scene, count = history.scene, history.scene.motion.steps
+    march = marching_on(scene, history.grid, solver)
     start = march.start()
     before = start if len(history) == 0 else history[-1]
     heated = [*heat_before(start), *map(heat_of, history)] if scene.warm else []
@@ -81,12 +81,12 @@ def _solved(
                 raise Interrupted(history, f" after {len(history)} of {count} steps") from None
     finally:
         march.disc.operators.forget()
-    if transient(scene).control is None:
+    if scene.motion.control is None:
         return history
     solved = [sol.scene for sol in history]  # with the numbers that the control gave
     given: dict[str, Any] = {name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")}
     given |= {name: [getattr(each.motion, name) for each in solved] for name in CONTROLLED.keys() - given.keys()}
-    motion = replace(transient(scene), control=None, **given)
+    motion = replace(scene.motion, control=None, **given)
     return replace(history, scene=replace(scene, motion=motion))
 
 
@@ -95,9 +95,9 @@ def bytes_of_steps(motion: Transient, elements: int) -> float:
     return motion.steps * (STEP_FIELDS * elements + STEP_REST)
 
 
-def _grid(scene: Scene, solver: ContactSolver) -> Grid:
+def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
     """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
-    start, interpolate = transient(scene).start, transient(scene).interpolate
+    start, interpolate = scene.motion.start, scene.motion.interpolate
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if start is not None and scene.grid == "auto" and not interpolate:

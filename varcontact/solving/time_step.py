@@ -43,7 +43,7 @@ REMEMBERED = 24.0
 """Relaxation times after which tractions of the past count no longer."""
 
 
-def largest_contacts(scene: Scene) -> list[Scene]:
+def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
     """The steps of a history with the largest load on each surface, as frictionless scenes; `NoContact` if none.
 
     Viscoelastic bodies are relaxed: their contact then is the largest under a load.
@@ -51,7 +51,7 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     largest: dict[tuple[int, bool], tuple[float, Scene]] = {}
     bodies = scene.bodies.relaxed if isinstance(scene.bodies, BodyPair) else scene.bodies
     bare: dict[str, Any] = {"bodies": bodies, "friction": None, "motion": None}
-    for k in range(transient(scene).steps):
+    for k in range(scene.motion.steps):
         surface, force, approach = scene.contact(k)
         load = approach if force is None else force
         assert load is not None
@@ -65,33 +65,28 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     return [still for _, still in largest.values()]
 
 
-def transient(scene: Scene) -> Transient:
-    assert isinstance(scene.motion, Transient)
-    return scene.motion
-
-
-def marching_on(scene: Scene, largest: Scene, grid: Grid, solver: ContactSolver) -> March:
-    """The march of a history on its explicit grid, in the scales of one of its `largest_contacts`.
+def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> March:
+    """The march of a history on its explicit grid, in the scales of the first of its `largest_contacts`.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
-    disc = discretise(replace(largest, grid=grid), grid)
+    disc = discretise(replace(largest_contacts(scene)[0], grid=grid), grid)
     scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
     if not scene.bodies.relaxes:
         return March(scene, replace(disc, scales=scales), solver)
     length, depth, time = scales.length, scene.reference_depth, scene.bodies.longest_relaxation
-    least = max(length, _rolled_within(transient(scene), time, grid))
+    least = max(length, _rolled_within(scene.motion, time, grid))
     if depth is not None and depth < least:
         allowed = f"at least the grid's length, and what is rolled in the longest relaxation time: {least:.6g}"
         raise SceneError("surface.reference_depth", depth, allowed)
     depth = FREE_DEPTH * least if depth is None else depth
     medium = medium_of(scene.bodies, length, depth / length, speed=length)  # relaxation lengths then are times
     disc = replace(disc, bodies=scene.bodies, scales=replace(scales, modulus=scene.bodies.combined_G))
-    columns = 1 + math.ceil(_rolled_within(transient(scene), REMEMBERED * time, grid) / grid.sides[0])
-    known = getattr(transient(scene).start, "memory", None)
+    columns = 1 + math.ceil(_rolled_within(scene.motion, REMEMBERED * time, grid) / grid.sides[0])
+    known = getattr(scene.motion.start, "memory", None)
     columns += 0 if known is None else max(0, known.shape[-1] - grid.nx) // 2
     assert isinstance(medium, ViscoelasticMedium)
-    rows, numbers = grid.rows + 2, 8 * 3 * transient(scene).steps * len(medium.lagging)
+    rows, numbers = grid.rows + 2, 8 * 3 * scene.motion.steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
     return March(scene, replace(disc, operators=Operators(disc.lattice, medium, disc.operators.layer)), solver, columns)
@@ -114,16 +109,15 @@ class March:
     is the same, bit for bit, as one that was not interrupted.
     """
 
-    scene: Scene
+    scene: Scene[Transient]
     disc: Discretisation
     steps: ContactSolver
     columns: int = 0
 
     def start(self) -> Solution | None:
         """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be interpolated."""
-        motion, grid = transient(self.scene), self.disc.grid
+        motion, grid = self.scene.motion, self.disc.grid
         start = motion.start
-        assert start is None or isinstance(start, Solution)
         if start is None:
             return None
         relaxes, memory = self.scene.bodies.relaxes, start.memory
@@ -162,7 +156,6 @@ class March:
         solution = self._solved(scene, disc, before, steps)
         if self.scene.bodies.relaxes:
             motion, medium = scene.motion, self.disc.operators.medium
-            assert isinstance(motion, TimeStep)
             assert isinstance(medium, ViscoelasticMedium)
             weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
             memory = weights[:, None, None, None] * self._wide(solution)
@@ -176,7 +169,7 @@ class March:
 
     def problem(self, k: int, before: Solution | None, heated: Sequence[Heat] = ()) -> tuple[Scene, Discretisation]:
         """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that particles bring along."""
-        disc, history = self.disc, transient(self.scene)
+        disc, history = self.disc, self.scene.motion
         if history.control is None:
             scene = self.scene.step(k, disc.grid)
         else:
@@ -188,7 +181,6 @@ class March:
             alone = history.alone(k, disc.grid.sides[0], given)
             scene = replace(self.scene, motion=alone).step(0, disc.grid)
         motion = scene.motion
-        assert isinstance(motion, TimeStep)
         if before is None:
             return scene, disc.at_step(scene, None)
         fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
@@ -214,7 +206,6 @@ class March:
         operators, pressure = disc.operators, disc.scales.pressure
         passed = motion.direction * motion.dq / disc.grid.sides[0]
         assert isinstance(operators.medium, ViscoelasticMedium)
-        assert before.memory is not None
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
         inside = slice(0, 2), slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
@@ -251,7 +242,6 @@ class March:
             if cells != (1, 1):
                 disc = with_subgrid(disc, np.zeros(disc.grid.divided(cells).shape))
             motion = scene.motion
-            assert isinstance(motion, TimeStep)
             size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
             if size > 0:
                 raise Saturated(size, 0.0)

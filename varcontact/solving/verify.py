@@ -24,7 +24,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.friction_law import coefficient
-from varcontact.solving.time_step import March, largest_contacts, marching_on, without_load
+from varcontact.solving.time_step import March, marching_on, without_load
 from varcontact.system.files import reading
 from varcontact.system.process import one_blas_thread
 
@@ -91,7 +91,7 @@ def with_verified_steps(stored: Stored) -> Stored:
     @cache
     def march() -> March:
         solver = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
-        return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, solver)
+        return marching_on(stored.scene, stored.grid, solver)
 
     heat = cache(lambda k: heat_of(stored[k]))
 

@@ -14,7 +14,6 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish, solve_contact
@@ -45,7 +44,6 @@ class Series:
         stats, last = SolveStats(self.progress), self._last
         steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
         if last is not None and plan == last[1] and plan.coupling == "none" and _same_but_motion(scene, last[0]):
-            assert not isinstance(scene.motion, Transient)
             disc = last[2].with_loading(motion=scene.motion)
             state = replace(last[3], iterations={}, status={}, solved={}, friction=None)
             state = contact(disc, steps, state)

@@ -15,7 +15,6 @@ from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, cell, columns_of_text, identity, of_another
@@ -152,14 +151,12 @@ def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) ->
         if by_default:  # each method's row says why
             return scene
         raise
-    assert isinstance(answer, Solution)
     return answer.scene
 
 
 def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
     """The rows of a scene by all methods, with distances from the solved answer of the smallest residual."""
     motion = scene.motion
-    assert isinstance(motion, Steady | Shift | None)
     motions = [motion, neighbour(motion)] if motion is not None else [None]
     found = [attempted(scene, method, tol, motions) for method in methods]
     solved = [solutions[0] for outcome, _, solutions in found if outcome == "solved"]

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import Box, contact_box, within
+from varcontact.discrete.contact_grid import Box, contact_box, given_grid, within
 from varcontact.errors import SceneError, SolverUnavailable, TooLarge
-from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -141,7 +140,6 @@ def converge(
 
 def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
     """The one row of a solve; the first of each grid is traced for its memory."""
-    assert isinstance(scene.motion, Steady | Shift | None)
     solving = partial(attempted, scene, method, tol, [scene.motion])
     (outcome, reason, solutions), memory = traced(solving) if offset == 0 else (solving(), np.nan)
     row: dict[str, Any] = {}
@@ -183,7 +181,6 @@ def contact_of(scene: Scene) -> Box:
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
     frictionless = solve(replace(scene, motion=None, friction=None, grid=usual_grid(scene.line)), normal="norm")
-    assert isinstance(frictionless, Solution)
     return contact_box(frictionless.grid, frictionless.pressure)
 
 
@@ -213,8 +210,7 @@ def _staircase(scene: Scene) -> dict[str, float]:
     Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
     Nothing, where every element that the ellipse touches is in contact.
     """
-    hertz, grid = scene.hertz, scene.grid
-    assert isinstance(grid, Grid)
+    hertz, grid = scene.hertz, given_grid(scene)
     if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)

@@ -180,7 +180,15 @@ def _block(study: Convergence, name: str) -> str:
     reasons: dict[str, list[str]] = {}
     if shown:
         head = ["", "extrapolated", "error", "order", "finest grid", "its error", "noise", "solver bound"]
-        lines += ["", *columns_of_text([head, *map(_limit_cells, shown)], left=1)]
+        forms = {"finest": ".7g", "finest_error": ".2g", "noise": ".2g", "solver_bound": ".2g"}
+        body = []
+        for row in shown:
+            order = "" if row["reason"] == HIDDEN else cell(row["order"], ".2f")
+            if order and row["order_low"] == row["order_low"]:
+                order += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
+            known = [row["quantity"], cell(row["value"], ".7g"), cell(row["error"], ".2g"), order]
+            body.append([*known, *(cell(row[name], form) for name, form in forms.items())])
+        lines += ["", *columns_of_text([head, *body], left=1)]
     if same:
         lines.append(f"the same on all grids: {', '.join(same)}")
     for row in shown:
@@ -189,12 +197,3 @@ def _block(study: Convergence, name: str) -> str:
     runs = study.runs[(study.runs["method"] == name) & (study.runs["reason"] != "")]
     lines += [f"{row['cells']} cells, offset {row['offset']}: {row['reason']}" for row in runs.to_dict("records")]
     return "\n".join(lines)
-
-
-def _limit_cells(row: dict[str, Any]) -> list[str]:
-    order = "" if row["reason"] == HIDDEN else cell(row["order"], ".2f")
-    if order and row["order_low"] == row["order_low"]:
-        order += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
-    forms = {"finest": ".7g", "finest_error": ".2g", "noise": ".2g", "solver_bound": ".2g"}
-    figures = [cell(row[name], form) for name, form in forms.items()]
-    return [row["quantity"], cell(row["value"], ".7g"), cell(row["error"], ".2g"), order, *figures]

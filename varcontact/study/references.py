@@ -121,10 +121,8 @@ def read(text: str, name: str) -> dict[str, ContinuumValues]:
         raise _refused(name, f"was made for other scenes than this version has, {min(other)!r} for one")
     for each, entry in entries.items():
         kind, scene = scenes[each]
-        values, bars, units = (
-            {k: float(value) for k, value in entry[part].items()} for part in ("values", "bars", "units")
-        )
-        found[each] = ContinuumValues(scene, values, bars, units, kind, entry["how"], steps_of(scene))
+        values, bars, units, how = (entry[part] for part in ("values", "bars", "units", "how"))
+        found[each] = ContinuumValues(scene, values, bars, units, kind, how, steps_of(scene))
     return found
 
 

@@ -197,22 +197,21 @@ def creep_curve(
     triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
     known = methods if isinstance(methods, Mapping) else {}
-    ways: dict[Any, Callable[[], np.ndarray]] = {}
+    ways: dict[Any, dict[str, Any] | None] = {}
     for name in names:  # refused before anything is solved
         given = known.get(name, {})
         if not isinstance(given, Mapping):
             raise SceneError(f"methods[{name!r}]", given, 'a dict of options, as {"k_A": 0.3}')
-        options = _scan_options(scene, name)
-        if options is None:
-            ways[name] = partial(_by_formula, scene, name, triples, given)
-        elif given:
+        ways[name] = _scan_options(scene, name)
+        if given and ways[name] is not None:
             raise SceneError("methods", name, f"without options: only theories by formula have them, not {name} here")
-        else:
-            ways[name] = partial(_forces, scene, triples, options)
     found = []
-    for name, way in ways.items():
+    for name, options in ways.items():
         report(f"{name}: {len(triples)} points")
-        found.append(way())
+        if options is None:
+            found.append(_by_formula(scene, name, triples, known.get(name, {})))
+        else:
+            found.append(_forces(scene, triples, options))
     Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
     units = scene.units
     unit = {} if units is None else {name: units.of(name) for name in ("force", "moment", "spin")}

@@ -218,7 +218,6 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
     seconds = 0.0
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
         on_grid = way.of(scene, n)
-        assert isinstance(on_grid.motion, Steady | Shift)
         plan = select(on_grid, tangential=options.get("tangential", "auto"))
         motions = [on_grid.motion, neighbour(on_grid.motion)]
         turns = solve_in_turn(on_grid, motions, plan, TOLERANCE, polished_by(plan, None))

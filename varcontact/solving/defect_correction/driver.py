@@ -39,7 +39,6 @@ LEAST = 8
 """Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
 FIELDS = 120
 """Numbers for each part, about: tractions whose displacement is known, and what parts miss of it."""
-INSTEAD = "give accuracy in place of refine and of a grid"
 LOOSE = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 DAMPING = np.array([1.0, 1.0, 0.7, 0.7])
@@ -51,7 +50,19 @@ LATE = 2
 def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> None:
     """Refuse defect correction where it does not apply; `chosen`: the grid is chosen for an accuracy or a time."""
     kind = checks.choice("refine", refine, (CONTINUUM,))
-    reason = _why_not(scene, plan)
+    reason, instead = "", "give accuracy in place of refine and of a grid"
+    if scene.motion is None or scene.frictionless:
+        reason = "without a motion or without friction there are no tractions to correct"
+    elif not (plan.closed_form and isinstance(scene.motion, Steady)) or scene.line or scene.third_body is not None:
+        where = "like bodies without a third one, under Hertz's pressure in closed form, not in line contact"
+        reason = f"it is for steady rolling of {where}; {instead}"
+    elif scene.no_slip:
+        known = "forces under Hertz's pressure are known in closed form (varcontact.reference.no_slip_ellipse)"
+        reason = f"with infinite friction {known}"
+    elif plan.theory is not None:
+        reason = f"it corrects exact methods, not the theory {plan.tangential!r}"
+    elif scene.edge != "centres":
+        reason = f'with grid.edge = "{scene.edge}" it gains less, or loses'
     if isinstance(start, Solution):
         reason = 'the estimate takes half as many elements, on which no start is known; give start = "stick" or "slip"'
     if chosen:
@@ -67,23 +78,6 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         raise SceneError("grid", scene.grid, allowed)
     size = 8 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1) + 8 * FIELDS * parts
     need("the parts of the elements", size, SMALLER)
-
-
-def _why_not(scene: Scene, plan: Plan) -> str:
-    """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
-    if scene.motion is None or scene.frictionless:
-        return "without a motion or without friction there are no tractions to correct"
-    if not (plan.closed_form and isinstance(scene.motion, Steady)) or scene.line or scene.third_body is not None:
-        where = "like bodies without a third one, under Hertz's pressure in closed form, not in line contact"
-        return f"it is for steady rolling of {where}; {INSTEAD}"
-    if scene.no_slip:
-        known = "forces under Hertz's pressure are known in closed form (varcontact.reference.no_slip_ellipse)"
-        return f"with infinite friction {known}"
-    if plan.theory is not None:
-        return f"it corrects exact methods, not the theory {plan.tangential!r}"
-    if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
-        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses'
-    return ""
 
 
 def loosely(solver: ContactSolver) -> ContactSolver:
