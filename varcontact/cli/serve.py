@@ -148,16 +148,13 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     options = {name: message[name] for name in ("tol", "accuracy") if message.get(name) is not None}
     options |= {"failures": "keep"}
     lattices = {(scene.grid, type(scene.motion), scene.line) for scene in scenes.values()}
-    start = None
-    if before is not None:
-        wheels, lattice, found = before
-        if lattices == {lattice} and set(scenes) <= set(wheels):
-            start = found.isel(scene=[wheels.index(wheel) for wheel in scenes])
+    if before is not None and lattices == before[1] and set(scenes) <= set(before[0]):
+        options["start"] = before[2].isel(scene=[before[0].index(wheel) for wheel in scenes])
     now = None
     try:
-        found = vc.solve_many(scenes.values(), fields=True, start=start, **options)
+        found = vc.solve_many(scenes.values(), fields=True, **options)
         if found["ok"].all() and len(lattices) == 1:
-            now = list(scenes), lattices.pop(), found
+            now = list(scenes), lattices, found
     except SceneError as error:
         if error.field != "fields":  # of scenes that are on no common lattice
             raise

@@ -74,16 +74,7 @@ def reference_scenes() -> dict[str, tuple[str, Scene]]:
 def _scenes(file: str) -> dict[str, dict[str, Scene]]:
     """The scenes of a file of this package by class and name; the kind of a surface may be a sampled one."""
     found = tomllib.loads(files("varcontact.data").joinpath(file).read_text(encoding="utf-8"))
-    sampled = _sampled_surfaces()
-    for tables in found.values():
-        for name, table in tables.items():
-            surface = table["surface"]
-            tables[name] = scene_from(table | {"surface": sampled.get(surface["kind"], surface)})
-    return found
-
-
-def _sampled_surfaces() -> dict[str, dict[str, Any]]:
-    """Surfaces that are no paraboloids, as in scene files: at unit load their contacts are about two wide."""
+    # surfaces that are no paraboloids: at unit load their contacts are about two wide
     x = y = np.linspace(-3.0, 3.0, 241)
     along, across = x[None, :] ** 2 / 1.2, y[:, None]
     arcs = np.where(across < 0, across**2 / 2.4, across**2 / 0.8)
@@ -95,11 +86,17 @@ def _sampled_surfaces() -> dict[str, dict[str, Any]]:
         "egg": along + across**2 / 1.6 * (1 + 0.25 * across),
         "sampled paraboloid": along + across**2 / 2.4,
     }
-    surfaces: dict[str, dict[str, Any]] = {name: {"h": h, "x": x, "y": y} for name, h in areas.items()}
+    sampled: dict[str, dict[str, Any]] = {name: {"h": h, "x": x, "y": y} for name, h in areas.items()}
     near = np.linspace(-2.5, 2.5, 101)
     arcs = np.where(near < 0, near**2 / 2.4, near**2 / 0.8)
-    surfaces["two arcs, near"] = {"h": near**2 / 1.2 + arcs[:, None], "x": near, "y": near}
+    sampled["two arcs, near"] = {"h": near**2 / 1.2 + arcs[:, None], "x": near, "y": near}
     x = np.linspace(-3.0, 3.0, 481)
     bumps = np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05)
-    surfaces["two bumps"] = {"h": bumps, "x": x}
-    return {name: {"kind": "sampled-distance", **surface} for name, surface in surfaces.items()}
+    sampled["two bumps"] = {"h": bumps, "x": x}
+    for tables in found.values():
+        for name, table in tables.items():
+            surface = table["surface"]
+            if surface["kind"] in sampled:
+                surface = {"kind": "sampled-distance", **sampled[surface["kind"]]}
+            tables[name] = scene_from(table | {"surface": surface})
+    return found

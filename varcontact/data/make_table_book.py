@@ -119,9 +119,8 @@ def make_table_book(
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
     middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
-    nodes = np.exp(
-        middle - half * np.cos(math.pi * np.arange(ratios) / (ratios - 1))
-    )  # Chebyshev's, both ends included
+    angles = math.pi * np.arange(ratios) / (ratios - 1)
+    nodes = np.exp(middle - half * np.cos(angles))  # Chebyshev's, both ends included
     directions, t = direction_nodes(degree), magnitudes(steps)
     path = None if out is None else checks.file_name("out", out)
     if path is not None:
@@ -297,18 +296,15 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
     knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
     flat, nugget = knots.reshape(-1, 3), NUGGET * np.eye(len(directions))
-    weights = [
-        _correlation(flat, directions, i) @ np.linalg.inv(_correlation(directions, directions, i) + nugget)
-        for i in range(3)
-    ]
-    between = np.stack(weights)
+    between = np.empty((3, len(flat), len(directions)))
+    for i in range(3):
+        among = _correlation(directions, directions, i) + nugget
+        between[i] = _correlation(flat, directions, i) @ np.linalg.inv(among)
     least, greatest = np.log(ratios[[0, -1]])
     places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
     by_ratio = BarycentricInterpolator(np.log(ratios), left)(places)
     each = np.einsum("ikd,htdi->htki", between, by_ratio, optimize=True)
-    S = np.stack(
-        [_at_knots(nu, ratio, knots.reshape(-1, 3), rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
-    )
+    S = np.stack([_at_knots(nu, ratio, flat, rest) for ratio, rest in zip(np.exp(places), each, strict=True)])
     return splines_at_knots(_around(splines_at_knots(S.reshape(*S.shape[:2], *knots.shape), 1)))
 
 
@@ -323,7 +319,13 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
         for each, rest in zip(t, left, strict=True)
     ]
     full = local_law(FULL * knots, ratio, coefficients, *fine)
-    found = _rising(np.stack([*finite, full]), knots / np.array(reduced_scales(coefficients, ratio)))
+    forces, creepages = np.stack([*finite, full]), knots / np.array(reduced_scales(coefficients, ratio))
+    # with monotone influence of tractions on slip, resistance rises along a ray of creepages up to full slip
+    unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
+    resistance = -(forces * unit).sum(axis=-1)
+    capped = np.minimum(resistance, resistance[-1])
+    above, below = np.maximum.accumulate(capped), np.minimum.accumulate(capped[::-1])[::-1]
+    found = forces - ((above + below) / 2 - resistance)[..., None] * unit
     t = np.append(t, 1.0)[:, None, None]
     x, y, z = knots.T
     linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
@@ -331,18 +333,6 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     first = min(4, len(S))
     at_zero = BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)
     return np.concatenate([at_zero[None], S])
-
-
-def _rising(forces: np.ndarray, creepages: np.ndarray) -> np.ndarray:
-    """Forces (t, k, 3) along rays changed by as little as it takes that more creepage never meets less resistance.
-
-    With monotone influence of tractions on slip, ``-F.v`` by |v| rises along a ray of creepages v up to full slip.
-    """
-    unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
-    resistance = -(forces * unit).sum(axis=-1)
-    capped = np.minimum(resistance, resistance[-1])
-    above, below = np.maximum.accumulate(capped), np.minimum.accumulate(capped[::-1])[::-1]
-    return np.asarray(forces - ((above + below) / 2 - resistance)[..., None] * unit)
 
 
 def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:

@@ -224,5 +224,4 @@ def _identity(stored: Stored) -> tuple[str, bytes]:
 
 def _native(values: Any) -> np.ndarray:
     """A copy in the machine's own order of bytes."""
-    array = np.array(values)
-    return array.astype(array.dtype.newbyteorder("="))
+    return np.array(values, dtype=values.dtype.newbyteorder("="))

@@ -51,7 +51,16 @@ def plot(
         for panel, name in zip(axes, names, strict=True):
             _draw(panel, sol, name, y)
         if line:
-            _one_legend(figure, axes)
+            entries: dict[str, Any] = {}  # one legend at the foot, and the abscissa's label
+            for panel in axes:
+                handles, labels = panel.get_legend_handles_labels()
+                entries |= zip(labels, handles, strict=True)
+                if handles:
+                    panel.legend().remove()
+            for panel in axes[:-1]:
+                panel.set_xlabel("")
+            if entries:
+                figure.legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center")
         else:
             figure.draw_without_rendering()
         return figure
@@ -86,20 +95,6 @@ def _draw(ax: Axes, sol: Solution, name: str, y: float | None) -> None:
         draw_areas(ax, sol)
     else:
         draw_field(ax, sol, name)
-
-
-def _one_legend(figure: Figure, axes: list[Axes]) -> None:
-    """Panels below each other with the same abscissa: its label and one legend at the foot."""
-    entries: dict[str, Any] = {}
-    for ax in axes:
-        handles, labels = ax.get_legend_handles_labels()
-        entries |= zip(labels, handles, strict=True)
-        if handles:
-            ax.legend().remove()
-    for ax in axes[:-1]:
-        ax.set_xlabel("")
-    if entries:
-        figure.legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center")
 
 
 def plot_passes(sol: Solution) -> Figure:

@@ -12,8 +12,6 @@ from varcontact.errors import NotConverged, Saturated
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.theories.fastsim import fastsim
 from varcontact.theories.linear import creepage_or_force
-from varcontact.theories.simplified import PEAK
-from varcontact.theories.strip_theory import divided
 
 FARTHEST = 1e12
 """Farthest creepage looked for, in units of the one where friction is used up without spin."""
@@ -77,16 +75,14 @@ def creepage_for_force(
     given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
     given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
-    strips = divided(m, n, bound, "printed")
     a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    across = np.sum(strips.width * strips.edge * strips.peak)
-    carried = friction_force * float(PEAK[bound] * across * strips.step * np.sum(strips.bounds))  # sum of the bound
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
     options: dict[str, Any] = {"m": m, "n": n, "bound": bound, "flexibility": flexibility}
 
     def force(creepage: np.ndarray) -> np.ndarray:
         return fastsim(a, b, G, friction_force, creepage, coefficients, **options).force
 
+    carried = -float(force(np.array([FARTHEST * unit, 0.0, 0.0]))[0])
     return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, friction_force, carried)
 
 

@@ -14,7 +14,15 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.grid import Grid
-from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact, coefficients_of
+from varcontact.theories.linear import (
+    Contact,
+    Forces,
+    Resultants,
+    as_resultants,
+    checked_contact,
+    coefficients_of,
+    float_or_array,
+)
 from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 OUTSIDE = ("refuse", "clamp")
@@ -85,9 +93,16 @@ def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "
     """Fx, Fy and Mz of `table_forces`."""
     book = book_of(book)
     check_nu(book, c.nu)
-    ratio = ratio_in_book(book, c.a / c.b, outside)
+    ratio, (least, greatest) = c.a / c.b, book.range
+    clamps = checks.choice("outside", outside, OUTSIDE) == "clamp"
+    if not (isinstance(ratio, float) and least <= ratio <= greatest):
+        given, hint = np.asarray(ratio), 'outside="clamp" takes the nearest'
+        within = (given >= least * (1 - 1e-12)) & (given <= greatest * (1 + 1e-12))
+        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
+        checks.require_all("a/b", given, within | clamps, allowed)
+        ratio = float_or_array(np.clip(given, least, greatest))
     table = c.table
-    if table is None or outside == "clamp":
+    if table is None or clamps:
         table = coefficients_of(ratio, c.nu, c.slope)
     ab, limit = c.a * c.b, c.limit
     size, unit, (by_x, by_y, by_spin) = ab**0.5, c.G * ab / limit, reduced_scales(table, ratio)
@@ -162,20 +177,6 @@ def check_nu(book: TableBook, nu: Any) -> None:
     given = np.asarray(nu)
     allowed = f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own"
     checks.require_all("nu", given, np.abs(given - book.nu) <= NEAR, allowed)
-
-
-def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
-    """a/b within the book; elsewhere an error, or the nearest that it has."""
-    least, greatest = book.range
-    if isinstance(ratio, float) and least <= ratio <= greatest and outside in OUTSIDE:
-        return ratio
-    if checks.choice("outside", outside, OUTSIDE) == "refuse":
-        given, hint = np.asarray(ratio), 'outside="clamp" takes the nearest'
-        within = (given >= least * (1 - 1e-12)) & (given <= greatest * (1 + 1e-12))
-        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
-        checks.require_all("a/b", given, within, allowed)
-    inside = np.clip(ratio, least, greatest)
-    return inside if np.ndim(ratio) else float(inside)
 
 
 def why_not_in_book(ratio: float, nu: float) -> str:
