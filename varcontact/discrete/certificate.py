@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 
 import numpy as np
@@ -125,17 +125,8 @@ class Certificate:
 
     def plain(self) -> dict[str, float | str | list[float]]:
         """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""
-        return {
-            "gap": self.gap,
-            "relative_gap": self.relative_gap,
-            "level": self.level,
-            "force_bound": self.force_bound.tolist(),
-            "pressure_part": self.pressure_part.tolist(),
-            "residual": self.residual,
-            "normal_relative_gap": self.normal_relative_gap,
-            "normal_residual": self.normal_residual,
-            "tangential_residual": self.tangential_residual,
-        }
+        bounds = {"force_bound": self.force_bound.tolist(), "pressure_part": self.pressure_part.tolist()}
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name != "bounds"} | bounds
 
 
 def certificate_of(

@@ -14,6 +14,7 @@ from varcontact.elasticity.operators import DIFFERENCES, GridOperator, influence
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, materials
 from varcontact.scene.grid import Grid
+from varcontact.scene.interpolation import continuation
 
 if TYPE_CHECKING:
     from varcontact.elasticity.layered import Stack
@@ -116,7 +117,7 @@ class Operators:
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
             if isinstance(self.medium, Conformal):
-                angles = self.medium.angles_at(self.lattice.y)
+                angles = continuation(np.array(self.medium.y), np.array(self.medium.angles))(self.lattice.y)
                 flat = partial(self._flat, lag=lag, difference=difference, offset=offset)
                 self._tables[key] = conformal_operator(rows, columns, angles, flat)
             else:

@@ -11,7 +11,6 @@ from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState, as_solved, unloaded
-from varcontact.elasticity.conformal import Conformal
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -73,39 +72,29 @@ def _rim(grid: Grid) -> np.ndarray:
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
+    from scipy.ndimage import binary_dilation
+
     surface = disc.surface
     if not isinstance(surface, SampledDistance) or surface.x is None:
         return None
+    # contact elements and those next to them are left out: there displacements are known at centres only
+    near = binary_dilation(np.pad(state.pressure > 0, 2), np.ones((3, 3)))
+    (all_x, all_y), (dx, dy), (x0, _, y0, _) = surface.coordinates, disc.grid.sides, disc.grid.box
+    column = np.clip(np.floor((all_x - x0) / dx).astype(int) + 2, 0, near.shape[1] - 1)
+    row = np.clip(np.floor((all_y - y0) / dy).astype(int) + 2, 0, near.shape[0] - 1)
+    # pressures only push the surfaces apart, but beside the load on a layer that keeps its volume
+    drawn = disc.operators.normal.table.min() < 0 or (disc.K != 0 and np.any(state.traction))
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
-    suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
-    if not suspects.any():
+    iy, ix = np.nonzero((distance < (abs(state.approach) if drawn else 0.0)) & ~near[np.ix_(row, column)])
+    if not iy.size:
         return None
-    iy, ix = np.nonzero(suspects)
-    (all_x, all_y), below = surface.coordinates, distance[iy, ix]
+    below = distance[iy, ix]
     x, y = all_x[ix], all_y[iy]
     raised = _between_centres(disc, state, x / disc.scales.length, y / disc.scales.length)
     over = below + raised < -BETWEEN_CENTRES / max(disc.grid.shape) * abs(state.approach)
     if not over.any():
         return None
     return float(x[over].min()), float(x[over].max()), float(y[over].min()), float(y[over].max())
-
-
-def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
-    """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
-
-    Pressures only push them apart, but beside the load on a layer that keeps its volume.
-    """
-    by_pressure = float(state.pressure.sum()) * max(-float(disc.operators.normal.table.min()), 0.0)
-    if disc.K == 0 or not np.any(state.traction):
-        return by_pressure
-    load, medium = float(np.hypot(*state.traction).sum()) * disc.lattice.area, disc.operators.medium
-    if disc.grid.line:
-        return by_pressure + abs(disc.K) * load
-    nearest, K = np.pi * min(disc.lattice.sides), disc.K
-    if isinstance(medium, Conformal):  # what turning adds falls by one over the distance, and grows by the angle
-        curvature = float(np.abs(np.diff(medium.angles) / np.diff(medium.y)).max(initial=0.0))
-        K = abs(medium.flat.K) + curvature * min(disc.lattice.sides)
-    return by_pressure + abs(K) * load / nearest
 
 
 def _between_centres(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -124,18 +113,6 @@ def _between_centres(disc: Discretisation, state: ContactState, x: np.ndarray, y
     if disc.K != 0:
         raised = raised + operators.traction_to_distance.apply(fields[:2])
     return np.asarray(map_coordinates(raised[0], [row - bottom, column - left], order=1))
-
-
-def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
-    """The samples in contact elements and in those next to them, where displacements are known at centres only."""
-    from scipy.ndimage import binary_dilation
-
-    x, y = surface.coordinates
-    near = binary_dilation(np.pad(state.pressure > 0, 2), np.ones((3, 3)))
-    (dx, dy), (x0, _, y0, _) = disc.grid.sides, disc.grid.box
-    column = np.clip(np.floor((x - x0) / dx).astype(int) + 2, 0, near.shape[1] - 1)
-    row = np.clip(np.floor((y - y0) / dy).astype(int) + 2, 0, near.shape[0] - 1)
-    return np.asarray(near[np.ix_(row, column)])
 
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:

@@ -17,7 +17,6 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
-from varcontact.scene.interpolation import continuation
 
 Transforms = dict[tuple[int, ...], np.ndarray]
 """By harmonic, row and column."""
@@ -36,7 +35,10 @@ SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 
 @dataclass(frozen=True)
 class Conformal:
-    """Bodies that meet on a curved surface: a medium on the flat one, and the inclination at some y, ascending."""
+    """Bodies that meet on a curved surface: a medium on the flat one, and the inclination at some y, ascending;
+
+    beyond these with the curvature that it has at the ends.
+    """
 
     flat: Medium
     y: tuple[float, ...]
@@ -50,11 +52,6 @@ class Conformal:
     @property
     def even(self) -> bool:
         return self.flat.even
-
-    @cached_property
-    def angles_at(self) -> Callable[[np.ndarray], np.ndarray]:
-        """Inclination by y; beyond those given with the curvature that it has at the ends."""
-        return continuation(np.array(self.y), np.array(self.angles))
 
 
 def conformal_operator(

@@ -169,11 +169,13 @@ class GridOperator:
         softening : ndarray, shape (columns, n), optional
             Added to the diagonal.
         """
-        kept: list[RestrictedOperator] = self.__dict__.setdefault("_kept", [])
-        new = RestrictedOperator(self, elements, softening=softening)
-        operator = next((one for one in kept if one.same(new)), new)
+        kept: dict[tuple[bytes, bytes | None], RestrictedOperator] = self.__dict__.setdefault("_kept", {})
+        key = elements.tobytes(), None if softening is None else softening.tobytes()
+        operator = kept.pop(key, None) or RestrictedOperator(self, elements, softening=softening)
         if elements.size < self.shape[0] * self.shape[1]:
-            kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
+            kept[key] = operator
+            for oldest in list(kept)[:-REMEMBERED]:
+                del kept[oldest]
         return operator
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
@@ -229,14 +231,6 @@ class RestrictedOperator:
     grid_operator: GridOperator
     elements: np.ndarray
     softening: np.ndarray | None = field(default=None, kw_only=True)
-
-    def same(self, other: RestrictedOperator) -> bool:
-        """Whether another operator of the same grid is on the same elements, as soft."""
-        if not np.array_equal(self.elements, other.elements):
-            return False
-        if self.softening is None or other.softening is None:
-            return self.softening is other.softening
-        return np.array_equal(self.softening, other.softening)
 
     @property
     def components(self) -> int:

@@ -15,6 +15,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
+from varcontact.elasticity.conformal import in_blocks
 from varcontact.errors import Saturated, VarcontactError
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
@@ -123,10 +124,12 @@ def coupled_newton(
     free = loading.normal_force is not None
     turned = free and disc.conformal and loading.law is None
     problem = CoupledProblem(
-        normal=operators.normal,
-        traction_to_distance=operators.traction_to_distance.between((0,), chosen),
-        pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
-        tangential=disc.tangential_operator.between(chosen, chosen),
+        operator=in_blocks(
+            [
+                [operators.normal, operators.traction_to_distance.between((0,), chosen)],
+                [disc.pressure_to_shift.between(chosen, (0,)), disc.tangential_operator.between(chosen, chosen)],
+            ]
+        ),
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift[list(chosen)],
         friction=np.broadcast_to(np.asarray(loading.coefficient, dtype=float), disc.grid.shape),

@@ -7,6 +7,7 @@ import varcontact as vc
 from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
+from varcontact.elasticity.conformal import in_blocks
 from varcontact.solvers.newton.coupled import CoupledProblem, ScaledCoupled
 
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
@@ -23,11 +24,9 @@ def scaled(request):
         bodies=BODIES,
     )
     disc = discretise(scene, scene.grid)
+    above = [disc.operators.normal, disc.operators.traction_to_distance]
     problem = CoupledProblem(
-        normal=disc.operators.normal,
-        traction_to_distance=disc.operators.traction_to_distance,
-        pressure_to_shift=disc.pressure_to_shift,
-        tangential=disc.tangential_operator,
+        operator=in_blocks([above, [disc.pressure_to_shift, disc.tangential_operator]]),
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift,
         friction=np.full(disc.grid.shape, 0.3),

@@ -67,8 +67,12 @@ def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: b
     from scipy.sparse import bmat, csc_matrix, identity
 
     n, force = problem.distance.size, problem.force
-    level, displacement = normal_scales(problem)
-    diagonal = problem.operator.diagonal
+    level, diagonal = float(problem.distance.min()), problem.operator.diagonal
+    if force is None:  # distances count from the approach where it is known
+        assert problem.approach is not None
+        level, displacement = problem.approach, problem.approach - level
+    else:
+        displacement = float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / (problem.area * n)
     pressure, matrix = displacement / diagonal, problem.operator.matrix / diagonal
     distance = (problem.distance - level) / displacement
     load = np.array([] if force is None else [force / (problem.area * pressure)])
@@ -100,16 +104,6 @@ def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: b
     )
 
 
-def normal_scales(problem: NormalProblem) -> tuple[float, float]:
-    """The level from which distances count (the approach where it is known), and the scale of displacements."""
-    least = float(problem.distance.min())
-    if problem.force is None:
-        assert problem.approach is not None
-        return problem.approach, problem.approach - least
-    mean = problem.force / (problem.area * problem.distance.size)
-    return least, float(np.abs(problem.operator.matrix).sum(axis=0).max()) * mean
-
-
 def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: bool) -> ConicProgram:
     """The tangential problem by tractions (complementary energy), by shifts (potential energy) or by both (the gap).
 
@@ -128,7 +122,10 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
 
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
-    scale, most, carried = shift_scale(problem), bound.max(), problem.bound.sum()
+    most, carried, scale = bound.max(), problem.bound.sum(), float(np.abs(problem.rigid_shift).max())
+    if free or scale == 0:  # part of the shift is unknown: no less than the elastic one by full tractions
+        scale = max(scale, float(np.abs(problem.operator.matrix @ bound).max()))
+    scale = float(4.0 ** np.round(np.log(scale) / np.log(4)))
     weight, matrix = bound / most, problem.operator.matrix * (bound / scale)
     quadratic = weight[:, None] * matrix
     if of_traction and of_shift:
@@ -166,7 +163,13 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
             squares, costs = [*squares, np.full(m, k * scale / most), np.zeros(c * m)], [*costs, stress / most]
             costs, limits = [*costs, np.zeros(c * m)], [*limits, np.zeros((1 + c) * m)]
     A = bmat([[row[j] for j in range(6) if any(r[j] is not None for r in rows)] for row in rows], format="csc")
-    spare = _spare_variables(n, c) if of_traction and of_shift else 0
+    # Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more than
+    # 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n entries) but not for the shifts
+    # (c n), and the order it then finds takes two to four times as long as with no row called dense. Spare variables,
+    # alone in the objective as x^2, enlarge the size and cost nothing.
+    size, spare = 3 * (1 + c) * n, 0
+    if of_traction and of_shift and c * n + 2 < 15 * np.sqrt(size):
+        spare = max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)
     A.resize(A.shape[0], A.shape[1] + spare)
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -184,17 +187,6 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
     )
 
 
-def shift_scale(problem: TangentialProblem) -> float:
-    """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions.
-
-    Rounded to a power of four.
-    """
-    scale = float(np.abs(problem.rigid_shift).max())
-    if problem.free or scale == 0:
-        scale = max(scale, float(np.abs(problem.operator.matrix @ np.tile(problem.bound, problem.components)).max()))
-    return float(4.0 ** np.round(np.log(scale) / np.log(4)))
-
-
 def _quadratic(matrix: np.ndarray, *diagonals: np.ndarray) -> Any:
     """Upper triangle of a symmetric dense matrix, then diagonals."""
     from scipy.sparse import block_diag, diags
@@ -208,17 +200,3 @@ def _in_cones(n: int, c: int) -> tuple[Any, Any]:
 
     radii, *vectors = (kron(identity(n), part[:, None], format="csr") for part in np.eye(1 + c))
     return radii, hstack(vectors, format="csr")
-
-
-def _spare_variables(n: int, c: int) -> int:
-    """How many spare variables make the gap program's factorisation fast.
-
-    Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more
-    than ``15 sqrt(size)`` entries. Up to 500 elements that holds for the tractions (2 c n entries) but not for the
-    shifts (c n), and the order it then finds takes two to four times as long as with no row called dense. Spare
-    variables, alone in the objective as x^2, enlarge the size and cost nothing.
-    """
-    size = 3 * (1 + c) * n
-    if c * n + 2 >= 15 * np.sqrt(size):
-        return 0
-    return max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)

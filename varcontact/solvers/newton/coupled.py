@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.conformal import in_blocks
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import Problem, point, solve_from
@@ -33,10 +32,7 @@ MOST_STEPS = 60
 class CoupledProblem:
     """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid."""
 
-    normal: GridOperator  # the blocks zz, zt, tz and tt; c components t
-    traction_to_distance: GridOperator  # the blocks zz, zt, tz and tt; c components t
-    pressure_to_shift: GridOperator  # the blocks zz, zt, tz and tt; c components t
-    tangential: GridOperator  # the blocks zz, zt, tz and tt; c components t
+    operator: GridOperator  # displacements by tractions, (1 + c) of each, the normal ones first
     distance: np.ndarray  # (ny, nx) h, the undeformed distance
     rigid_shift: np.ndarray  # (c, ny, nx) W
     friction: np.ndarray  # (ny, nx) f, finite
@@ -47,10 +43,8 @@ class CoupledProblem:
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
-        pressure, tangential = traction[:1], traction[1:]
-        distance = self.normal.apply(pressure) + self.traction_to_distance.apply(tangential)
-        shift = self.pressure_to_shift.apply(pressure) + self.tangential.apply(tangential)
-        return np.concatenate([distance + self.distance - (self.approach or 0.0), shift + self.rigid_shift])
+        known = (self.distance - (self.approach or 0.0))[None], self.rigid_shift
+        return self.operator.apply(traction) + np.concatenate(known)
 
 
 def newton_coupled(
@@ -146,20 +140,21 @@ class ScaledCoupled(Problem[CoupledConditions]):
         shape, weight = problem.distance.shape, 1 / np.sqrt(problem.distance.size)
         load = np.full((len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max()))
         load[0] = float(start.traction[0].max())
-        units = np.full(load.shape, unit(problem.tangential))
-        units[0] = unit(problem.normal)
+        every = tuple(range(len(load)))
+        blocks = [problem.operator.between(some, some) for some in (every[:1], every[1:])]
+        units = np.full(load.shape, unit(blocks[1]))
+        units[0] = unit(blocks[0])
         displacement, part = units * load, float(load[-1, 0, 0] / load[0, 0, 0])
         fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
         known, within = np.concatenate(fields) / displacement, np.ones(shape)
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
-        blocks = [[problem.normal, problem.traction_to_distance], [problem.pressure_to_shift, problem.tangential]]
-        split, normal, tangential = int(0 in free), kernel(problem.normal, shape), kernel(problem.tangential, shape)
+        split, normal, tangential = int(0 in free), *(kernel(block, shape) for block in blocks)
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
-            CoupledKernel(in_blocks(blocks), units.astype(np.float32), part),
+            CoupledKernel(problem.operator, units.astype(np.float32), part),
             known,
             Forces(tuple(free), sums, weight, shares=shares),
             NormalConditions(normal, known[:1], normal_forces, within, normal),

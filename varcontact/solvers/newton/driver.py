@@ -18,7 +18,7 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.solvers.interface import Settings, Solver, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
-from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, has_coarser, parts
+from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean, parts
 from varcontact.solvers.newton.kernel import Kernel
 
 MAX_STEPS, PATIENCE = 100, 40
@@ -80,7 +80,8 @@ class GridConditions(Conditions):
     @property
     def coarsens(self) -> bool:
         """Whether coarse grids lead to a solution sooner."""
-        return has_coarser(self.bound.shape) and not self.linear
+        shape = self.bound.shape
+        return min(shape if shape[0] > 1 else shape[1:]) >= 2 * LEAST_SIDE and not self.linear
 
     def coarser(self: G) -> G:
         """With elements twice as large, in units of displacement that are so, too.

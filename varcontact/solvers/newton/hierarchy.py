@@ -38,11 +38,6 @@ class Box:
         return field.reshape(*field.shape[:-2], -1)[..., self.places]
 
 
-def has_coarser(shape: tuple[int, int]) -> bool:
-    """Whether a grid of twice the element size would still be fine enough to help."""
-    return min(shape if shape[0] > 1 else shape[1:]) >= 2 * LEAST_SIDE
-
-
 def parts(shape: tuple[int, int]) -> int:
     """Elements of a grid that make one of twice the size: four, or two strips of a line contact."""
     return 4 if shape[0] > 1 else 2

@@ -136,13 +136,11 @@ class Flows:
         turned = (self.along - self.across) * outward
         if self.columns > 0:
             way = max(self.columns, 1.0)
-            grown = along_rows(np.array([outward, self.grows]), way, 0.0, _if_larger)[0]
+            grown = along_rows(
+                np.array([outward, self.grows]), way, 0.0, lambda before, own: np.where(own[1], own[0], before[0])
+            )[0]
             turned = turned - self.along * further_along(grown, way, 0.0)
         return np.asarray(turned * self.direction + self.across * step)
-
-
-def _if_larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
-    return np.where(own[1], own[0], before[0])
 
 
 @dataclass(frozen=True, eq=False)
