@@ -50,8 +50,8 @@ MOVED = 0.02
 KEPT = 20.0
 """Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a twentieth of it."""
 
-Solved = tuple[float, int, tuple[PatchSolution, ...], list[Operators]]
-"""Height of the axle, number of heights tried, the patches, and the operators on their grids."""
+Solved = tuple[WheelRailSolution, list[Operators]]
+"""With the operators on the grids of its patches."""
 Kind = TypeVar("Kind")
 Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
 """What gives contacts with their pressures, and is given them, some with tractions, until it has its result."""
@@ -119,9 +119,7 @@ def solve_wheels_on_rails(
         waiting = going
 
 
-def _wheel(
-    case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None
-) -> Steps[tuple[WheelRailSolution, list[Operators]]]:
+def _wheel(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
     tol, theory = checks.positive("tol", tol), methods.get("tangential") in THEORIES
     target = _target(case, methods, theory)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
@@ -138,24 +136,14 @@ def _wheel(
         if not by_default or (isinstance(error, SceneError) and str(error) != VARIES):
             raise
         found = yield from _solved(case, tol, methods, {})
-    if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[2]):
-        curved = replace(case, conformal=True)
+    if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[0].patches):
         with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
-            found = yield from _solved(curved, tol, methods, target)
-            case = curved
-    z, rounds, patches, operators = found
-    return WheelRailSolution(case, z, patches, rounds), operators
+            found = yield from _solved(replace(case, conformal=True), tol, methods, target)
+    return found
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[str, Any]:
-    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
-    reasons = {
-        "store": "store must be left out: it is for histories of steps",
-        "refine": "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead",
-    }
-    for name, reason in reasons.items():
-        if methods.get(name) is not None:
-            raise SceneError(name, methods[name], message=reason)
+    """The accuracy or time budget that grids are chosen for, if one is given."""
     if case.conformal is True and theory:
         reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
         raise SceneError("tangential", methods["tangential"], message=reason)
@@ -222,8 +210,8 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
         search.borne(_vertical(frames, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
-    operators = [each.disc.operators for each in found]
-    return search.z, search.rounds, tuple(map(PatchSolution, patches, solutions)), operators
+    solved = WheelRailSolution(case, search.z, tuple(map(PatchSolution, patches, solutions)), search.rounds)
+    return solved, [each.disc.operators for each in found]
 
 
 def _patches(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
@@ -284,7 +272,8 @@ def _solved(
     near = case.z
     if near is None:
         rough = replace(case, dx=START[0], dy=START[1])
-        near, *_ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None})
+        first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None})
+        near = first.z
     if "accuracy" in target:
         accuracy = target["accuracy"] / 2
     else:  # the one that the time for each patch and height gives
@@ -293,15 +282,13 @@ def _solved(
         estimates = [solve(patch.scene, **(methods | share)).error_estimate for patch in patches]
         accuracy = max(each.largest for each in estimates if each is not None)
     while True:
-        z, rounds, found = _near(case, near, tol, methods | {"accuracy": accuracy})
-        if abs(z - near) <= MOVED * min(each.patch.approach for each in found):
-            return z, rounds, found, []
-        near = z
+        found = _near(case, near, tol, methods | {"accuracy": accuracy})
+        if abs(found.z - near) <= MOVED * min(each.patch.approach for each in found.patches):
+            return found, []
+        near = found.z
 
 
-def _near(
-    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]
-) -> tuple[float, int, tuple[PatchSolution, ...]]:
+def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]) -> WheelRailSolution:
     """To an accuracy, with the distances and frames of a height."""
     patches = _patches(case, near, with_grid=False)
     forces, force_errors = [], []  # at the approach of each patch
@@ -327,7 +314,7 @@ def _near(
         errors = [_load_error(case, patches[0], solutions[0])] if alone else force_errors
         solved = tuple(map(PatchSolution, patches, solutions, errors))
         search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
-    return search.z, search.rounds, solved
+    return WheelRailSolution(case, search.z, solved, search.rounds)
 
 
 def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float:
