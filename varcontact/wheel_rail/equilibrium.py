@@ -234,7 +234,9 @@ def _solution(
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = np.abs(balance.imbalance(wheels))
     errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
-    return WheelSetSolution(case, *wheels, float(missed.max(initial=0.0)), solved, errors)
+    left, right = wheels
+    patches = left.patches + right.patches
+    return WheelSetSolution(case, left.z, patches, left, right, float(missed.max(initial=0.0)), solved, errors)
 
 
 def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarray]:

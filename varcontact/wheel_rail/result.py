@@ -15,6 +15,7 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.wheel_rail.position import Position
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
@@ -134,9 +135,9 @@ def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
 
 @dataclass(frozen=True, eq=False)
 class WheelForces:
-    """What a solution and an estimate of a wheel on a rail have in common."""
+    """What solutions and estimates of wheels on rails, and of wheel sets, have in common."""
 
-    case: WheelOnRail
+    case: Any
     z: float
     patches: tuple[Any, ...]
 
@@ -148,25 +149,31 @@ class WheelForces:
         )
 
     @property
+    def position(self) -> Position:
+        """Of the middle of the axle."""
+        position: Position = self.case.position
+        return position
+
+    @property
     def force(self) -> np.ndarray:
-        """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
+        """(Fx, Fy, Fz) on the rails in track coordinates, of all patches [N]."""
         return np.sum([each.force_on_track for each in self.patches], axis=0)
 
     @property
     def force_on_wheelset(self) -> np.ndarray:
-        """Force on the wheel along the axes of the wheel set [N]."""
-        return np.asarray(-self.case.position.rotation.T @ self.force)
+        """Along the axes of the wheel set [N]."""
+        return np.asarray(-self.position.rotation.T @ self.force)
 
     @property
     def moment_on_wheelset(self) -> np.ndarray:
-        """Moment on the wheel about the middle of the axle, along the axes of the wheel set [N mm]."""
-        centre = np.array([0.0, self.case.position.y, self.z - self.case.wheelset.radius])
+        """About the middle of the axle, along the axes of the wheel set: roll, pitch (torque) and yaw [N mm]."""
+        centre = np.array([0.0, self.position.y, self.z - self.case.wheelset.radius])
         total = np.zeros(3)
         for each in self.patches:
             about_normal = each.frame.normal * each.moment
             pressed = each.frame.axes @ each.tilting
             total -= np.cross(each.frame.origin - centre, each.force_on_track) + about_normal + pressed
-        return np.asarray(self.case.position.rotation.T @ total)
+        return np.asarray(self.position.rotation.T @ total)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,6 +191,7 @@ class WheelRailSolution(WheelForces, Reported):
         Heights that were tried; 0 where it was given.
     """
 
+    case: WheelOnRail
     patches: tuple[PatchSolution, ...]
     rounds: int
 
@@ -209,7 +217,7 @@ class WheelRailSolution(WheelForces, Reported):
         >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
         forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
         """
-        at = self.case.position
+        at = self.position
         lines = [
             f"{self.case.side} wheel, y = {at.y:.6g} mm, roll = {at.roll:.6g}, yaw = {at.yaw:.6g}, "
             f"height of the axle {self.z:.6g} mm",

@@ -120,6 +120,7 @@ class FastWheel(WheelForces):
         From left to right.
     """
 
+    case: WheelOnRail
     patches: tuple[FastPatch, ...]
 
 

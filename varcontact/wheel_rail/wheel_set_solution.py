@@ -21,12 +21,16 @@ BESIDE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class WheelSetSolution:
+class WheelSetSolution(WheelForces):
     """Both wheels with all patches, where the loads are balanced.
 
     Attributes
     ----------
     case : WheelSetOnTrack
+    z : float
+        Height of the axle, downwards [mm].
+    patches : tuple of PatchSolution or FastPatch
+        From left to right.
     left, right : WheelRailSolution or FastWheel
         The wheels, in the position, velocity and track that were found.
     imbalance : float
@@ -68,19 +72,9 @@ class WheelSetSolution:
         return self.left.case.velocity
 
     @property
-    def z(self) -> float:
-        """Height of the axle, downwards [mm]."""
-        return self.left.z
-
-    @property
     def track(self) -> Track:
         """With the rails as they have yielded."""
         return replace(self.case.track, left=self.left.case.track.left, right=self.right.case.track.right)
-
-    @property
-    def force(self) -> np.ndarray:
-        """(Fx, Fy, Fz) on the rails in track coordinates [N]."""
-        return np.asarray(self.left.force + self.right.force)
 
     @property
     def error(self) -> np.ndarray:
@@ -92,21 +86,9 @@ class WheelSetSolution:
         return np.where(balanced, 0.0, self.left.error + self.right.error)
 
     @property
-    def force_on_wheelset(self) -> np.ndarray:
-        """Along the axes of the wheel set [N]."""
-        return np.asarray(self.left.force_on_wheelset + self.right.force_on_wheelset)
-
-    @property
-    def moment_on_wheelset(self) -> np.ndarray:
-        """About the middle of the axle, along the axes of the wheel set: roll, pitch (torque) and yaw [N mm]."""
-        return np.asarray(self.left.moment_on_wheelset + self.right.moment_on_wheelset)
-
-    @property
     def steering_moment(self) -> float:
         """Yaw moment of the longitudinal forces on the wheel set, positive to the right [N mm]."""
-        arms = [each.frame.origin[1] - self.position.y for wheel in self.wheels for each in wheel.patches]
-        pulls = [each.force_on_track[0] for wheel in self.wheels for each in wheel.patches]
-        return float(np.dot(arms, pulls))
+        return sum(float(each.force_on_track[0]) * (each.frame.origin[1] - self.position.y) for each in self.patches)
 
     @property
     def power(self) -> float:
