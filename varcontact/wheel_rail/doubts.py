@@ -13,8 +13,6 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
-STEEP = 2.0
-"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
 FEWEST = 4
 """Elements of a patch either way below which its pressures are rough."""
 
@@ -32,17 +30,10 @@ class RoughProfile(UserWarning):
 
 
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
-    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
-    case, solved, warn = found.case, found.patches, partial(warnings.warn, stacklevel=stacklevel)
+    """Warn of exchanged sides, noise, few elements, and contacts too wide for half-spaces."""
+    case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track, stacklevel=stacklevel + 1)
-    normal = sum(each.normal_force for each in solved)
-    if case.vertical_force is not None and normal > STEEP * case.vertical_force:
-        steepest = np.degrees(max(abs(each.patch.angle) for each in solved))
-        warn(
-            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
-            f"{steepest:.3g} degrees: a wheel with this load hardly comes to this position"
-        )
-    for each in solved:
+    for each in found.patches:
         patch, solution, half = each.patch, each.solution, each.half_width
         where = f"the patch at y = {patch.location[1]:.4g} mm"
         counts = [int(np.count_nonzero((solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
@@ -57,9 +48,8 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
             warn(f"noise dominates {where}: {reason}", RoughProfile)
         for kind, radius in too_wide(case, each).items():
             warn(
-                f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {kind}'s radius "
-                f"of curvature there is {radius:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
-                "are too soft for that, and the tangent plane too flat; conformal = True has a curved surface",
+                f"conformal contact: {where} is {half:.3g} mm wide to either side, the {kind}'s radius of curvature "
+                f"{radius:.3g} mm, less than {CONFORMAL:g} times as much; conformal = True has a curved surface",
                 ConformalContact,
             )
 
