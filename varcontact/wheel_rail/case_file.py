@@ -226,8 +226,7 @@ def solve_cases(
     import pandas as pd
 
     report = checks.progress(progress)
-    described: dict[int, str] = {}
-    names = [_identity(case, file, described) for case in file.cases]
+    names = [_identity(case, file) for case in file.cases]
     total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
 
     with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
@@ -258,20 +257,15 @@ def solve_cases(
     return pd.DataFrame(chain(*rows), columns=list(columns))
 
 
-def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile, described: dict[int, str]) -> str:
-    """A few digits that identify one wheel with its settings; parts that wheels share are `described` once."""
-    in_json = partial(
-        json.dumps,
-        sort_keys=True,
-        default=lambda it: it.tolist() if isinstance(it, np.ndarray) else dataclasses.asdict(it),
-    )
-    parts = {each.name: getattr(case, each.name) for each in dataclasses.fields(case)}
-    for part in parts.values():
-        if id(part) not in described:
-            described[id(part)] = in_json(part)
-    entries = ", ".join(f'"{name}": {described[id(part)]}' for name, part in sorted(parts.items()))
-    settings = in_json([type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast)
-    return hashlib.sha256(f"[{{{entries}}}, {settings}]".encode()).hexdigest()[:12]
+def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
+    """A few digits that identify one wheel with its settings."""
+    settings = [type(case.friction).__name__, file.options, file.archard] + ["fast"] * file.fast
+
+    def plain(it: Any) -> Any:
+        return it.tolist() if isinstance(it, np.ndarray) else dataclasses.asdict(it)
+
+    described = json.dumps([plain(case), settings], sort_keys=True, default=plain)
+    return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
 def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:
