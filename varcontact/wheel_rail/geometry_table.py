@@ -15,7 +15,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.track import SIGN, Irregularity, Side, Track, WheelSet
-from varcontact.wheel_rail.virtual_penetration import NORMAL
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
@@ -135,19 +133,13 @@ class GeometryTable:
         if len(set(counts)) > 1:
             nearest = 2 * round(s) + round(t)
             counts, weights = counts[nearest:], np.eye(4)[nearest]
-        z, load, *_ = known = weights @ self._nodes[four].reshape(4, -1)
-        found = known[2:].reshape(SLOTS, COLUMNS)[: counts[0]]
+        nodes = self.patches[four].reshape(4, SLOTS, COLUMNS)
+        load = weights @ (nodes[..., 6] * np.cos(nodes[..., 3])).sum(axis=-1)
+        found = np.tensordot(weights, nodes[:, : counts[0]], 1)
         borne = float(found[:, 6] @ np.cos(found[:, 3]))
         if borne > 0:
             found[:, 4:] *= (load / borne) ** GROWTH
-        return float(z), found * MIRRORED if side == "left" else found
-
-    @cached_property
-    def _nodes(self) -> np.ndarray:
-        """Height, what the normal forces bear, and the patches, in one row for each node."""
-        borne = (self.patches[..., 6] * np.cos(self.patches[..., 3])).sum(axis=-1)
-        rows = self.patches.reshape(*self.z.shape, -1)
-        return np.concatenate([self.z[..., None], borne[..., None], rows], axis=-1)
+        return float(weights @ self.z[four].ravel()), found * MIRRORED if side == "left" else found
 
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
@@ -249,7 +241,7 @@ def geometry_table(
         reason = "track: a table is of straight, even track; in a curve add speed / curve_radius to the yaw rate"
         raise SceneError("track", track.curve_radius, message=reason)
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
-    normal, report = checks.choice("normal", normal, NORMAL), checks.progress(progress)
+    report = checks.progress(progress)
     shape = nodes[0].size, nodes[1].size
     z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, COLUMNS))
     for i, j in np.ndindex(shape):
