@@ -22,20 +22,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 UNITS = {
-    "mm": ("y", "z", "location_x", "location_y", "location_z", "on_rail", "on_wheel", "rolling_radius", "wear_depth"),
-    "rad": ("roll", "yaw", "angle"),
-    "1/mm": ("spin",),
-    "N": (
-        *("FN", "Fx", "Fs", "track_Fx", "track_Fy", "track_Fz", "T_gamma", "T_gamma_error"),
-        *("error_Fx", "error_Fs", "error_FN"),
-    ),
-    "N mm": ("Mz",),
-    "N/mm2": ("peak_pressure",),
-    "mm2": ("area",),
-    "W": ("power",),
-    "mm3/mm": ("wear_volume",),
-    "rad/s": ("pitch_rate",),
+    "mm": "y z location_x location_y location_z on_rail on_wheel rolling_radius wear_depth",
+    "rad": "roll yaw angle",
+    "1/mm": "spin",
+    "N": "FN Fx Fs track_Fx track_Fy track_Fz T_gamma T_gamma_error error_Fx error_Fs error_FN",
+    "N mm": "Mz",
+    "N/mm2": "peak_pressure",
+    "mm2": "area",
+    "W": "power",
+    "mm3/mm": "wear_volume",
+    "rad/s": "pitch_rate",
 }
+KEYS = ("position", "side", "patch")
 OF_AXLE = ("outcome", "reason", "warnings", "y", "roll", "yaw", "z", "pitch_rate", "imbalance")
 """Columns that both wheels share; y, roll and yaw in a dataset are those that were found."""
 OF_WHEEL = ("Y_over_Q", "nadal")
@@ -117,22 +115,14 @@ def sweep_wheel_sets(
     coordinates: dict[str, Any] = ({} if "" in named else {"case": list(named)}) | values
     shape = tuple(len(each) for each in coordinates.values())
     patches = max(1, int(table["patch"].max()))
-    whole, at = (len(made), 2, patches), (table["position"] - 1, table["side"] == "right", table["patch"] - 1)
-    solved = (table["outcome"] == "solved").to_numpy()
-    index = tuple(np.asarray(each, dtype=int) for each in at)
-    columns = {}
-    unit_of = {name: unit for unit, names in UNITS.items() for name in names}
-    for name in (each for each in OF_SETS if each not in ("position", "side", "patch", "identity")):
-        words, count = name in WORDS, 1 if name in OF_AXLE else 2 if name in OF_WHEEL else 3
-        known = solved | (count == 1)
-        column = np.full(whole[:count], "" if words else np.nan, dtype=object if words else float)
-        column[tuple(each[known] for each in index[:count])] = table[name].to_numpy()[known]
-        units = {"units": unit_of[name]} if name in unit_of else {}
-        shaped = (column.astype(str) if words else column).reshape(shape + column.shape[1:])
-        columns[f"found_{name}" if name in coordinates else name] = (
-            (*coordinates, *("side", "patch")[: count - 1]),
-            shaped,
-            units,
-        )
     places = {"side": ["left", "right"], "patch": np.arange(1, patches + 1)}
+    whole: dict[str, Any] = {"position": file.numbers, **places}
+    columns = {}
+    for name in (each for each in OF_SETS if each not in (*KEYS, "identity")):
+        keys = KEYS[: 1 if name in OF_AXLE else 2 if name in OF_WHEEL else 3]
+        known = table if len(keys) == 1 else table[table["outcome"] == "solved"]
+        column = known.groupby(list(keys))[name].first().to_xarray().reindex({key: whole[key] for key in keys})
+        values = column.to_numpy().astype(str if name in WORDS else float).reshape(*shape, *column.shape[1:])
+        units = next(({"units": unit} for unit, names in UNITS.items() if name in names.split()), {})
+        columns[f"found_{name}" if name in coordinates else name] = ((*coordinates, *keys[1:]), values, units)
     return xr.Dataset(columns, coords=coordinates | places)
