@@ -69,19 +69,16 @@ class BearingHeight:
         self._tangent = 2 / 3 * force ** (-1 / 3) * stiffness
         normal, known = self._known
         self._excess = known * (force / normal) ** self._power / self._load - 1
-        return self._case.z is not None or abs(self._excess) <= self._near
+        return abs(self._excess) <= self._near
 
     def borne(self, force: float) -> None:
         if self._case.z is not None:
             return
         if force <= 0:
-            deep = self.z - self._case.touching
             reason = (
-                f"vertical_force = {self._load:g} N: no height of the axle bears it. {deep:.3g} mm below the height "
-                "where the wheel touches, friction lifts it by more than its normal force presses it down (together "
-                f"{force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of friction, z "
-                "instead of the force, or with_friction = False for a force of normal forces alone"
+                f"vertical_force = {self._load:g} N: no height of the axle bears it: friction lifts the wheel by more "
             )
+            reason += f"than its normal force bears (together {force:.4g} N); give another position or friction, or z"
             raise SceneError("vertical_force", self._load, message=reason)
         if self._tried[-1][0] != self.z:
             self._tried.append((self.z, force))
