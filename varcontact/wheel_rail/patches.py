@@ -113,10 +113,7 @@ def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float
 
 def too_rough(y: float) -> SceneError:
     """The error of surfaces that cannot be followed near a place on the track [mm]."""
-    reason = (
-        f"wheel and rail cannot be followed along their surfaces near y = {y:.4g} mm: a profile is too rough there; "
-        "smooth it, Profile(..., smoothing=...)"
-    )
+    reason = f"near y = {y:.4g} mm a profile is too rough to follow; smooth it, Profile(..., smoothing=...)"
     return SceneError("profile", y, message=reason)
 
 
@@ -132,10 +129,7 @@ def grid_over(overlaps: list[Overlap], frame: Frame, across: np.ndarray, sides: 
     bottom, top = math.floor(across.min() / dy) - guard, math.ceil(across.max() / dy) + guard
     nx, ny = right - left + 1, top - bottom + 1
     if nx * ny > MOST:
-        reason = (
-            f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements of a contact of {nx * dx:.3g} x {ny * dy:.3g} mm; "
-            f"{MOST} are allowed at most: give larger ones"
-        )
+        reason = f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements, more than {MOST}: give larger ones"
         raise SceneError("dx, dy", (dx, dy), message=reason)
     return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
 
@@ -164,12 +158,19 @@ def wheel_heights(
     if not known.any():
         return heights
     starts: Sequence[np.ndarray] = (rows[0], rows[1] + (grid_x - rows[2]) / rows[3], grid_x, grid_y[:, None])
-    s, theta, x, y = (np.broadcast_to(each, shape)[known] for each in starts)
+    s, theta, to_x, to_y = (np.broadcast_to(each, shape)[known] for each in starts)
     axes = frame.axes.T @ axle  # of the frame, along the axle's
     middle = frame.axes.T @ (centre - frame.origin)
     for _ in range(STEPS):
-        point, by_theta, by_s = _surface(wheel, theta, s, axes, middle)
-        off_x, off_y = x - point[0], y - point[1]
+        if isinstance(wheel, Curve):
+            (y, r), (ty, tr), (dy, dr) = wheel.points(s).T, np.zeros((2, s.size)), wheel.directions(s).T
+        else:
+            (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.points(theta, s), -1, 1)
+        sine, cosine = np.sin(theta), np.cos(theta)
+        point = axes @ np.array([r * sine, y, r * cosine]) + middle[:, None]
+        by_theta = axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine])
+        by_s = axes @ np.array([dr * sine, dy, dr * cosine])
+        off_x, off_y = to_x - point[0], to_y - point[1]
         determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
         turned = (off_x * by_s[1] - off_y * by_s[0]) / determinant
         along = (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
@@ -179,23 +180,6 @@ def wheel_heights(
     inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < CLOSE)
     heights[known] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
     return heights
-
-
-def _surface(
-    wheel: Curve | Surface, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points of the wheel in the frame, shape (3, n), and their derivatives with respect to theta and s."""
-    if isinstance(wheel, Curve):
-        (y, r), (dy, dr) = np.moveaxis(wheel.points(s), -1, 0), np.moveaxis(wheel.directions(s), -1, 0)
-        ty, tr = np.zeros_like(y), np.zeros_like(r)
-    else:
-        (y, r), (ty, tr), (dy, dr) = np.moveaxis(wheel.points(theta, s), -1, 1)
-    sine, cosine = np.sin(theta), np.cos(theta)
-    return (
-        axes @ np.array([r * sine, y, r * cosine]) + middle[:, None],
-        axes @ np.array([r * cosine + tr * sine, ty, tr * cosine - r * sine]),
-        axes @ np.array([dr * sine, dy, dr * cosine]),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,11 +242,8 @@ def reference_surface(
     if not known.any():
         raise too_rough(float(origin[0]))
     if gap[known].min() >= 0:
-        reason = (
-            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail overlap "
-            f"near y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile, "
-            "Profile(..., smoothing=...)"
-        )
+        where = f"no element's centre is where wheel and rail overlap near y = {origin[0]:.4g} mm"
+        reason = "dx = {:g}, dy = {:g} mm: {}; give smaller ones, or smooth a rough profile".format(*grid.sides, where)
         raise SceneError("dx, dy", grid.sides, message=reason)
     # beside a profile's end, where there is no gap, nothing touches
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())
