@@ -231,21 +231,20 @@ def _contacts(
 
     Of `frictionless` ones with their pressures, and tractions to begin with; none where these change a pressure.
     """
-    found: list[ContactOnGrid | None] = []
+    contacts: list[ContactOnGrid] = []
     for k, scene in enumerate(scenes):
         options = SolveOptions.checked(scene, **methods)
         start = near[k] if len(near) == len(scenes) else None
-        if frictionless:
-            found.append(frictionless[k].loaded(scene, options, start))
-        else:
-            own = known[k] if len(known) == len(scenes) else None
-            found.append(ContactOnGrid.of(scene, options, start, own))
-    contacts = [each for each in found if each is not None]
+        own = known[k] if len(known) == len(scenes) else None
+        loaded = frictionless[k].loaded(scene, options, start) if frictionless else None
+        if frictionless and loaded is None:
+            return []
+        contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
     kept = [each.disc.operators for each in contacts]
     for each in known:
         if each not in kept:
             each.forget()
-    return contacts if len(contacts) == len(scenes) else []
+    return contacts
 
 
 def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
@@ -310,21 +309,15 @@ def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]) -
             continue
         scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
         solutions = [solve(scene, **methods) for scene in scenes]
-        alone = case.z is None and len(patches) == 1
-        errors = [_load_error(case, patches[0], solutions[0])] if alone else force_errors
+        errors, estimate = force_errors, solutions[0].error_estimate
+        if case.z is None and len(patches) == 1:  # the normal force is determined by the load and the tangential force
+            errors, (patch,), (solution,) = [0.0], patches, solutions
+            if estimate is not None and case.with_friction and "Fy" in estimate.errors:
+                lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]
+                errors = [float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))]
         solved = tuple(map(PatchSolution, patches, solutions, errors))
         search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
     return WheelRailSolution(case, search.z, solved, search.rounds)
-
-
-def _load_error(case: WheelOnRail, patch: ContactPatch, solution: Solution) -> float:
-    """Relative error of the normal force of a single patch, which the load and the tangential force determine."""
-    estimate = solution.error_estimate
-    if estimate is None or not case.with_friction or "Fy" not in estimate.errors:
-        return 0.0
-    # tangential forces grow with the normal force: it changes until all of the load is borne again
-    lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]
-    return float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))
 
 
 def _vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
