@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 CONFORMAL = 3.0
@@ -32,7 +32,7 @@ class RoughProfile(UserWarning):
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
     """Warn of exchanged sides, noise, few elements, and contacts too wide for half-spaces."""
     case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
-    check_sides(case.track, stacklevel=stacklevel + 1)
+    check_sides(case.track.profile, stacklevel=stacklevel + 1)
     for each in found.patches:
         patch, solution, half = each.patch, each.solution, each.half_width
         where = f"the patch at y = {patch.location[1]:.4g} mm"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -35,6 +36,9 @@ FLANGE, TIP = 0.1, 10.0
 than the median of the points by TIP [mm]: a hollow or barrelled tread has none."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
+OUTWARDS = 1 / 80
+"""Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to the track side are
+usual."""
 BESIDE = 50
 """The top of a rail with one in BESIDE of its points to either side, three at least, shows which way they run."""
 
@@ -91,8 +95,13 @@ class Profile:
         if y.size != z.size:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
         points = np.stack([y, z], axis=1)
-        if len(points) >= FEWEST:
-            points = _ordered(points, self.kind)
+        if len(points) >= FEWEST:  # from the track side, without points that lie on each other
+            top, beside = int(z.argmin()), max(3, y.size // BESIDE)
+            part = points[max(top - beside, 0) : top + beside + 1] if self.kind == "rail" else points
+            if part[0, 0] > part[-1, 0]:  # of a rail, web and foot may go on below until the ends meet
+                points = points[::-1]
+            steps = np.hypot(*np.diff(points, axis=0).T)
+            points = points[np.append(True, steps > TOGETHER * np.median(steps))]
         if len(points) < FEWEST:
             reason = f"the profile has {len(points)} different points; it needs {FEWEST} at least"
             raise SceneError("profile", len(points), message=reason)
@@ -243,19 +252,6 @@ class Profile:
         return plot_profile(self)
 
 
-def _ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
-    """The points from the track side to the outside, without those that lie on each other.
-
-    Of a rail the points at its top decide: web and foot may go on below until the ends meet.
-    """
-    top, beside = int(points[:, 1].argmin()), max(3, len(points) // BESIDE)
-    part = points[max(top - beside, 0) : top + beside + 1] if kind == "rail" else points
-    if part[0, 0] > part[-1, 0]:
-        points = points[::-1]
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    return points[np.append(True, steps > TOGETHER * np.median(steps))]
-
-
 def _check_shape(points: np.ndarray) -> None:
     """Refuse lengths in metres, points that come twice, and segments that cross each other."""
     width = float(np.ptp(points[:, 0]))
@@ -336,14 +332,17 @@ def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
     return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
 
-def inclination(profile: Profile) -> float:
-    """Angle by which a rail's head leans towards negative y in itself [rad]: the slope of its top around the middle.
-
-    0 where the points do not go down on both sides.
-    """
-    at, depth, top = _falls(profile.y, profile.z)
-    if min(depth[0], depth[-1]) < TIP:
-        return 0.0
+def check_sides(rail: Profile, stacklevel: int) -> None:
+    """Warn of a rail's head that leans to the field side around its middle, as of one whose sides are exchanged."""
+    at, depth, top = _falls(rail.y, rail.z)
     left, right = np.interp(-TIP, -depth[: top + 1], at[: top + 1]), np.interp(TIP, depth[top:], at[top:])
     middle = np.abs(at - (left + right) / 2) < (right - left) / 4
-    return -float(np.arctan(np.polyfit(at[middle], depth[middle], 1)[0])) if middle.sum() > 2 else 0.0
+    if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
+        return
+    slope = np.polyfit(at[middle], depth[middle], 1)[0]
+    if slope > OUTWARDS:
+        warnings.warn(
+            f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, so its gauge side is probably on "
+            "the wrong side: change the sign of y, or read the file with mirror_y=True",
+            stacklevel=stacklevel,
+        )

@@ -6,7 +6,6 @@ tops. Lengths are in millimetres.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, ClassVar, Literal
@@ -18,15 +17,12 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
-from varcontact.wheel_rail.profile import Profile, flange, inclination
+from varcontact.wheel_rail.profile import Profile, flange
 from varcontact.wheel_rail.slices import ProfileSlices, RailSurface, Surface, sliced, surface_of
 
 Side = Literal["left", "right"]
 SIGN: dict[Side, float] = {"left": -1.0, "right": 1.0}
 NUMBERS = ("y", "z", "lateral", "vertical", "roll_rate")
-OUTWARDS = 1 / 80
-"""Inclination to the field side above which the sides of a profile are probably exchanged [rad]; 1:20 and 1:40 to the
-track side are usual."""
 WIDEST_FLANGE = 40.0
 """Largest distance from the back of a flange to its tip [mm]."""
 FINE = 0.02
@@ -304,17 +300,6 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     def surface(self, side: Side, pitch: float) -> Surface:
         """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius) over the angle."""
         return surface_of(self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left")
-
-
-def check_sides(track: Track, stacklevel: int) -> None:
-    """Warn of a rail's profile that leans to the field side, as one whose sides are exchanged."""
-    lean = inclination(track.profile)
-    if lean < -OUTWARDS:
-        warnings.warn(
-            f"track.rail: the profile leans to the field side by 1:{-1 / lean:.0f}, so its gauge side is probably on "
-            "the wrong side: change the sign of y, or read the file with mirror_y=True",
-            stacklevel=stacklevel,
-        )
 
 
 def _check_profile(field: str, given: Any, kind: str) -> None:

@@ -35,8 +35,8 @@ from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
+from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.result import WheelForces
-from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 EPSILON = 0.55
@@ -128,7 +128,7 @@ def estimate_wheel_on_rail(
     case: WheelOnRail, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
-    check_sides(case.track, stacklevel=4)
+    check_sides(case.track.profile, stacklevel=4)
     normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
     case.friction_at(0.0)  # refused if it is a law
 
