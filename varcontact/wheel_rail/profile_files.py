@@ -183,8 +183,9 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     for each in known["polynomials"]:
         first, last = each["ends"]
         y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
-        sections.append((y, polyval(y, each["coefficients"])))
-    return _joined(sorted(sections, key=lambda section: section[0][0]))
+        sections.append(np.array([y, polyval(y, each["coefficients"])]))
+    y, z = _joined(sorted(sections, key=lambda section: float(section[0, 0])))
+    return y, z
 
 
 def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -216,9 +217,9 @@ def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
         # the next arc's centre lies on the same radius: tangents meet
         centre = centre + (radius - smaller) * np.array([np.sin(turned), -np.cos(turned)])
         start = width
-    y0, z0 = half[-1][0][-1], half[-1][1][-1]
+    y0, z0 = half[-1][:, -1]
     z = np.linspace(z0, deepest, max(2, round((deepest - z0) / step)))
-    half.append((y0 + (z - z0) / known["flank_slope"], z))
+    half.append(np.array([y0 + (z - z0) / known["flank_slope"], z]))
     y, z = _joined(half)
     return np.concatenate([-y[:0:-1], y]), np.concatenate([z[:0:-1], z])
 
@@ -228,15 +229,13 @@ def _standards() -> dict[str, Any]:
     return tomllib.loads(files("varcontact.data").joinpath("profiles.toml").read_text(encoding="utf-8"))
 
 
-def _arc(between: Any, centre: Any, radius: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _arc(between: Any, centre: Any, radius: float, step: float) -> np.ndarray:
     """Points of an arc between two y, below its centre (larger z) for a positive radius, above it for a negative."""
     ends = np.arcsin((np.array(between) - centre[0]) / abs(radius))
     angles = np.linspace(ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1))
-    return centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)
+    return np.array([centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)])
 
 
-def _joined(sections: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+def _joined(sections: list[np.ndarray]) -> np.ndarray:
     """Sections one after the other; where two meet, the point of the second."""
-    y = np.concatenate([*(section[0][:-1] for section in sections[:-1]), sections[-1][0]])
-    z = np.concatenate([*(section[1][:-1] for section in sections[:-1]), sections[-1][1]])
-    return y, z
+    return np.concatenate([*(each[:, :-1] for each in sections[:-1]), sections[-1]], axis=1)
