@@ -34,7 +34,7 @@ from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
@@ -321,7 +321,7 @@ def _rows(
             row |= {"Y_over_Q": found.y_over_q(wheel.case.side), "nadal": found.nadal(wheel.case.side)}
         if isinstance(wheel, WheelRailSolution):
             texts += [text for each in wheel.patches for text in each.solution.warnings]
-            figures = [_figures(each.solved.patch, each) for each in wear(wheel, file.archard).patches]
+            figures = [_figures(each) for each in wear(wheel, file.archard).patches]
         else:
             figures = [_fast_figures(wheel, each) for each in wheel.patches]
         for k, each in enumerate(figures, 1):
@@ -333,8 +333,8 @@ FIGURES = (*COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")], "T
 """The columns from the location to the errors."""
 
 
-def _figures(patch: ContactPatch, worn: PatchWear) -> Iterator[Any]:
-    solved, rolled = worn.solved, patch.creepage
+def _figures(worn: PatchWear) -> Iterator[Any]:
+    solved, patch, rolled = worn.solved, worn.solved.patch, worn.solved.patch.creepage
     yield from (*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius)
     yield from (rolled.vx, rolled.vy, rolled.spin)
     yield from (solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track)

@@ -14,7 +14,6 @@ from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Panel
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.result import PatchSolution
-from varcontact.wheel_rail.wear_laws import Archard
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -204,11 +203,10 @@ def plot_wear(worn: Wear) -> Figure:
                 title=f"Patch {i + 1}: T-gamma {each.t_gamma:.4g} N, {each.power:.4g} W",
             )
             if each.archard is not None:
-                ax, law = axes[columns * i + 1], f"H = {each.archard.hardness:.4g} N/mm²"
-                law = f"k = {each.archard.k:.3g}, {law}" if isinstance(each.archard, Archard) else f"map, {law}"
-                ax.plot(1e6 * each.depth, grid.y)
-                ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
-                ax.set(xlim=(min(0.0, 1e6 * float(each.depth.min())), None), ylim=(bottom, top))
+                ax, depth = axes[columns * i + 1], 1e6 * each.depth
+                ax.plot(depth, grid.y)
+                ax.set(xlim=(min(0.0, float(depth.min())), None), ylim=(bottom, top), title=type(each.archard).__name__)
+                ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]")
         figure.draw_without_rendering()
     return figure
 
