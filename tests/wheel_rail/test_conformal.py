@@ -89,8 +89,8 @@ def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     with pytest.warns(ConformalContact) as caught:
         planar = replace(case, conformal=False).solve()
     told = [str(each.message) for each in caught]
-    assert any("the rail's radius of curvature there is 20 mm, less than 3 times as much" in text for text in told)
-    assert any("the wheel's radius of curvature there is 20.5 mm" in text for text in told)
+    assert any("the rail's radius of curvature 20 mm, less than 3 times as much" in text for text in told)
+    assert any("the wheel's radius of curvature 20.5 mm" in text for text in told)
     assert all(text.startswith("conformal contact: the patch at y = 750 mm is ") for text in told)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
