@@ -141,8 +141,8 @@ def test_z_up_is_turned_when_told(tmp_path):
     ("rail.prr", "units.len.f = 0\n", None, "path", "line 1: units.len.f must be a positive number, not '0'"),
     ("rail.prr", "shift.y = 0,5\n", None, "path", "line 1: shift.y must be a number, not '0,5'"),
     ("rail.prr", "point.begin\n1 two\npoint.end\n", None, "path", "rail.prr, line 2: .* not '1 two'"),
-    ("rail.ban", "ColumnDef=X,A\n\n1 2\n", None, "path", "rail.ban: ColumnDef = X,A has no column Y"),
-    ("rail.ban", "ColumnDef=X,A,Y\n\n1 2\n", None, "path", "rail.ban: lines have fewer columns"),
+    ("rail.ban", "ColumnDef=X,A\n\n1 2\n", None, "path", "X and Y are needed in each line, and ColumnDef = X,A"),
+    ("rail.ban", "ColumnDef=X,A,Y\n\n1 2\n", None, "path", "rail.ban: X and Y are needed in each line"),
 ])  # fmt: skip
 def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, field, words):
     refused(lambda: Profile.read(written(tmp_path / name, text), kind), field, match=words)

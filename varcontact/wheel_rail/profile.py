@@ -290,12 +290,12 @@ def _check_orientation(points: np.ndarray, kind: Kind) -> None:
         raise SceneError("profile.kind", kind, message=message)
     low, high = int(z.argmax()), int(z.argmin())
     if kind == "wheel":
-        inverted, what, where = flange(y, -z) != 0 and flange(y, z) == 0, "its flange points up", high
+        inverted = flange(y, -z) != 0 and flange(y, z) == 0
     else:
-        inverted, what, where = 0 < low < len(z) - 1 and high in (0, len(z) - 1), "its head points down", low
+        inverted = 0 < low < len(z) - 1 and high in (0, len(z) - 1)
     if inverted:
-        message = f"the {kind}'s profile is upside down ({what}): z must point down; read the file with mirror_z=True"
-        raise SceneError("profile.z", float(z[where]), message=message)
+        message = f"the {kind}'s profile is upside down: z must point down; read the file with mirror_z=True"
+        raise SceneError("profile.z", float(z[low]), message=message)
     if kind == "wheel" and flange(y, z) > 0:
         message = f"the wheel's flange is at y = {y[low]:.4g} mm, the outside: read the file with mirror_y=True"
         raise SceneError("profile.y", float(y[low]), message=message)

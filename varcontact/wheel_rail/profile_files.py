@@ -150,13 +150,11 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
             points.append(values)
         elif points and not equals:
             raise _not_a_point(name, number, text)
-    for wanted in ("X", "Y"):
-        if wanted not in columns:
-            raise SceneError("path", name, message=f"{name}: ColumnDef = {','.join(columns)} has no column {wanted}")
-    x, y = columns.index("X"), columns.index("Y")
-    if any(len(values) <= max(x, y) for values in points):
-        raise SceneError("path", name, message=f"{name}: lines have fewer columns than ColumnDef names")
-    return [[values[x], values[y]] for values in points]
+    places = [columns.index(each) for each in "XY" if each in columns]
+    if len(places) < 2 or any(len(values) <= max(places) for values in points):
+        reason = f"{name}: X and Y are needed in each line, and ColumnDef = {','.join(columns)}"
+        raise SceneError("path", name, message=reason)
+    return [[values[k] for k in places] for values in points]
 
 
 def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
