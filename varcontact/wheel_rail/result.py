@@ -89,27 +89,26 @@ class PatchSolution:
     @property
     def tilting(self) -> np.ndarray:
         """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the pressure alone."""
-        grid, pressure = self.solution.grid, self.solution.pressure * self.solution.grid.area
-        surface = self.solution.scene.surface
-        if isinstance(surface, SampledDistance) and surface.inclination is not None:
-            x = np.meshgrid(grid.x, grid.y)[0]
-            tangential, normal = surface.along_axes(grid, self.solution.traction, self.solution.pressure)
-            force = np.concatenate([tangential, normal[None]]) * grid.area
-            points = np.array([x, *(np.broadcast_to(each[:, None], x.shape) for each in self.rows)])
-            return np.cross(points, force, axis=0).sum(axis=(1, 2)) - np.array([0.0, 0.0, self.moment])
-        return np.array([pressure.sum(axis=1) @ grid.y, -pressure.sum(axis=0) @ grid.x, 0.0])
+        grid, surface = self.solution.grid, self.solution.scene.surface
+        tangential, normal = self.solution.traction, self.solution.pressure
+        if isinstance(surface, SampledDistance):
+            tangential, normal = surface.along_axes(grid, tangential, normal)
+        force = np.concatenate([tangential, normal[None]]) * grid.area
+        x, y, z = np.broadcast_arrays(grid.x, *(each[:, None] for each in self.rows))
+        points = np.array([x, y, z])
+        return np.cross(points, force, axis=0).sum(axis=(1, 2)) - np.array([0.0, 0.0, self.moment])
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """y and z in the frame of the rows of elements, whose coordinate is the arc length on a curved surface."""
+        from scipy.integrate import cumulative_trapezoid
+
         surface, along = self.solution.scene.surface, self.solution.grid.y
         if not isinstance(surface, SampledDistance) or surface.inclination is None:
             return along, np.zeros(along.size)
-        angle, places = surface.inclination_at(self.solution.grid), []
-        for slope in (np.cos(angle), np.sin(angle)):  # from the origin, where the arc length is 0
-            place = np.concatenate([[0.0], np.cumsum(np.diff(along) * (slope[1:] + slope[:-1]) / 2)])
-            places.append(place - np.interp(0.0, along, place))
-        return places[0], places[1]
+        angle = surface.inclination_at(self.solution.grid)
+        y, z = (cumulative_trapezoid(slope, along, initial=0.0) for slope in (np.cos(angle), np.sin(angle)))
+        return y - np.interp(0.0, along, y), z - np.interp(0.0, along, z)  # from the origin, where the arc length is 0
 
     @property
     def peak_pressure(self) -> float:
