@@ -203,7 +203,7 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
     started, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
     if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
         deadline = math.inf  # these are solved in any case
-    near, others = before if isinstance(before, Solution) else None, 1
+    near = before if isinstance(before, Solution) else None
 
     def tell(stage: str) -> None:
         options.progress(f"{n} elements across the contact: {stage}")
@@ -214,10 +214,6 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
         try:
             answer = _solved(on_grid, on_level, near)
             break
-        except NotConverged:  # where one lattice does not, another usually does
-            if others == 0:
-                raise
-            n, others = n + math.ceil(n / 20), others - 1
         except TooCoarse:
             n = math.ceil(RATIO * n)
             if not _fits(scene, options, n):

@@ -32,33 +32,22 @@ FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 @dataclass(frozen=True)
 class Preset:
-    """A value of `method`, in words, and its solvers where none is named; those that may be named (none: solvers of
-    programs), and the solver of programs where active sets miss the tolerance.
+    """A value of `method`, in words, and its solvers where none is named.
+
+    `fallback`: the solver of programs where active sets miss the tolerance.
     """
 
     why: str
     normal: str
     tangential: str
-    normals: tuple[str, ...] = ()
-    tangentials: tuple[str, ...] = ()
     fallback: str = "none"
 
 
 PRESETS: dict[str, Preset] = {
-    "auto": Preset(
-        "the fastest method measured, or the solvers named", "norm", "tang-safeguarded", fallback="clarabel"
-    ),
+    "auto": Preset("the fastest method measured, or the solvers named", "norm", "tang-safeguarded", "clarabel"),
     "convex": Preset("requested: QP and SOCP by conic solvers, never polished by active sets", "clarabel", "clarabel"),
-    "active-set": Preset(
-        "requested: NORM and the safeguarded TANG, without programs",
-        "norm",
-        "tang-safeguarded",
-        tuple(name for name in registry.NORMAL if name not in MATRIX_FREE),
-        tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
-    ),
-    "kalker": Preset(
-        "requested: NORM and TANG as printed, without programs", "norm", "tang-exact", ("norm",), ("tang-exact",)
-    ),
+    "active-set": Preset("requested: NORM and the safeguarded TANG, without programs", "norm", "tang-safeguarded"),
+    "kalker": Preset("requested: NORM and TANG as printed, without programs", "norm", "tang-exact"),
 }
 """By method. With "auto" any solver may be named."""
 
@@ -292,11 +281,12 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     if why:
         raise SceneError("tangential", tangential, f"another method: {why}")
     preset = PRESETS[plan.method]
-    for field, known in (("normal", preset.normals), ("tangential", preset.tangentials)):
-        name = wanted[field]
-        belongs = name in ("auto", "hertz", *known) or (not known and states_programs(name))
-        if plan.method != "auto" and not belongs:
-            words = " or ".join(known) or "a solver of programs, such as clarabel or scs"
+    for field, solvers in (("normal", registry.NORMAL), ("tangential", TANGENTIAL)):
+        name, own, convex = wanted[field], getattr(preset, field), plan.method == "convex"
+        known = [own] if plan.method == "kalker" else [each for each in solvers if each not in MATRIX_FREE]
+        words = "a solver of programs, such as clarabel or scs" if convex else " or ".join(known)
+        belongs = states_programs(name) if convex else name in known
+        if plan.method != "auto" and not belongs and name not in ("auto", "hertz"):
             remedy = f'{words} with method = "{plan.method}"; with method = "auto" any solver may be named'
             raise SceneError(field, name, remedy)
     why = _not_coupled_newton(scene, wanted, plan) if wanted["coupling"] == plan.coupling == "newton" else ""
