@@ -253,13 +253,13 @@ def hertz(
     ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))
     integrals, curvature = elliptic_integrals(ratio), 0.5 / Rx + 0.5 / Ry
     exactly_one(force=force, approach=approach)
+    n = _normal_constant(bodies)
     if force is not None:  # (104), A + B = n N E m' / S^3
-        n = _normal_constant(bodies)
         minor = (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)
     else:  # with (92), q = n N K m' / S
         minor = math.sqrt(positive("approach", approach) * integrals.E / (integrals.K * curvature))
     a, b = (minor, minor / ratio) if Rx <= Ry else (minor / ratio, minor)
-    return _contact(a, b, Rx, Ry, bodies, force, approach)
+    return _contact(a, b, Rx, Ry, n * integrals.K * ratio / minor, force, approach)
 
 
 def semi_axes(
@@ -336,11 +336,11 @@ def hertz_ellipse(
     integrals = elliptic_integrals(min(a, b) / max(a, b))
     n = _normal_constant(bodies)
     exactly_one(force=force, approach=approach)
-    if force is None:
-        force = positive("approach", approach) * a * b / (n * min(a, b) * integrals.K)
-    scale = 2 * n * positive("force", force) / (a * b * min(a, b))
+    by_force = n * integrals.K / max(a, b)
+    force = positive("approach", approach) / by_force if force is None else positive("force", force)
+    scale = 2 * n * force / (a * b * min(a, b))
     sharp, blunt = 1 / (scale * integrals.B), 1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D)
-    return _contact(a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), bodies, force, approach)
+    return _contact(a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), by_force, force, approach)
 
 
 def _check_slender(one: str, first: float, other: str, second: float, most: float) -> None:
@@ -355,14 +355,8 @@ def _normal_constant(bodies: CombinedConstants) -> float:
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
 
 
-def _contact(
-    a: float, b: float, Rx: float, Ry: float, bodies: CombinedConstants, force: float | None, approach: float | None
-) -> HertzContact:
-    """Complete a contact by (92) and (89) from the ellipse and the one of force and approach that is given."""
-    per_force = _normal_constant(bodies) * elliptic_integrals(min(a, b) / max(a, b)).K / max(a, b)
-    if approach is None:
-        assert force is not None
-        approach = per_force * float(force)
-    elif force is None:
-        force = float(approach) / per_force
-    return HertzContact(a, b, float(approach), float(force), 1.5 * float(force) / (math.pi * a * b), Rx, Ry)
+def _contact(a: float, b: float, Rx: float, Ry: float, by_force: float, force: Any, approach: Any) -> HertzContact:
+    """Complete a contact by (92) and (89) from the ellipse and what is given of force and approach."""
+    force = float(approach) / by_force if force is None else float(force)
+    approach = by_force * force if approach is None else float(approach)
+    return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.results.linearised import Linearised, linearise, one_dimensional, unit_shifts
+from varcontact.results.linearised import Linearised, linearise, unit_shifts
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady
 from varcontact.system.process import one_blas_thread
@@ -83,14 +83,11 @@ def corrugation_growth(
     if sol.grid.edge != "centres":
         raise SceneError("grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid')
     problem = linearise(sol)
-    shortest = problem.shortest
-    allowed = f"at least {shortest:.6g}, two elements"
-    lengths = one_dimensional("wavelengths", wavelengths, allowed, shortest * (1 - 1e-12))
+    k, moves = problem.wave_numbers("wavelengths", wavelengths, by_length=True), wheel is not None or track is not None
     if "roughness" not in problem.inputs or problem.slip.size == 0:
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
     if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
-    k, moves = 2 * np.pi / lengths, wheel is not None or track is not None
     if moves and speed is None:
         raise SceneError("speed", None, "given: receptances depend on the frequency, wave number times speed")
     speed = checks.positives("speed", speed) if speed is not None else None
@@ -130,7 +127,10 @@ def corrugation_growth(
     whole, dims = wear.sum(axis=-1) / smooth.sum(), ("wavelength", "speed")
     fields: dict[str, Any] = {"growth": (dims, -whole.real), "shift": (dims, whole.imag), "load_swing": (dims, loads)}
     fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
-    dataset = xr.Dataset(fields, {"wavelength": lengths, "y": grid.y, "speed": np.atleast_1d(speed)})
+    dataset = xr.Dataset(
+        fields,
+        {"wavelength": np.atleast_1d(np.asarray(wavelengths, float)), "y": grid.y, "speed": np.atleast_1d(speed)},
+    )
     if np.ndim(speed) == 0:
         dataset = dataset.isel(speed=0, drop=True)
     if sol.scene.units is not None:

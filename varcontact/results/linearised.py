@@ -68,11 +68,6 @@ class Linearised:
         """Steps ago and weights of the difference that slip is, other than now."""
         return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.loading.slip_difference] if ago]
 
-    @property
-    def shortest(self) -> float:
-        """Shortest wave that elements and step resolve: two of them [length]."""
-        return 2 * max(self.step, self.disc.grid.sides[0])
-
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
         """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N + 1)."""
         disc, N = self.disc, self.disc.grid.size
@@ -84,11 +79,16 @@ class Linearised:
         there = [0, 1, 3, 4] if disc.grid.line else [0, 1, 2, 3, 4]
         return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
 
-    def wave_numbers(self, field: str, given: Any) -> np.ndarray:
-        """Wave numbers of which the elements and the step resolve each, as an array (n,)."""
-        largest = 2 * np.pi / self.shortest
-        allowed = f"from 0 to {largest:.6g}, a wave of two elements"
-        return one_dimensional(field, given, allowed, 0.0, largest * (1 + 1e-12))
+    def wave_numbers(self, field: str, given: Any, by_length: bool = False) -> np.ndarray:
+        """Wave numbers (n,), given or `by_length`, of waves that the elements and the step resolve."""
+        values, shortest = checks.numbers(field, given), 2 * max(self.step, self.disc.grid.sides[0])
+        if values.ndim > 1 or values.size == 0:
+            raise SceneError(field, given, "one number or a one-dimensional array")
+        least, most = (shortest, np.inf) if by_length else (0.0, 2 * np.pi / shortest)
+        allowed = f"at least {least:.6g}" if by_length else f"from 0 to {most:.6g}"
+        good = (values >= least * (1 - 1e-12)) & (values <= most * (1 + 1e-12))
+        checks.require_all(field, values, good, f"{allowed}, a wave of two elements")
+        return np.atleast_1d(2 * np.pi / values if by_length else values)
 
     def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """For each wave number, in an order that halves their range, its place and the changes by unit inputs.
@@ -263,15 +263,6 @@ class Linearised:
     def mean(self, k: float) -> complex:
         """Mean of a swing over the step, by that at its end."""
         return complex(self.phases(k)[1:].sum() / (1j * k * self.step)) if k else 1.0
-
-
-def one_dimensional(field: str, given: Any, allowed: str, least: float, most: float = np.inf) -> np.ndarray:
-    """A number or several, each from `least` to `most`, as an array (n,)."""
-    values = checks.numbers(field, given)
-    if values.ndim > 1 or values.size == 0:
-        raise SceneError(field, given, "one number or a one-dimensional array")
-    checks.require_all(field, values, (values >= least) & (values <= most), allowed)
-    return np.atleast_1d(values)
 
 
 @one_blas_thread()

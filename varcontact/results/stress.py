@@ -53,17 +53,7 @@ class SubsurfaceStress:
     gradient: np.ndarray
     stress: np.ndarray
 
-    def __repr__(self) -> str:
-        count = self.points[0].size
-        if count == 0:
-            return f"SubsurfaceStress(body {self.body}, no points)"
-        points, most = self.points + 0.0, self.von_mises  # + 0: no -0
-        where, z = ", ".join(f"{part.flat[most.argmax()]:.4g}" for part in points), points[2]
-        depths = f"z from {z.min():.4g} to {z.max():.4g}"
-        return (
-            f"SubsurfaceStress(body {self.body}, points of shape {self.points.shape[1:]}, {depths}, "
-            f"von Mises up to {most.max():.4g} at ({where}))"
-        )
+    __repr__ = checks.short_entries
 
     @property
     def first_invariant(self) -> np.ndarray:

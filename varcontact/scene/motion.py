@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar, Literal, Self
@@ -13,7 +14,6 @@ from varcontact.checks import Checked, at_least_zero, number, positive
 from varcontact.errors import SceneError
 
 SPIN_OFFSET = 1 / 6
-ONE_OF_TWO = "one of the two only"
 
 SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
 """How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
@@ -82,7 +82,7 @@ class Steady(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _force_or_rigid(self, "vx", "vy")
+        force_or_rigid(partial(getattr, self), "vx", "vy")
         if self.spin_offset is None:
             object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[self.slip_difference])
 
@@ -165,7 +165,7 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _force_or_rigid(self, "ux", "uy")
+        force_or_rigid(partial(getattr, self), "ux", "uy")
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -230,8 +230,10 @@ Motion = Steady | Shift | TimeStep
 """What a solution has: the motion of one problem."""
 
 
-def _force_or_rigid(motion: Steady | Shift, *along: str) -> None:
-    for force, rigid in zip(("Fx", "Fy"), along, strict=True):
-        given = getattr(motion, force), getattr(motion, rigid)
+def force_or_rigid(of: Callable[[str], Any], *names: str, at: str = "") -> None:
+    """Refuse a force beside a creepage or a shift along it; `of` has entries by name, `at` is a step."""
+    for name in names:
+        force = f"F{name[1]}"
+        given = of(force), of(name)
         if given[0] is not None and given[1] != 0:
-            raise SceneError(f"motion.{force}, motion.{rigid}", given, ONE_OF_TWO)
+            raise SceneError(f"motion.{force}{at}, motion.{name}{at}", given, "one of the two only")

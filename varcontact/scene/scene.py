@@ -16,7 +16,6 @@ from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
-from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
@@ -330,7 +329,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         >>> scene.doubts
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
-        return doubts(self)
+        return consistency.doubts(self)
 
     __repr__ = checks.short_entries
 

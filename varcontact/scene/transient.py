@@ -12,7 +12,7 @@ from varcontact.checks import Checked, number
 from varcontact.errors import SceneError
 from varcontact.scene.carried import Carried
 from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.motion import ONE_OF_TWO, SPIN_OFFSET, TimeStep, offset
+from varcontact.scene.motion import SPIN_OFFSET, TimeStep, force_or_rigid, offset
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface
 
 MOST_STEPS = 1_000_000
@@ -130,20 +130,14 @@ spin_offset=0.16666666666666666, dt=None)
                 each if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
             ]
             set_(self, name, tuple(given))
-        for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
-            for rigid in (along_x, along_y):
-                several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
-                for k in range(self.steps if several else 1):
-                    F, given = self.of(force, k), self.of(rigid, k)
-                    if F is not None and given != 0:
-                        raise SceneError(f"motion.{force}[{k}], motion.{rigid}[{k}]", (F, given), ONE_OF_TWO)
+        for k in range(0 if self.Fx is self.Fy is None else self.steps):
+            force_or_rigid(partial(self.of, k=k), "vx", "ux", "vy", "uy", at=f"[{k}]")
         if self.surface is not None:
             if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
                 allowed = f"one surface for each of the {self.steps} steps"
                 raise SceneError("motion.surface", self.surface, allowed)
             for k, each in enumerate(self.surface):
-                if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
-                    raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
+                checks.kind(f"motion.surface[{k}]", each, Paraboloids, Cylinders, SampledDistance)
             object.__setattr__(self, "surface", tuple(self.surface))
         several = isinstance(self.carried, Carried | Sequence | None)
         if not several or not all(isinstance(each, Carried) for each in self.heights):
