@@ -91,7 +91,7 @@ def by_quadrature(pair, x, dx, depth):
     edges = np.unique([0.0, *graded, *np.arange(0.0, top, 2 / (x + depth))])
     k = ((edges[:-1, None] + edges[1:, None]) / 2 + np.diff(edges)[:, None] / 2 * points).ravel()
     weights = (np.diff(edges)[:, None] / 2 * weights).ravel() * dx / (np.pi * k)
-    alpha, kappa, gamma, beta = (pair.symbols(k) - pair.surface[:, None]) * weights
+    alpha, kappa, gamma, beta = (pair.symbols(k) - pair.symbols()[:, None]) * weights
     mean = np.sinc(k * dx / (2 * np.pi))
     even = mean * np.cos(k * x) - np.cos(k * depth)
     return {"xx": even @ alpha, "yy": even @ beta, "zz": even @ gamma, "xz": -(mean * np.sin(k * x)) @ kappa}
@@ -99,7 +99,7 @@ def by_quadrature(pair, x, dx, depth):
 
 @pytest.mark.parametrize("dx", [0.02, 0.4, 9.0])
 def test_strips_by_quadrature(dx):
-    half_spaces = HalfSpaces(1 - PAIR.surface[0] / 2, PAIR.surface[1] / 2, 3.0)
+    half_spaces = HalfSpaces(1 - PAIR.symbols()[0] / 2, PAIR.symbols()[1] / 2, 3.0)
     for x in (0.0, dx, 0.3 + dx, 20.0 * dx):
         found = PAIR.influence(strips(dx), np.array([x]), np.zeros(1), NINE)
         closed = half_spaces.influence(strips(dx), np.array([x]), np.zeros(1), NINE)

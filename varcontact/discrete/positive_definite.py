@@ -132,7 +132,7 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     largest /= float(weight.min() ** 2)
     if whole and type(symmetric.grid_operator) is GridOperator:
         return _Iterated(symmetric, preconditioner, 1.0, least)
-    right = np.random.default_rng(SEED).normal(size=(symmetric.components, symmetric.elements.size))
+    right = np.random.default_rng(SEED).normal(size=(inverse.table.shape[1], symmetric.elements.size))
     enough = SHARE * MISSED * np.sqrt(np.pi / (2 * largest))
     run = _conjugate_gradients(symmetric, preconditioner, right, lambda weight, energy: weight <= enough**2)
     if run is None:

@@ -179,21 +179,16 @@ class TangentialProblem:
 
     @property
     def symmetric_part(self) -> PositiveDefinite | None:
-        """The symmetric part of M, where it is positive definite: found once for an operator, which steps share."""
+        """The symmetric part of M, where it is positive definite: then the solution is the only one.
+
+        It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
+        elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
+        x, and the more of them there are. It is found once for an operator, which steps share.
+        """
         kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
         if "_symmetric_part" not in kept:
             kept["_symmetric_part"] = positive_definite(self.operator)
         return kept["_symmetric_part"]
-
-    @property
-    def monotone(self) -> bool:
-        """Whether the symmetric part of M is positive definite: then the solution is the only one.
-
-        It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
-        elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
-        x, and the more of them there are.
-        """
-        return self.symmetric_part is not None
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""

@@ -68,11 +68,6 @@ def temperatures_in_time(path: Sequence[Heat], dx: float, bodies: tuple[Thermal,
     return temperature_rise(path, dx, bodies) + background(2 / math.pi * np.arcsin(np.sqrt(part)), bodies)
 
 
-def in_contact(rise: np.ndarray, bodies: tuple[Thermal, Thermal]) -> np.ndarray:
-    """Temperature of both surfaces, from its rise by friction."""
-    return rise + background(1.0, bodies)[0]
-
-
 def _pieces(path: Sequence[Heat], dx: float) -> Iterator[tuple[Heat, tuple[float, float], tuple[float, float]]]:
     """The steps from the last one back, in pieces in which each particle is between the same two centres.
 

@@ -160,14 +160,10 @@ class LayeredPair:
         both[1] = upper[1] - lower[1]
         return both
 
-    @property
-    def surface(self) -> np.ndarray:
-        """The symbols of half-spaces of the surfaces."""
-        return self.symbols()
-
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
-        surfaces = HalfSpaces(float(1 - self.surface[0] / 2), float(self.surface[1] / 2), self.depth)
+        alpha, kappa, *_ = self.symbols()
+        surfaces = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth)
         found = surfaces.influence(grid, x, y, components)
         for name, added in added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added
@@ -207,7 +203,7 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
     for i in range(doublings, -1, -1):
         near, far = edges[i], edges[i + 1]
         k, weights = wave_numbers(pair.thickness, near, far)
-        alpha, kappa, gamma, beta = (pair.symbols(k) - pair.surface[:, None]) * weights
+        alpha, kappa, gamma, beta = (pair.symbols(k) - pair.symbols()[:, None]) * weights
         r = np.append((near + far) / 2 + (far - near) / 2 * nodes, near)[:, None]
         if line:
             cosines = -2 * np.sin(k * (r + far) / 2) * np.sin(k * (r - far) / 2)
@@ -286,7 +282,7 @@ def added_numbers(
         # where resting bases do not move: integrals of symbols times cos(k h)/(pi k), less those of half-spaces
         h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
         beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
-        on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
+        on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.symbols() * beyond) / np.pi)[[0, 3, 2]]
         counted = np.where(pair.at_rest, near - on_base, at_depth)
         for name, own in zip(("xx", "yy", "zz"), counted, strict=True):
             if name in found:
@@ -294,37 +290,28 @@ def added_numbers(
     return found
 
 
-@dataclass(frozen=True)
-class _Rules:
-    """Gauss's rules over the side of an element, for its distances from some points.
+def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndarray, ...]:
+    """Gauss's rules over the side of an element, for distances (n,) of its middle from some points.
 
-    The nodes (distances) and weights of each point are `count` from `first` on.
+    Distances and weights of all nodes; the first of each point, and how many it has. Parts are no longer than
+    1.5 max(thickness, distance/2).
     """
-
-    nodes: np.ndarray
-    weights: np.ndarray
-    first: np.ndarray
-    count: np.ndarray
-
-    @classmethod
-    def over(cls, distance: np.ndarray, side: float, thickness: float) -> _Rules:
-        """For distances (n,) from the middle: parts are no longer than 1.5 max(thickness, distance/2)."""
-        places, index = np.unique(distance, return_inverse=True)
-        low, high = places[:, None] - side / 2, places[:, None] + side / 2
-        breaks = [0.0]
-        while breaks[-1] < max(high[-1, 0], -low[0, 0]):
-            breaks.append(breaks[-1] + 1.5 * max(thickness, breaks[-1] / 2))
-        edges = np.clip([*(-each for each in breaks[:0:-1]), *breaks], low, high)
-        owner, part = np.nonzero(np.diff(edges, axis=1))
-        left, right = edges[owner, part], edges[owner, part + 1]
-        scale = np.maximum(thickness, np.minimum(np.abs(left), np.abs(right)) / 2)
-        order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)  # singularities are 2 scale or more away
-        order = np.clip(order, _ORDERS.start, _ORDERS[-1])
-        of, own = np.repeat(np.arange(order.size), order), _ramps(order)
-        points, weights = _GAUSS[:, order[of], own]
-        half = (right - left)[of] / 2
-        count = np.bincount(owner[of])
-        return cls(left[of] + half * (1 + points), half * weights, (np.cumsum(count) - count)[index], count[index])
+    places, index = np.unique(distance, return_inverse=True)
+    low, high = places[:, None] - side / 2, places[:, None] + side / 2
+    breaks = [0.0]
+    while breaks[-1] < max(high[-1, 0], -low[0, 0]):
+        breaks.append(breaks[-1] + 1.5 * max(thickness, breaks[-1] / 2))
+    edges = np.clip([*(-each for each in breaks[:0:-1]), *breaks], low, high)
+    owner, part = np.nonzero(np.diff(edges, axis=1))
+    left, right = edges[owner, part], edges[owner, part + 1]
+    scale = np.maximum(thickness, np.minimum(np.abs(left), np.abs(right)) / 2)
+    order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)  # singularities are 2 scale or more away
+    order = np.clip(order, _ORDERS.start, _ORDERS[-1])
+    of, own = np.repeat(np.arange(order.size), order), _ramps(order)
+    points, weights = _GAUSS[:, order[of], own]
+    half = (right - left)[of] / 2
+    count = np.bincount(owner[of])
+    return left[of] + half * (1 + points), half * weights, (np.cumsum(count) - count)[index], count[index]
 
 
 def _ramps(counts: np.ndarray) -> np.ndarray:
@@ -338,13 +325,16 @@ def _products(grid: Grid, x: np.ndarray, y: np.ndarray, scale: float) -> Iterato
     The points, where the nodes of each start, the nodes' distances along x and along y, and their weights.
     """
     (dx, dy), one = grid.sides, np.ones(y.size, dtype=int)
-    along_x = _Rules.over(x, dx, scale)
-    along_y = _Rules(np.zeros(1), np.ones(1), one - 1, one) if grid.line else _Rules.over(y, dy, scale)
-    sizes = along_x.count * along_y.count
+    x_nodes, x_weights, x_first, x_count = _rules(x, dx, scale)
+    if grid.line:
+        y_nodes, y_weights, y_first, y_count = np.zeros(1), np.ones(1), one - 1, one
+    else:
+        y_nodes, y_weights, y_first, y_count = _rules(y, dy, scale)
+    sizes = x_count * y_count
     chunks = np.cumsum(sizes) // _NODES_AT_ONCE
     for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(chunks)) + 1):
-        own, count = _ramps(sizes[part]), np.repeat(along_y.count[part], sizes[part])
-        i = np.repeat(along_x.first[part], sizes[part]) + own // count
-        j = np.repeat(along_y.first[part], sizes[part]) + own % count
+        own, count = _ramps(sizes[part]), np.repeat(y_count[part], sizes[part])
+        i = np.repeat(x_first[part], sizes[part]) + own // count
+        j = np.repeat(y_first[part], sizes[part]) + own % count
         starts = np.cumsum(sizes[part]) - sizes[part]
-        yield part, starts, along_x.nodes[i], along_y.nodes[j], along_x.weights[i] * along_y.weights[j]
+        yield part, starts, x_nodes[i], y_nodes[j], x_weights[i] * y_weights[j]

@@ -232,10 +232,6 @@ class RestrictedOperator:
     elements: np.ndarray
     softening: np.ndarray | None = field(default=None, kw_only=True)
 
-    @property
-    def components(self) -> int:
-        return int(self.grid_operator.table.shape[1])
-
     @cached_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""

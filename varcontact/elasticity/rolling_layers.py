@@ -85,8 +85,8 @@ class RollingLayers:
         added = added_numbers(self.relaxed, grid, x, y, names)
         k, weights = wave_numbers(self.relaxed.thickness, 0.0, float(np.abs(x).max()) + dx)
         rolling = self._rolling(k)
-        alpha, kappa, gamma, beta = (rolling.symbols(k) - rolling.surface) - (
-            self.relaxed.symbols(k) - self.relaxed.surface[:, None]
+        alpha, kappa, gamma, beta = (rolling.symbols(k) - rolling.symbols()) - (
+            self.relaxed.symbols(k) - self.relaxed.symbols()[:, None]
         )
         of = {"xx": alpha, "yy": beta, "zz": gamma, "xz": 1j * kappa, "zx": -1j * kappa}
         strip = weights * np.sinc(k * dx / (2 * np.pi)) * dx / (np.pi * k)

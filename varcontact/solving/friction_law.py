@@ -22,7 +22,7 @@ from varcontact.discrete.operators import Operators
 from varcontact.discrete.problems import further_along, magnitude, project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
-from varcontact.discrete.temperature import Heat, in_contact, surface_temperatures, temperature_rise
+from varcontact.discrete.temperature import Heat, background, surface_temperatures, temperature_rise
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -122,7 +122,7 @@ def remembered(disc: Discretisation, before: Solution, heated: Sequence[Heat] = 
     temperature, thermal = None, disc.loading.thermal
     if law.warm and thermal is not None:
         rise = temperature_rise(heated, disc.grid.sides[0], thermal) if heated else np.zeros(disc.grid.shape)
-        temperature = in_contact(rise, thermal)
+        temperature = rise + background(1.0, thermal)[0]
     there = law.on(slip, temperature, before.pressure, *np.meshgrid(disc.grid.x, disc.grid.y))
     return law.after(came, there, slip, disc.step * disc.scales.length)
 
@@ -199,7 +199,7 @@ def _own(disc: Discretisation, state: ContactState, slip: np.ndarray) -> tuple[n
             assert isinstance(motion, TimeStep) and thermal is not None
             rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
             known = None if before is None else before.rise
-            temperature = in_contact(rise if known is None else rise + known, thermal)
+            temperature = (rise if known is None else rise + known) + background(1.0, thermal)[0]
     around = temperature, state.pressure * disc.scales.pressure, *np.meshgrid(disc.grid.x, disc.grid.y)
     return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(slip.shape, law.static)
 

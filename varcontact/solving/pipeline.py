@@ -91,7 +91,7 @@ def solve_problem(
     if not states_programs(plan.tangential):
         raw = task.solved((1.0 if plan.tangential in MATRIX_FREE else UNPOLISHED) * settings.tol)
         return raw if task.residual(raw) <= settings.tol else _fallback(task, raw)
-    if settings.formulation != "gap" or problem.monotone:
+    if settings.formulation != "gap" or problem.symmetric_part is not None:
         return _by_program(task)
     if plan.method == "convex" or not polish:
         allowed = '"marching", or a longer motion.dq: the gap is not convex for elements so long and steps so short'
@@ -109,7 +109,7 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     convex = (
         program != "none"
         and not (task.plan.formulation == "marching" or yields)
-        and (problem.symmetric or problem.monotone)
+        and (problem.symmetric or problem.symmetric_part is not None)
     )
     if not convex or problem.size > MOST_OF_A_PROGRAM:
         return best

@@ -6,7 +6,6 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -218,30 +217,25 @@ def tang_safeguarded(
     best = _descend(problem, at, max_steps, settings.deadline)
     if best.solved:
         return best
-    newton = best.iterations
-    for begin in _starts(problem, at, settings):
+    printed: TangentialSolver = counted("tang", lambda problem, given, _: tang(problem, deadline=given.deadline))
+    count, splitting = best.iterations, None
+    # of random problems some need each of these starts
+    for rounds in (0, *SPLITTING_ROUNDS) if problem.free else SPLITTING_ROUNDS:
+        if rounds == 0:
+            begin = printed(problem, settings, None)
+            count += begin.iterations
+        else:
+            with settings.stats.called("splitting"):
+                splitting = splitting or Splitting(problem)
+                _, begin = splitting.moved(_trial(problem, at), rounds, settings.deadline)
+                settings.stats.iterated("splitting", rounds)
+            at = begin
         raw = _descend(problem, begin, max_steps, settings.deadline)
-        newton += begin.iterations + raw.iterations
+        count += raw.iterations
         if raw.solved:
-            return replace(raw, iterations=newton)
+            return replace(raw, iterations=count)
         best = better(problem, best, raw)
-    return replace(best, iterations=newton, status="MaxIterations", solved=False)
-
-
-def _starts(problem: TangentialProblem, at: RawSolution, settings: Settings) -> Iterator[RawSolution]:
-    """Where else to begin, with the Newton steps that led there; of random problems some need each."""
-    if problem.free:
-        printed: TangentialSolver = counted(
-            "tang", lambda problem, settings, _: tang(problem, deadline=settings.deadline)
-        )
-        yield printed(problem, settings, None)
-    splitting = Splitting(problem)
-    for rounds in SPLITTING_ROUNDS:
-        with settings.stats.called("splitting"):
-            _, found = splitting.moved(_trial(problem, at), rounds, settings.deadline)
-            settings.stats.iterated("splitting", rounds)
-        at = replace(found, iterations=0)
-        yield at
+    return replace(best, iterations=count, status="MaxIterations", solved=False)
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:

@@ -11,19 +11,18 @@ from itertools import pairwise
 
 import numpy as np
 
+from varcontact.discrete.problems import magnitude, project
 from varcontact.solvers.batched.pool import (
     NaturalMap,
     Pool,
     System,
-    dot,
     inner,
     inverse_of,
-    length_of,
-    projected,
     times,
 )
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution, doubled, influence
 from varcontact.solvers.batched.transforms import Transforms, columns_then_rows, rows_then_columns, transforms
+from varcontact.solvers.newton.globalisation import PARTS, dot
 from varcontact.solvers.newton.kernel import STICK_SHIFT
 from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
 from varcontact.system.process import one_blas_thread
@@ -36,7 +35,6 @@ INNER, LATE_INNER = 0.2, 3e-2
 """Inner tolerance, and its least value near the solution."""
 MOST_INNER, MOST_STEPS = 25, 60
 """Inner iterations, and Newton steps."""
-STEP_LENGTHS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 COARSE_TOLERANCE, COARSEST = 1e-2, 6
 """Of the problems with elements twice as large, which are solved first from twice so many elements on."""
 SINGLE, DOUBLE = 3e-7, 1e-15
@@ -61,13 +59,13 @@ def solve_batch(
     problem, out = problem.within(*inside), whole.within(*inside)
     (ny, nx, n), rigid = problem.bound.shape, np.zeros((2, problem.dx.size))
     if start is not None:
-        traction, rigid = projected(start[0][:, *inside], problem.bound), start[1]
+        traction, rigid = project(start[0][:, *inside], problem.bound), start[1]
     elif nx >= 2 * COARSEST and (problem.line or ny >= 2 * COARSEST):
         coarse = problem.coarser()
         found = solve_batch(coarse, COARSE_TOLERANCE, certified=False)
         rigid = found.rigid / (1.0 if problem.difference is None else 2.0)
         part = found.traction / np.where(coarse.bound > 0, coarse.bound, 1.0)
-        traction = projected(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
+        traction = project(doubled(part, coarse.bound > 0, (ny, nx)) * problem.bound, problem.bound)
     else:
         traction = np.zeros(problem.rigid_shift.shape)
     method = Method(problem, transforms(ny, nx, problem.steps_ahead))
@@ -202,7 +200,7 @@ class Method:
     def natural(self, pool: Pool, some: np.ndarray | slice, traction: np.ndarray, shift: np.ndarray) -> NaturalMap:
         bound, free = pool.bound[..., some], pool.free[:, some]
         trial = traction - shift
-        length = length_of(trial)
+        length = magnitude(trial)
         off = traction - trial * np.minimum(1.0, bound / np.maximum(length, 1e-30))
         off *= bound > 0
         squares = dot(off, off)
@@ -219,22 +217,22 @@ class Method:
     ) -> np.ndarray:
         """Write down the problems that are ready, as far as double precision agrees; which of the pool these are."""
         bound, scale = pool.bound[..., ready], 1.0 if self.scale is None else self.scale
-        pool.traction[..., ready] = projected(pool.traction[..., ready], bound)
+        pool.traction[..., ready] = project(pool.traction[..., ready], bound)
         good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
         if certified:
             again = self.renewed(pool, ready, pool.symbol)
             at.put(ready, again)
             traction, shift = pool.traction[..., ready], pool.shift[..., ready]
             lost = dot(traction, shift)
-            work = np.maximum(bound * length_of(shift) + lost, 0).sum((0, 1))
+            work = np.maximum(bound * magnitude(shift) + lost, 0).sum((0, 1))
             out.dissipated[pool.ids[ready]] = 0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
             rigid = pool.rigid_shift[..., ready] + self._rigid(pool.rigid[:, ready])
             least = np.finfo(bound.dtype).tiny
-            gap = work / np.maximum((bound * length_of(rigid)).sum((0, 1)), least)
+            gap = work / np.maximum((bound * magnitude(rigid)).sum((0, 1)), least)
             residual = again.residual / np.maximum(again.size, least)
             good = (residual <= tol) & (gap <= tol)
             slips = (again.length > bound * (1 + 1e-8)) & (bound > 0)
-            out.slip[..., pool.ids[ready]] = slips * length_of(shift / scale) * pool.unit[ready]
+            out.slip[..., pool.ids[ready]] = slips * magnitude(shift / scale) * pool.unit[ready]
         leave = good | (pool.steps[ready] >= MOST_STEPS)
         places = ready[leave]
         ids = pool.ids[places]
@@ -367,7 +365,7 @@ class Method:
         image += self._rigid(rigid)
         length, todo = np.ones(pool.size, step.dtype), np.arange(pool.size)
         then = tried = self.natural(pool, slice(None), pool.traction + step, pool.shift + image)
-        for part, shorter in pairwise(STEP_LENGTHS):
+        for part, shorter in pairwise(PARTS):
             todo = todo[~(tried.merit < (1 - 0.1 * part) * at.merit[todo])]
             if todo.size == 0:
                 break

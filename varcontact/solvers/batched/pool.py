@@ -63,16 +63,6 @@ class System:
     right: np.ndarray
 
 
-def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    found: np.ndarray = a[0] * b[0] + a[1] * b[1]
-    return found
-
-
-def length_of(a: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.sqrt(dot(a, a))
-    return found
-
-
 def inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("nb,nb->b", a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1]))
 
@@ -90,8 +80,3 @@ def inverse_of(symbol: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.nd
     determinant = 1 / (xx * yy + xy * xy)  # that of xy has a factor i
     found = np.stack([yy * determinant, xx * determinant, 1j * xy * determinant])[:, :, None]
     return found.real.astype(np.float32), np.concatenate([-found.imag, found.imag], 2).astype(np.float32)
-
-
-def projected(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    found: np.ndarray = traction * np.minimum(1.0, bound / np.maximum(length_of(traction), 1e-30))
-    return found

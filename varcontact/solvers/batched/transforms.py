@@ -7,7 +7,7 @@ side this takes less time than FFT.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -77,12 +77,10 @@ def transforms(ny: int, nx: int, ahead: tuple[tuple[int, float], ...]) -> Transf
     out_x = np.swapaxes(into_x / growth, -1, -2) * np.tile(share_x / period_x, 2)
     out_y = np.swapaxes(into_y, -1, -2) * np.tile(share_y / period_y, 2)
 
-    def single(*matrices: np.ndarray) -> Any:
-        return tuple(np.ascontiguousarray(each, np.float32) for each in matrices)
+    def of(kind: type, *matrices: np.ndarray) -> Any:
+        return tuple(np.ascontiguousarray(each, kind) for each in matrices)
 
-    def double(*matrices: np.ndarray) -> Any:
-        return tuple(np.ascontiguousarray(each, np.float64) for each in matrices)
-
+    single, double = partial(of, np.float32), partial(of, np.float64)
     low_rows = np.outer(low_y, rows)
     return Transforms(
         even=double(np.cos(np.outer(wave_x, columns)) * twice_x, np.cos(np.outer(wave_y, rows)) * twice_y),

@@ -48,11 +48,6 @@ class Point:
     rigid: np.ndarray
     noise: float
 
-    def moved(self, step: Step, part: float) -> Point:
-        """After a part of a step: E is linear, and no product needed."""
-        traction = self.traction + part * step.traction
-        return Point(traction, self.shift + part * step.shift, self.rigid + part * step.rigid, self.noise)
-
 
 def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Scalar products (ny, nx) of vectors (c, ny, nx)."""
@@ -102,7 +97,8 @@ def line_search(conditions: Conditions, at: Point, step: Step, now: Measure) -> 
     """After the first part of a step that lowers the merit enough, or the best of all; where none does, as it was."""
     best, least = at, now
     for part in PARTS:
-        there = at.moved(step, part)
+        traction, rigid = at.traction + part * step.traction, at.rigid + part * step.rigid
+        there = Point(traction, at.shift + part * step.shift, rigid, at.noise)  # E is linear, and no product needed
         then = measured(conditions, there)
         if then.merit <= least.merit:
             best, least = there, then
