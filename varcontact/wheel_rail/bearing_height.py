@@ -76,9 +76,9 @@ class BearingHeight:
             return
         if force <= 0:
             reason = (
-                f"vertical_force = {self._load:g} N: no height of the axle bears it: friction lifts the wheel by more "
+                f"vertical_force = {self._load:g} N: no height of the axle bears it: friction lifts it by more than "
+                f"its normal force bears (together {force:.4g} N); give another position or friction, or z"
             )
-            reason += f"than its normal force bears (together {force:.4g} N); give another position or friction, or z"
             raise SceneError("vertical_force", self._load, message=reason)
         if self._tried[-1][0] != self.z:
             self._tried.append((self.z, force))

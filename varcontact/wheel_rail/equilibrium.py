@@ -137,12 +137,10 @@ def solve_wheel_set(
 
     balance, x = _balanced(case, _near)
     solved = 0
-    # derivatives by the unknowns, from differences
-    ends = [
-        [balance.imbalance(balance.wheels(x + sign * step, _near)) for step in STEP * np.eye(x.size)]
-        for sign in (1, -1)
-    ]
-    derivatives = ((np.array(ends[0]) - np.array(ends[1])) / (2 * STEP)).reshape(x.size, x.size).T
+    derivatives = np.zeros((x.size, x.size))
+    for k, step in enumerate(STEP * np.eye(x.size)):
+        behind, ahead = (balance.imbalance(balance.wheels(place, _near)) for place in (x - step, x + step))
+        derivatives[:, k] = (ahead - behind) / (2 * STEP)
     if x.size and np.linalg.cond(derivatives) > FLAT:  # as where friction is saturated
         missed = np.abs(balance.imbalance(balance.wheels(x, _near))).max()
         raise NotConverged(_unbalanced(balance.case), float(missed))
@@ -165,13 +163,13 @@ def solve_wheel_set(
                 raise NotConverged("the balance of the wheel set was not found", missed) from None
         return np.asarray(x + inverse @ step)
 
-    surfaces: dict[str, Any] = {}  # whether curved is chosen once: forces jump where that changes
-
     last: dict[str, WheelRailSolution] = {}
 
     def found(wheel: WheelOnRail, entries: dict[str, Any], methods: dict[str, Any]) -> WheelForces:
-        wheel = replace(wheel, conformal=surfaces.get(wheel.side, wheel.conformal), **entries)
-        last[wheel.side] = wheel.solve(**{"start": last.get(wheel.side), **methods})
+        before = last.get(wheel.side)
+        if before is not None and wheel.conformal == "auto":  # chosen once: forces jump where that changes
+            wheel = replace(wheel, conformal=before.case.conformal is True)
+        last[wheel.side] = replace(wheel, **entries).solve(**{"start": before, **methods})
         return last[wheel.side]
 
     usual = {name: value for name, value in methods.items() if name not in TARGETS}
@@ -180,9 +178,6 @@ def solve_wheel_set(
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        if x.size and case.conformal == "auto":
-            first = balance.wheels(x, on_elements)
-            surfaces |= {each.case.side: each.case.conformal is True for each in first}
         if x.size and case.dx is None and case.dy is None:
             tol = max(tol, NEAR)
             x = corrected(x, on_elements, tol)

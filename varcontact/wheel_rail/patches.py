@@ -242,8 +242,10 @@ def reference_surface(
     if not known.any():
         raise too_rough(float(origin[0]))
     if gap[known].min() >= 0:
-        where = f"no element's centre is where wheel and rail overlap near y = {origin[0]:.4g} mm"
-        reason = "dx = {:g}, dy = {:g} mm: {}; give smaller ones, or smooth a rough profile".format(*grid.sides, where)
+        reason = (
+            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is in the overlap near "
+            f"y = {origin[0]:.4g} mm; give smaller ones, or smooth a rough profile"
+        )
         raise SceneError("dx, dy", grid.sides, message=reason)
     # beside a profile's end, where there is no gap, nothing touches
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())

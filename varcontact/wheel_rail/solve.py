@@ -149,9 +149,8 @@ def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[st
         raise SceneError("tangential", methods["tangential"], message=reason)
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
+        checks.exactly_one(**target)
         checks.positive(name, value)
-        for other in set(target) - {name}:
-            raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:
                 reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
