@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from varcontact.discrete.problems import TangentialProblem, mirror_of
 from varcontact.elasticity.conformal import ConformalOperator, conformal_operator
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.grid import Grid
@@ -67,5 +68,9 @@ def test_the_matrix_of_a_shift_is_symmetric_and_that_of_rolling_is_positive(angl
 
 def test_only_rows_whose_inclination_is_odd_have_a_mirror():
     own = operator("xy", "xy", np.sin(GRID.y - GRID.y[8]), 0.0, None)
-    assert own.has_mirror(4, 12)
-    assert not own.has_mirror(4, 13)
+    for last, mirrored in ((12, True), (13, False)):
+        elements = np.arange(4 * GRID.nx, (last + 1) * GRID.nx)
+        elements = elements[elements // GRID.nx != (4 + last) / 2]  # none on the line
+        shift, bound = np.ones((2, elements.size)) * [[1.0], [0.0]], np.ones(elements.size)
+        problem = TangentialProblem(own.on(elements), shift, bound, np.zeros((2, elements.size)), 1.0)
+        assert (mirror_of(problem) is not None) is mirrored

@@ -195,11 +195,6 @@ def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) 
     return TooCoarse("grid", grid, message=message)
 
 
-def same_lattice(one: Grid, other: Grid) -> bool:
-    size = max(abs(side) for side in other.box)
-    return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
-
-
 def sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
     """A field (ny, nx) in the elements where the centres of another grid lie; zero outside."""
     x0, _, y0, _ = grid.box

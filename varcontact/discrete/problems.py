@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
+from varcontact.elasticity.conformal import STRAIGHT, ConformalOperator
 from varcontact.elasticity.operators import RestrictedOperator
 
 ROUNDING = 1e-12
@@ -307,14 +308,17 @@ class Mirror:
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
     """The mirror of a tangential problem, or None where it has none or a row of elements lies on the line.
 
-    Influence numbers have every such symmetry: xx and yy are even in y, xy is odd.
+    Influence numbers have every such symmetry: xx and yy are even in y, xy is odd; on a surface whose curvature varies
+    where inclinations are odd.
     """
     operator, elements, bound = problem.operator.grid_operator, problem.operator.elements, problem.bound
     rigid_shift, columns = problem.rigid_shift, operator.shape[1]
     if elements.size == 0 or len(rigid_shift) != 2:
         return None
-    if not operator.has_mirror(elements[0] // columns, elements[-1] // columns):
-        return None
+    if isinstance(operator, ConformalOperator):
+        angles = operator.angles[elements[0] // columns : elements[-1] // columns + 1]
+        if np.ptp(angles + angles[::-1]) > STRAIGHT:
+            return None
     row, column = np.divmod(elements, columns)
     reflected = row.min() + row.max() - row
     half = np.flatnonzero(row > reflected)

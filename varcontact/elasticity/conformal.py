@@ -174,11 +174,6 @@ class ConformalOperator(GridOperator):
         table = super().symmetric_part(sign).table
         return ConformalOperator(self.shape, table, self.angles, (self.harmonics + sign * turned) / 2)
 
-    def has_mirror(self, first: int, last: int) -> bool:
-        """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
-        sums = self.angles[first : last + 1] + self.angles[first : last + 1][::-1]
-        return bool(np.ptp(sums) <= STRAIGHT)
-
     @cached_property
     def _single_transforms(self) -> Transforms:
         return {key: each.astype(np.complex64) for key, each in self._transforms.items()}

@@ -195,10 +195,6 @@ class GridOperator:
         mirrored = self.table[:, :, ::-1, ::-1].swapaxes(0, 1)
         return GridOperator(self.shape, (self.table + sign * mirrored) / 2)
 
-    def has_mirror(self, first: int, last: int) -> bool:
-        """Whether rows from `first` to `last` have a mirror in their middle: xx and yy are even in y, xy is odd."""
-        return True
-
     def forget(self) -> None:
         """Let go of the restricted operators that are remembered, and of their matrices."""
         self.__dict__.pop("_kept", None)

@@ -58,11 +58,8 @@ def normal_solver(name: str) -> NormalSolver:
 
 def tangential_solver(name: str) -> TangentialSolver:
     """The solver of the tangential problem of that name, its calls counted."""
-    if name in MATRIX_FREE:
-        return counted(name, TANGENTIAL[name])
-    if name in TANGENTIAL:
-        return partial(_from_a_start_or_none, counted(name, TANGENTIAL[name]))
-    return counted(name, lambda problem, settings, _: solve_tangential(name, problem, settings))
+    solver = counted(name, TANGENTIAL.get(name, lambda problem, settings, _: solve_tangential(name, problem, settings)))
+    return partial(_from_a_start_or_none, solver) if name.startswith("tang") else solver
 
 
 def states_programs(name: str) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
-from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattice, sampled
+from varcontact.discrete.contact_grid import enlarged, interpolated, sampled
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
@@ -125,7 +125,8 @@ class March:
         if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
             allowed = "a step of a history of these viscoelastic bodies: else their past is not known"
             raise SceneError("motion.start", type(start.motion).__name__, allowed)
-        if same_lattice(start.grid, grid):
+        size = max(abs(side) for side in grid.box)
+        if start.grid.shape == grid.shape and np.allclose(start.grid.box, grid.box, rtol=0, atol=1e-9 * size):
             more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
             return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
         if not motion.interpolate or start.grid.line != grid.line or alone:

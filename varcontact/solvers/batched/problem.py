@@ -146,8 +146,7 @@ def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
 
 def halved(field: np.ndarray) -> np.ndarray:
     """Means of 2 x 2 elements (2 in line contact), with zeros beyond an odd end."""
-    sums = hierarchy.halved(np.moveaxis(field, -1, 0))
-    return np.moveaxis(sums, 0, -1) / hierarchy.parts(field.shape[-3:-1])
+    return np.moveaxis(hierarchy.halved(np.moveaxis(field, -1, 0)), 0, -1)
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

@@ -18,7 +18,7 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.solvers.interface import Settings, Solver, better, check_time
 from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
-from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean, parts
+from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import Kernel
 
 MAX_STEPS, PATIENCE = 100, 40
@@ -88,9 +88,9 @@ class GridConditions(Conditions):
 
         In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
         """
-        each, scale = parts(self.bound.shape), self.forces.scale
+        each, scale = 4 if self.bound.shape[0] > 1 else 2, self.forces.scale
         known = halved_mean(self.known / scale, self.contact) * (1.0 if self.plain.circulant.rolling else 0.5)
-        bound = halved(self.bound * scale) / each
+        bound = halved(self.bound * scale)
         forces = Forces(self.forces.components, self.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound)))
         plain = self.plain.halved
         return replace(self, kernel=plain, known=known, forces=forces, bound=bound, plain=plain)
@@ -242,5 +242,5 @@ def _admissible(conditions: Conditions, at: Point, finest: Problem[C] | None) ->
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
     """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, in single precision but for what is known."""
-    displacement = conditions.known + conditions.forces.displacement(rigid)
+    displacement = conditions.known + rigid * conditions.forces.scale
     return Point(traction, displacement + conditions.kernel(traction.astype(np.float32)), rigid, NOISE)

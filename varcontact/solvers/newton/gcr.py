@@ -61,10 +61,6 @@ class Forces:
             sums[0] = (self.shares * traction).sum(dtype=float)
         return sums
 
-    def displacement(self, rigid: np.ndarray) -> np.ndarray:
-        """Displacements by rigid shifts (c, 1, 1), as elements count them."""
-        return rigid * self.scale
-
     def spread(self, values: np.ndarray, components: int) -> np.ndarray:
         """Rigid shifts (c, 1, 1) from those of the prescribed forces (k,), zero elsewhere."""
         shifts = np.zeros((components, 1, 1))
@@ -142,4 +138,4 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change)
+    return Step(traction, (single @ products[:count]).reshape(shape) + change * forces.scale, change)

@@ -64,11 +64,11 @@ def balanced(conditions: Conditions, at: Point) -> Point:
     forces, trial, components = conditions.forces, at.traction - at.shift, len(at.traction)
 
     def lacking(change: np.ndarray) -> np.ndarray:
-        moved = trial - forces.displacement(forces.spread(change, components))
+        moved = trial - forces.spread(change, components) * forces.scale
         return forces.lacking(conditions.projected(moved))
 
     rigid = forces.spread(root(lacking, np.zeros(len(forces.components)), method="lm").x, components)
-    return replace(at, shift=at.shift + forces.displacement(rigid), rigid=at.rigid + rigid)
+    return replace(at, shift=at.shift + rigid * forces.scale, rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,24 +38,18 @@ class Box:
         return field.reshape(*field.shape[:-2], -1)[..., self.places]
 
 
-def parts(shape: tuple[int, int]) -> int:
-    """Elements of a grid that make one of twice the size: four, or two strips of a line contact."""
-    return 4 if shape[0] > 1 else 2
-
-
 def halved(field: np.ndarray) -> np.ndarray:
-    """Sums over two by two elements, or over two strips of a line contact; zero beyond the edge."""
+    """Means over two by two elements, or over two strips of a line contact; zero beyond the edge."""
     line = field.shape[-2] == 1
     around = [(0, 0)] * (field.ndim - 2) + [(0, 0 if line else field.shape[-2] % 2), (0, field.shape[-1] % 2)]
     field = np.pad(field, around)
-    rows = field if line else field[..., ::2, :] + field[..., 1::2, :]
-    return rows[..., ::2] + rows[..., 1::2]
+    rows = field if line else (field[..., ::2, :] + field[..., 1::2, :]) / 2
+    return (rows[..., ::2] + rows[..., 1::2]) / 2
 
 
 def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Means over those of the elements that `halved` adds up that are in contact; zero where none is."""
-    number = halved(contact.astype(float))
-    return halved(np.where(contact, field, 0.0)) / np.maximum(number, 1.0)
+    """Means over those of the elements that are in contact; zero where none is."""
+    return halved(np.where(contact, field, 0.0)) / np.maximum(halved(contact.astype(float)), 0.25)
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
