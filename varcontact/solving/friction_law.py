@@ -27,8 +27,6 @@ from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady, TimeStep
-from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""
@@ -81,18 +79,6 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     image = project(trial, (own * state.pressure).ravel())
     nearer = magnitude(state.traction.reshape(2, -1) - image) < size
     return np.where((beyond | nearer).reshape(own.shape), own, static)
-
-
-def check_start(scene: Scene, start: str | Solution, theory: bool) -> None:
-    """Refuse a start that is not valid, or that the scene, or a theory of its tractions, has no use for."""
-    if not scene.under_law:
-        raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
-    if isinstance(scene.motion, Transient):
-        raise SceneError("start", start, "left out: in a history each particle goes on as it did in the step before")
-    if isinstance(start, Solution) and not theory:
-        return
-    if not (isinstance(start, str) and start in ("stick", "slip")):
-        raise SceneError("start", start, '"stick" or "slip"' + ("" if theory else ", or a Solution"))
 
 
 def branch_of(start: str | Solution | None) -> str:

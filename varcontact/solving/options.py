@@ -24,7 +24,6 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.driver import check_refine
-from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import check_fits, select
 
 TOLERANCE = 1e-8
@@ -125,10 +124,16 @@ class SolveOptions:
         plan = select(scene, *choices)
         tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
         certify = checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
-        if start is not None:
-            check_start(scene, start, plan.theory is not None)
-        if not (getattr(scene.motion, "Fx", None) is None and getattr(scene.motion, "Fy", None) is None):
-            check_saturation(scene)
+        if start is not None and not scene.under_law:
+            raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
+        if start is not None and isinstance(scene.motion, Transient):
+            allowed = "left out: in a history each particle goes on as it did in the step before"
+            raise SceneError("start", start, allowed)
+        known = isinstance(start, Solution) and plan.theory is None
+        if not (start is None or known or (isinstance(start, str) and start in ("stick", "slip"))):
+            allowed = '"stick" or "slip"' + ", or a Solution" * (plan.theory is None)
+            raise SceneError("start", start, allowed)
+        check_saturation(scene)
         target = _target(scene, plan, accuracy, time_budget, start, store, refine)
         if refine is not None:
             check_refine(scene, plan, refine, target is not None, start)

@@ -194,7 +194,12 @@ class March:
         if before.memory is not None:
             came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
-        came = replace(came, friction=remembered(step, before, heated), plastic=_plastic(step, before))
+        came = replace(came, friction=remembered(step, before, heated))
+        layer, plastic = step.loading.third_body, before.plastic
+        if layer is not None and plastic is not None:
+            displacement = arriving(step, plastic[:2], 0.0) / step.scales.displacement
+            yield_stress = arriving(step, plastic[2:], layer.tau_c0) / step.scales.pressure
+            came = replace(came, plastic=np.concatenate([displacement, yield_stress]))
         if heated and disc.loading.thermal is not None:
             nothing = np.zeros(disc.grid.shape)
             path = [*heated, Heat.of(nothing, nothing > 0, motion)]
@@ -208,16 +213,16 @@ class March:
         passed = motion.direction * motion.dq / disc.grid.sides[0]
         assert isinstance(operators.medium, ViscoelasticMedium)
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
-        inside = slice(0, 2), slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
+        inside = slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
-        left = operators.at_once.every.apply(_tractions(before) / pressure)[:2]
+        left = operators.at_once.every.apply(self._wide(before)[:, *inside] / pressure)[:2]
         displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
         kept = self._kept(motion, before)
         for each, gone, stays in zip(operators.medium.lagging, before.memory - kept, kept, strict=True):
             every, (_, _, new) = operators.of(each.medium, window).every, relaxed((motion.dt or 0.0) / each.length)
             fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (each.factor / pressure)
             gone_then, gone_now, known = (every.apply(field) for field in fields)
-            left, displacement = left + gone_then[inside], displacement + gone_now[inside]
+            left, displacement = left + gone_then[:2, *inside], displacement + gone_now[:2, *inside]
             distance, follows = distance + known[around], follows + each.factor * new
             force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
         return replace(came, displacement=displacement, force=force / follows, left=left, distance=distance)
@@ -234,7 +239,8 @@ class March:
     def _wide(self, solution: Solution) -> np.ndarray:
         """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
         rows = (0, 0) if self.disc.grid.line else (1, 1)
-        return np.pad(_tractions(solution), ((0, 0), rows, (self.columns, self.columns)))
+        fields = np.concatenate([solution.traction, solution.pressure[None]])
+        return np.pad(fields, ((0, 0), rows, (self.columns, self.columns)))
 
     def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         state = initial_state(disc, before, steps)
@@ -300,17 +306,3 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
         return False
     assert disc.hertz is not None
     return not disc.hertz.on_elements(disc.grid).any()
-
-
-def _plastic(step: Discretisation, before: Solution) -> np.ndarray | None:
-    """Plastic displacement and yield stress of a third body (3, ny, nx) that particles bring along, dimensionless."""
-    layer, scales = step.loading.third_body, step.scales
-    if layer is None or before.plastic is None:
-        return None
-    moved = arriving(step, before.plastic[:2], 0.0) / scales.displacement
-    return np.concatenate([moved, arriving(step, before.plastic[2:], layer.tau_c0) / scales.pressure])
-
-
-def _tractions(solution: Solution) -> np.ndarray:
-    """Tractions and pressure, (3, ny, nx)."""
-    return np.concatenate([solution.traction, solution.pressure[None]])

@@ -133,7 +133,12 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
-    rounding = _rounding(disc, state)
+    # the way through units and back; unlike bodies with little friction magnify it, and distances from far away
+    coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
+    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
+    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
+    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
+    rounding = ROUNDED * (1 + abs(disc.K) / least) + far / own
     if not any(getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES):  # NaN: unknown
         return sol
     certificate = certificate_of(disc, state, sol.plan.closed_form, sol.certificate.level)
@@ -162,15 +167,3 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
             moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
             rigid = np.where(np.isnan(rigid), moved, rigid)
     return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
-
-
-def _rounding(disc: Discretisation, state: ContactState) -> float:
-    """What the way through units and back can do to a residual.
-
-    Unlike bodies with little friction magnify it, and so do distances that count from far away.
-    """
-    coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
-    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
-    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
-    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
-    return ROUNDED * (1 + abs(disc.K) / least) + far / own

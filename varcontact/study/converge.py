@@ -126,7 +126,14 @@ def converge(
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
         for n, each in product(numbers, methods):
             if (n, each.name, 0) not in known:
-                _check_fits(scene, n, each, offsets)
+                on_grid = replace(scene, grid=_spec(scene, n + (offsets > 1)))
+                try:
+                    check_fits(on_grid, each.plan(on_grid))
+                except TooLarge as error:
+                    what, remedy = f"cells = {n}: {each.name}", "leave these cells out, or the method"
+                    raise TooLarge(what, error.needed, error.available, remedy) from None
+                except (SceneError, SolverUnavailable):
+                    pass  # the table will say so
         tasks: dict[str, tuple[Any, ...]] = {}
         box = contact_of(scene)
         for k, (n, each, i) in enumerate(product(numbers, methods, range(offsets)), 1):
@@ -156,18 +163,6 @@ def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key
         row = {name: value for name, value in row.items() if name not in TANGENTIAL}
     row |= {"method": method.name, "cells": cells, "offset": offset, "identity": key, "memory": memory}
     return [row | {"outcome": outcome, "reason": reason} | _staircase(scene)]
-
-
-def _check_fits(scene: Scene, cells: int, method: Method, offsets: int) -> None:
-    """Refuse a grid on which a method is known to need more memory than there is."""
-    on_grid = replace(scene, grid=_spec(scene, cells + (offsets > 1)))
-    try:
-        check_fits(on_grid, method.plan(on_grid))
-    except TooLarge as error:
-        what = f"cells = {cells}: {method.name}"
-        raise TooLarge(what, error.needed, error.available, "leave these cells out, or the method") from None
-    except (SceneError, SolverUnavailable):
-        pass  # the table will say so
 
 
 def _spec(scene: Scene, elements: int) -> Grid:

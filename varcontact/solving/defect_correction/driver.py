@@ -99,8 +99,10 @@ def run(
     assert motion is not None
     prescribed = motion.Fx, motion.Fy
     wanted = [F if given is None else given for F, given in zip(last, (*prescribed, None), strict=True)]
-    of_forces = np.max([np.abs(last - coarser.forces[-1]), late_change(found.forces), np.abs(last - wanted)], axis=0)
-    of_creepages = np.maximum(np.abs(found.creepages[-1] - coarser.creepages[-1]), late_change(found.creepages))
+    changes = np.abs(np.diff(np.hstack([found.forces, found.creepages]), axis=0)) / DAMPING[:, None]
+    late = changes[-LATE:].max(axis=0)  # without damping
+    of_forces = np.max([np.abs(last - coarser.forces[-1]), late[:3], np.abs(last - wanted)], axis=0)
+    of_creepages = np.maximum(np.abs(found.creepages[-1] - coarser.creepages[-1]), late[3:])
     estimate = np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]])
     of_creepages = np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages))
     return corrected, state, replace(found, estimate=estimate, creepage_estimate=of_creepages)
@@ -156,7 +158,9 @@ def defect_correct(
     field = fine.field(state.traction, _friction(disc, state))
     correction, excess = np.zeros(state.traction.shape), np.zeros(2)
     scale, seconds = coarse.scales.pressure, []
-    forces, creepages = [resultants(state.traction * scale, coarse.grid)], [_creepages(disc, state)]
+    forces, rigid = [resultants(state.traction * scale, coarse.grid)], [state.rigid]
+    motion, rolled = coarse.loading.motion, unit_slip(coarse)
+    assert isinstance(motion, Steady)
     for k, damping in enumerate(DAMPING):
         started = time.perf_counter()
         # what the elements' slip lacks of the continuum's under the field, in the contact
@@ -168,8 +172,6 @@ def defect_correct(
         carried_more = resultants(state.traction * scale, coarse.grid) - fine.forces(field)
         excess = excess + damping * (carried_more[:2] / coarse.scales.force - excess)
         # the coarse problem with its rigid shift and prescribed forces corrected
-        motion = coarse.loading.motion
-        assert isinstance(motion, Steady)
         given = zip((motion.Fx, motion.Fy), excess * coarse.scales.force, strict=True)
         Fx, Fy = (None if force is None else float(force + more) for force, more in given)
         previous = PreviousStep(0.0 - correction, np.zeros(2))
@@ -181,9 +183,9 @@ def defect_correct(
             raise SceneError("refine", CONTINUUM, allowed) from None
         field = fine.field(state.traction, _friction(disc, state))
         forces.append(fine.forces(field))
-        creepages.append(_creepages(disc, state))
+        rigid.append(state.rigid)
         seconds.append(time.perf_counter() - started)
-    shift, rolled = fine.shift(field, state.rigid) * (field.bound > 0), unit_slip(disc)
+    shift = fine.shift(field, state.rigid) * (field.bound > 0)
     found = Refinement(
         kind=CONTINUUM,
         grid=fine.grid,
@@ -192,17 +194,12 @@ def defect_correct(
         correction=correction / rolled,
         share=np.ones(disc.grid.shape),
         forces=np.array(forces),
-        creepages=np.array(creepages),
+        creepages=motion.rigid[:2] + np.array(rigid) / rolled,
         estimate=np.zeros(3),
         creepage_estimate=np.zeros(2),
         seconds=tuple(seconds),
     )
     return disc, state, found
-
-
-def late_change(of_passes: np.ndarray) -> np.ndarray:
-    """How much late passes would have changed forces or creepages, (passes + 1, n), without damping: (n,)."""
-    return np.asarray((np.abs(np.diff(of_passes, axis=0)) / DAMPING[:, None])[-LATE:].max(axis=0))
 
 
 def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -213,9 +210,3 @@ def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
         nearest = distance_transform_edt(state.pressure == 0, return_distances=False, return_indices=True)
         return coefficient(disc, state)[tuple(nearest)]
     return np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape)
-
-
-def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """vx and vy, given or found."""
-    assert disc.loading.motion is not None
-    return np.asarray(disc.loading.motion.rigid[:2] + state.rigid / unit_slip(disc))
