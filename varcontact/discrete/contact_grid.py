@@ -72,11 +72,10 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = given_grid(scene)
-    if (
-        getattr(scene.motion, "heights", ()) and not spec.explicit and scene.hertz is not None
-    ):  # heights move and widen the contact
-        hertz = scene.hertz
-        wider = math.sqrt(1 + scene.motion.height_range / (hertz.a**2 / hertz.Rx)) - 1
+    heights, hertz = getattr(scene.motion, "heights", ()), scene.hertz
+    if heights and not spec.explicit and hertz is not None:  # heights move and widen the contact
+        highest = sum(float(each.height.max(initial=0.0) - each.height.min(initial=0.0)) for each in heights)
+        wider = math.sqrt(1 + highest / (hertz.a**2 / hertz.Rx)) - 1
         spec = replace(spec, margin=spec.margin + math.ceil(wider * max(spec.nx, spec.rows) / 2))
     coupled = scene.coupled and not scene.frictionless
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:

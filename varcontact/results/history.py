@@ -46,6 +46,19 @@ def heat_before(start: Solution | None) -> list[Heat]:
     return [heat] * math.ceil(2 + start.grid.nx * start.grid.sides[0] / heat.rolled)
 
 
+def series_of(history: History, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:
+    """What each step has under a name, (steps, *shape); of a file without the steps' fields."""
+    from varcontact.io.history import Stored
+
+    if isinstance(history.solutions, Stored):
+        return history.solutions.series(name)
+    return np.array([getattr(sol, name) for sol in history.solutions]).reshape(len(history), *shape)
+
+
+def _series(name: str, words: str, *shape: int) -> property:
+    return property(lambda history: series_of(history, name, shape), doc=words)
+
+
 @dataclass(frozen=True, eq=False)
 class History(Reported, Sequence[Solution]):
     """The steps of a transient scene that are solved: ``history[k]`` is the Solution of step k, from 0.
@@ -95,7 +108,7 @@ class History(Reported, Sequence[Solution]):
     def dq(self) -> np.ndarray:
         """Distance rolled in each step [length], shape (steps,)."""
         dx = self.grid.sides[0]
-        return np.array([self._motion.step(k, dx).dq for k in range(len(self))])
+        return np.array([self.scene.motion.step(k, dx).dq for k in range(len(self))])
 
     @property
     def rolled(self) -> np.ndarray:
@@ -105,38 +118,19 @@ class History(Reported, Sequence[Solution]):
     @property
     def position(self) -> np.ndarray:
         """Where the contact has come along x since the start [length]: rolling backward takes it back; (steps,)."""
-        return np.cumsum(self.dq * self._motion.every("direction")[: len(self)])
+        return np.cumsum(self.dq * self.scene.motion.every("direction")[: len(self)])
 
-    @property
-    def force(self) -> np.ndarray:
-        """Tangential force (Fx, Fy) on body 1, shape (steps, 2)."""
-        return self._series("force", (2,))
-
-    @property
-    def normal_force(self) -> np.ndarray:
-        """Total compressive force, shape (steps,)."""
-        return self._series("normal_force")
-
-    @property
-    def moment(self) -> np.ndarray:
-        """Twisting moment Mz on body 1, shape (steps,)."""
-        return self._series("moment")
-
-    @property
-    def approach(self) -> np.ndarray:
-        """Approach of the bodies [length], shape (steps,)."""
-        return self._series("approach")
-
-    @property
-    def creepage(self) -> np.ndarray:
-        """(vx, vy, spin), in steps that do not roll (ux, uy, rotation); shape (steps, 3)."""
-        return self._series("creepage", (3,))
+    force = _series("force", "Tangential force (Fx, Fy) on body 1, shape (steps, 2).", 2)
+    normal_force = _series("normal_force", "Total compressive force, shape (steps,).")
+    moment = _series("moment", "Twisting moment Mz on body 1, shape (steps,).")
+    approach = _series("approach", "Approach of the bodies [length], shape (steps,).")
+    creepage = _series("creepage", "(vx, vy, spin), in steps that do not roll (ux, uy, rotation); shape (steps, 3).", 3)
 
     @property
     def dissipation(self) -> np.ndarray:
         """Work lost by friction in each step [force length], shape (steps,)."""
         dq = self.dq
-        return self._series("friction_work") * np.where(dq > 0, dq, 1.0)
+        return series_of(self, "friction_work") * np.where(dq > 0, dq, 1.0)
 
     def temperature(self, k: int = -1) -> np.ndarray:
         """Temperature of the surfaces of body 1 and body 2 at the end of a step, followed along the material.
@@ -161,7 +155,7 @@ class History(Reported, Sequence[Solution]):
         if thermal is None:
             raise SceneError("thermal", None, "given: the thermal data of both bodies")
         count = checks.whole("k", k, -n, n - 1) % n + 1
-        path = [*heat_before(self._motion.start), *map(heat_of, self[:count])]
+        path = [*heat_before(self.scene.motion.start), *map(heat_of, self[:count])]
         return temperatures_in_time(path, self.grid.sides[0], thermal)
 
     def work_along(self, period: float | None = None) -> xr.DataArray:
@@ -206,7 +200,7 @@ class History(Reported, Sequence[Solution]):
         if len(self) == 0:
             raise SceneError("history", "no steps", "with one step at least")
         dq = self.dq
-        middle = self.position - self._motion.every("direction")[: len(self)] * dq / 2
+        middle = self.position - self.scene.motion.every("direction")[: len(self)] * dq / 2
         passed = (middle - middle.min()) / dx
         whole = np.floor(np.round(passed, 9)).astype(int)
         part = np.maximum(passed - whole, 0.0)
@@ -216,7 +210,7 @@ class History(Reported, Sequence[Solution]):
             lost = sol.power_density * (dq[k] or 1.0)
             work[:, whole[k] : whole[k] + grid.nx] += lost * (1 - part[k])
             work[:, whole[k] + 1 : whole[k] + 1 + grid.nx] += lost * part[k]
-        X = (self._motion.rolled or 0.0) + float(middle.min()) + grid.x[0] + dx * np.arange(count)
+        X = (self.scene.motion.rolled or 0.0) + float(middle.min()) + grid.x[0] + dx * np.arange(count)
         if around is not None:
             count = round(around)
             work = np.pad(work, ((0, 0), (0, -work.shape[1] % count))).reshape(grid.rows, -1, count).sum(axis=1)
@@ -230,17 +224,6 @@ class History(Reported, Sequence[Solution]):
             return None
         return ErrorEstimate.of_history([sol.error_estimate for sol in self if sol.error_estimate is not None])
 
-    @property
-    def _motion(self) -> Any:
-        return self.scene.motion
-
-    def _series(self, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:
-        from varcontact.io.history import Stored
-
-        if isinstance(self.solutions, Stored):
-            return self.solutions.series(name)
-        return np.array([getattr(sol, name) for sol in self.solutions]).reshape(len(self), *shape)
-
     def report(self) -> str:
         """The history in words, for people: forces of some steps, and the last step."""
         from varcontact.results.report import report_history
@@ -248,7 +231,7 @@ class History(Reported, Sequence[Solution]):
         return report_history(self)
 
     def __repr__(self) -> str:
-        return f"History({len(self)} of {self._motion.steps} steps)"
+        return f"History({len(self)} of {self.scene.motion.steps} steps)"
 
     def summary(self) -> dict[str, Any]:
         """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve --json`` prints."""
@@ -256,7 +239,7 @@ class History(Reported, Sequence[Solution]):
 
         series = ("rolled", "normal_force", "force", "moment", "approach", "creepage", "dissipation", "error_estimate")
         return {
-            "steps": self._motion.steps,
+            "steps": self.scene.motion.steps,
             "finished": len(self),
             **{name: plain(getattr(self, name)) for name in series},
             "last": self[-1].summary() if len(self) else None,

@@ -42,6 +42,10 @@ ROUNDING = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
 
 
+def _part(name: str, k: int, words: str) -> property:
+    return property(lambda sol: float(getattr(sol, name)[k]), doc=words)
+
+
 @dataclass(frozen=True, eq=False)
 class Solution(Reported):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
@@ -194,35 +198,12 @@ class Solution(Reported):
         dx = self.grid.sides[0]
         return surface_temperatures(heat, self.state != EXTERIOR, dx, scene.speed, scene.thermal)
 
-    @property
-    def Fx(self) -> float:
-        """Tangential force on body 1 along x; in line contact per unit length."""
-        return float(self.force[0])
-
-    @property
-    def Fy(self) -> float:
-        """Tangential force on body 1 along y."""
-        return float(self.force[1])
-
-    @property
-    def Mz(self) -> float:
-        """Twisting moment on body 1 about the origin: `moment`."""
-        return self.moment
-
-    @property
-    def vx(self) -> float:
-        """Longitudinal creepage, prescribed or found; of a shift ux [length]."""
-        return self.creepage[0]
-
-    @property
-    def vy(self) -> float:
-        """Lateral creepage, prescribed or found; of a shift uy [length]."""
-        return self.creepage[1]
-
-    @property
-    def spin(self) -> float:
-        """Spin creepage [1/length]; of a shift the rotation."""
-        return self.creepage[2]
+    Fx = _part("force", 0, "Tangential force on body 1 along x; in line contact per unit length.")
+    Fy = _part("force", 1, "Tangential force on body 1 along y.")
+    Mz = moment
+    vx = _part("creepage", 0, "Longitudinal creepage, prescribed or found; of a shift ux [length].")
+    vy = _part("creepage", 1, "Lateral creepage, prescribed or found; of a shift uy [length].")
+    spin = _part("creepage", 2, "Spin creepage [1/length]; of a shift the rotation.")
 
     @property
     def max_pressure(self) -> float:

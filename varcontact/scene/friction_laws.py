@@ -29,10 +29,15 @@ class LocalLaw(Law):
     """A coefficient by more than slip."""
 
     local: ClassVar[bool] = True
+    at: ClassVar[Any]  # coefficient by temperature or by pressure, where it depends on nothing else
 
     def __call__(self, slip: Any) -> np.ndarray:
         """The largest coefficient, at any `slip`: nothing else is known."""
         return np.full_like(slip_sizes(slip), self.static)
+
+    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+        """Coefficient at a `temperature`, or at a `pressure`, whatever `slip`, `x` and `y`."""
+        return np.asarray(self.at(temperature if self.warm else pressure))
 
 
 @dataclass(frozen=True)
@@ -62,10 +67,6 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
     reference: float = 0.0
     over: float = 1.0
     warm: ClassVar[bool] = True
-
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at a `temperature`, whatever `slip`, `pressure`, `x` and `y`."""
-        return self.at(temperature)
 
     def at(self, temperature: Any) -> np.ndarray:
         """Coefficient at a `temperature` (any shape)."""
@@ -101,10 +102,6 @@ class PressureFalling(LocalLaw, strength=checks.positive):
     """
 
     strength: float = 1.0
-
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
-        """Coefficient at a `pressure`, whatever `slip`, `temperature`, `x` and `y`."""
-        return self.at(pressure)
 
     def at(self, pressure: Any) -> np.ndarray:
         """Coefficient at a `pressure` (any shape)."""
