@@ -47,8 +47,6 @@ START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
-KEPT = 20.0
-"""Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a twentieth of it."""
 
 Solved = tuple[WheelRailSolution, list[Operators]]
 """With the operators on the grids of its patches."""
@@ -173,16 +171,10 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
         normal, borne = _vertical(frames, forces, False), _vertical(frames, forces, case.with_friction)
         z = case.touching + (last.z - last.case.touching + start.deeper)
         search = BearingHeight(case, tol, z, (normal, borne))
-    placed, there = math.inf, tuple[ContactPatch, ...]()
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
-        if abs(z - placed) > KEPT * tol * (z - case.touching) or case.conformal is True:
-            placed, there = z, _patches(case, z)
-        patches = []
-        for each in there:  # in the same plane
-            approach = each.approach + (z - placed) * math.cos(each.angle)
-            patches.append(replace(each, approach=approach, scene=replace(each.scene, approach=approach)))
+        patches = _patches(case, z)
         scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
         if case.z is None:
             bare = [replace(scene, motion=None, friction=None) for scene in scenes]
