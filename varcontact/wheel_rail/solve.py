@@ -21,7 +21,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.on_grid import ContactOnGrid, Near
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
-from varcontact.solving.selection import MANY_PRESSURES
 from varcontact.solving.side_by_side import settled_together
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
@@ -181,10 +180,7 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
             near = [each.near for each in frictionless] or before
             frictionless = _contacts(bare, _for_pressure(methods), near, known)
             known = [each.disc.operators for each in frictionless]
-            slope = math.nan
-            if search.rounds == 1:
-                slope = sum(map(_stiffness, frictionless, frames))
-            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False), slope):
+            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False)):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, methods) for scene in scenes]
@@ -236,17 +232,6 @@ def _contacts(
         if each not in kept:
             each.forget()
     return contacts
-
-
-def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
-    """Of a contact without tractions, of the vertical part [N/mm]; NaN where its matrix is none of a few elements."""
-    from scipy.linalg import cho_solve
-
-    disc, elements = frictionless.disc, np.flatnonzero(frictionless.state.pressure)
-    if elements.size > MANY_PRESSURES or disc.conformal or not disc.normal_problem().symmetric:
-        return math.nan
-    added = cho_solve(disc.operators.normal.on(elements).cholesky, np.ones(elements.size)).sum()
-    return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement * frame.axes[2, 2] ** 2)
 
 
 def _solved(
