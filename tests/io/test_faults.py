@@ -236,8 +236,7 @@ def test_units_that_a_terminal_or_a_formula_cannot_have(tmp_path, pictures):
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_pictures_that_need_latex(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", "")
+def test_pictures_that_need_latex(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     done = run("solve", "scene.toml", "--plot", "p.pgf", folder=tmp_path)
     assert_bad_input(done, "the name must end in")

@@ -173,7 +173,16 @@ def sweep_file(
     described = json.loads(json.dumps(described))
     with only_writer("store", path):
         if path.exists() and path.stat().st_size > 0:
-            records = _records_of_same_sweep(path, described)
+            try:
+                records, _, there = read_sweep_file(path)
+            except OutputError as error:
+                raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
+            if there != described:
+                changed, old, new = "", there["settings"], described["settings"]
+                if there | {"settings": new} == described:
+                    names = [name for name in new if old.get(name) != new[name]]
+                    changed = ", ".join(f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in names)
+                raise OutputError("store", path, f"holds another sweep{changed and f' ({changed})'}; name a new file")
         else:
             content = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
             tabulated(records, coordinates, described, stored=True).to_netcdf(content, engine="h5netcdf")
@@ -228,19 +237,3 @@ def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, A
     records = blank(len(there), there.dtype)
     records[done] = there[done]
     return records, coordinates, described
-
-
-def _records_of_same_sweep(path: Path, wanted: dict[str, Any]) -> np.ndarray:
-    """The records in the file of the same sweep; the error has the settings that differ, where it is these alone."""
-    try:
-        records, _, there = read_sweep_file(path)
-    except OutputError as error:
-        raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
-    if there == wanted:
-        return records
-    changed = ""
-    if {**there, "settings": None} == {**wanted, "settings": None}:
-        old, new = there["settings"], wanted["settings"]
-        differ = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
-        changed = f" ({', '.join(differ)})"
-    raise OutputError("store", path, f"holds another sweep{changed}; name a new file")

@@ -177,7 +177,15 @@ def draw_section(
     room, all of this solution if not given.
     """
     line, grid = sol.scene.line, sol.grid
-    row, lengths = _row_of(sol, y), measure(sol.scene, "length", grid.box)
+    row, lengths = int(np.argmax(sol.pressure.max(axis=1))), measure(sol.scene, "length", grid.box)
+    if y is not None:
+        y = checks.number("y", y)
+        if line:
+            raise SceneError("y", y, "left out in line contact, which is the same in all sections")
+        _, _, bottom, top = grid.box
+        if not bottom <= y <= top:
+            raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
+        row = _nearest_row(grid, y)
     place, words = float(grid.y[row]), ""
     if sol.scene.motion is None:
         measured = measure(sol.scene, "pressure", sol.pressure[row])
@@ -211,19 +219,6 @@ def draw_section(
     _section_frame(ax, sol, lengths, box_of(in_row, grid) if box is None else box)
     if largest:
         ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
-
-
-def _row_of(sol: Solution, y: float | None) -> int:
-    """The row of elements of a section at y, checked; that with the largest pressure if y is not given."""
-    if y is None:
-        return int(np.argmax(sol.pressure.max(axis=1)))
-    y = checks.number("y", y)
-    if sol.scene.line:
-        raise SceneError("y", y, "left out in line contact, which is the same in all sections")
-    _, _, bottom, top = sol.grid.box
-    if not bottom <= y <= top:
-        raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
-    return _nearest_row(sol.grid, y)
 
 
 def _nearest_row(grid: Grid, y: float) -> int:

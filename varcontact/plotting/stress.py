@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.plotting import style
-from varcontact.plotting.unit_labels import Measure, measure
+from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Solution
 from varcontact.results.stress import FARTHEST, ONE, SubsurfaceStress, side_of, stress
 
@@ -90,7 +90,17 @@ def plot_stress(
             image = drawn.contourf(first, second, value, levels, cmap="RdBu_r" if signed else "viridis")
             drawn.contour(first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid")
         style.colour_bar(drawn, image, stresses.label(name))
-        _draw_contact(drawn, sol, plane, lengths)
+        if plane == "xy":
+            x_lines, y_lines = lengths(sol.grid.x), lengths(sol.grid.y)
+            inside = (sol.pressure > 0).astype(float)
+            for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
+                drawn.contour(x_lines, y_lines, inside, [0.5], colors=ink, linewidths=width, linestyles=line)
+            drawn.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
+        else:
+            cells = _cells(sol, axes[0])
+            ends = lengths(sol.grid.lines[axes[0]][[cells[0], cells[-1] + 1]])
+            drawn.axhline(0, color="0.35", linewidth=0.6)
+            drawn.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
         most = int(np.abs(values).argmax())  # a cross where the stress is largest in size
         value = float(values.flat[most])
         first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
@@ -157,18 +167,3 @@ def _abscissae(sol: Solution, axis: int) -> np.ndarray:
     every = max(1, int(np.ceil(cells.size / ACROSS)))
     beyond = (cells.size // 2 + 1) // every * every
     return np.asarray(first + np.arange(cells[0] - beyond, cells[-1] + beyond + 1, every) * side)
-
-
-def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None:
-    if plane == "xy":
-        x, y = lengths(sol.grid.x), lengths(sol.grid.y)
-        inside = (sol.pressure > 0).astype(float)
-        for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
-            ax.contour(x, y, inside, [0.5], colors=ink, linewidths=width, linestyles=line)
-        ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
-        return
-    axis = "xy".index(plane[0])
-    cells = _cells(sol, axis)
-    ends = lengths(sol.grid.lines[axis][[cells[0], cells[-1] + 1]])
-    ax.axhline(0, color="0.35", linewidth=0.6)
-    ax.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")

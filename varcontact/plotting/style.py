@@ -6,7 +6,6 @@ import io
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from shutil import which
 from typing import Any, cast
 
 import matplotlib as mpl
@@ -18,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from varcontact import checks
-from varcontact.errors import OutputError, SceneError
-from varcontact.system.files import check_replaceable, first_line, write_whole
+from varcontact.errors import SceneError
+from varcontact.system.files import check_replaceable, reading, write_whole
 
 COLUMN, PAGE = 3.54, 7.48
 """Widths of one column and of a page of two columns of a journal [inch]: 90 and 190 mm."""
@@ -146,18 +145,13 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
 
     `inputs` are files that have to stay; `overwrite` is for a file that is no picture which varcontact drew.
     """
-    mpl.use("Agg")
-    kinds = set(FigureCanvasAgg.get_supported_filetypes())
-    if which(mpl.rcParams["pgf.texsystem"]) is None:
-        kinds.discard("pgf")  # LaTeX draws it
-    check_replaceable(FIELD, path, [f".{kind}" for kind in sorted(kinds)], "picture", OURS, overwrite, inputs)
+    kinds = sorted(set(FigureCanvasAgg.get_supported_filetypes()) - {"pgf"})  # which is for LaTeX
+    check_replaceable(FIELD, path, [f".{kind}" for kind in kinds], "picture", OURS, overwrite, inputs)
 
 
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the path's ending, whole or not at all."""
     picture, kind = io.BytesIO(), path.suffix[1:].lower()
-    try:
+    with reading(path, "cannot be drawn", FIELD, (OSError, RuntimeError, ValueError)):
         figure.savefig(picture, format=kind, dpi=300, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
-    except (OSError, RuntimeError, ValueError) as error:  # pgf without LaTeX, for one
-        raise OutputError(FIELD, path, f"cannot be drawn ({first_line(error)})") from None
     write_whole(FIELD, path, picture.getvalue())

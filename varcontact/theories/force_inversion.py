@@ -83,7 +83,7 @@ def creepage_for_force(
         return fastsim(a, b, G, friction_force, creepage, coefficients, **options).force
 
     carried = -float(force(np.array([FARTHEST * unit, 0.0, 0.0]))[0])
-    return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, friction_force, carried)
+    return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, carried)
 
 
 def creepage_carrying(
@@ -91,7 +91,6 @@ def creepage_carrying(
     creepage: np.ndarray,
     prescribed: tuple[float | None, float | None],
     unit: float,
-    friction_force: float,
     carried: float,
 ) -> np.ndarray:
     """A creepage (3,) with vx and vy changed to where a theory gives the prescribed forces, of `carried` at most.
@@ -114,15 +113,15 @@ def creepage_carrying(
         from scipy.optimize import root
 
         # both at once by Powell's hybrid method, which may fail near saturation
-        quick = root(lambda v: (at(*(unit * v)) - (Fx, Fy)) / friction_force, np.zeros(2), tol=1e-13, options=HYBRID)
+        quick = root(lambda v: (at(*(unit * v)) - (Fx, Fy)) / carried, np.zeros(2), tol=1e-13, options=HYBRID)
         if np.all(np.abs(quick.fun) < 1e-11):
             return np.array([*(unit * quick.x), spin])
     x = vx if Fx is None else _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
     y = lateral(x)
     found = at(x, y)
     miss = max((abs(found[i] - F) for i, F in enumerate(prescribed) if F is not None), default=0.0)
-    if miss > 1e-9 * friction_force:
-        raise NotConverged("no creepages found for the prescribed force", miss / friction_force)
+    if miss > 1e-9 * carried:
+        raise NotConverged("no creepages found for the prescribed force", miss / carried)
     return np.array([x, y, spin])
 
 

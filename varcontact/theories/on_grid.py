@@ -134,7 +134,7 @@ def _of(tractions: Callable[..., Found], formula: Callable[[Contact], Forces] | 
         limit = float(contact.bounds["elliptic"].sum()) * contact.grid.area if formula is None else contact.limit
         unit = 3 * limit / (contact.G * contact.a * contact.b * contact.table.C11)
         given, prescribed = np.array(motion.rigid), (motion.Fx, motion.Fy)
-        creepage = creepage_carrying(force, given, prescribed, unit, limit, limit)
+        creepage = creepage_carrying(force, given, prescribed, unit, limit)
         traction, slips = tractions(contact, creepage, **options)
         rigid = np.asarray((creepage - given)[:2] * step * scales.length / scales.displacement)
         return _closed_form(state, traction / scales.pressure, rigid, slips & (state.pressure > 0))

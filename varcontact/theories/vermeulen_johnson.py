@@ -201,7 +201,7 @@ def vermeulen_johnson_creepage(
         vx, vy, _ = creepage.tolist()
         return np.array(vermeulen_johnson_forces(replace(contact, vx=vx, vy=vy))[:2])
 
-    return creepage_carrying(force, np.array([given_x, given_y, 0.0]), (Fx, Fy), unit, limit, limit)
+    return creepage_carrying(force, np.array([given_x, given_y, 0.0]), (Fx, Fy), unit, limit)
 
 
 def vermeulen_johnson_traction(
