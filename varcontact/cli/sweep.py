@@ -16,9 +16,7 @@ from varcontact.errors import Interrupted, SceneError, WorkersLost
 if TYPE_CHECKING:
     import xarray as xr
 
-TAKEN = (
-    "normal", "tangential", "coupling", "formulation", "method", "tol", "polish", "certify", "accuracy", "time_budget"
-)  # fmt: skip
+TAKEN = (*opt.SETTINGS, "polish")
 """Entries of ``[solve]`` that a sweep accepts."""
 SHOWN = 40
 """Scenes that are printed; the store has all of them."""
@@ -42,8 +40,6 @@ def sweep(
 
     check_outputs(out, None, [scene], False, (".nc",))
     described, over, settings = read_sweep_scene(scene)
-    if "start" in settings:
-        raise SceneError("solve.start", settings["start"], "left out: a sweep has its own starts")
     for name, value in settings.items():
         if name not in TAKEN:
             raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")

@@ -29,7 +29,7 @@ def plot_response(
     waves = measure(response.scene, "spin", k)
     name = rf"$\partial {NAMES[output]}/\partial {NAMES[by]}$"
     with style.styled():
-        figure = style.empty_figure(style.figure_size(figsize, (style.PAGE, 0.5 * style.PAGE)))
+        figure = style.empty_figure((style.PAGE, 0.5 * style.PAGE), figsize)
         panels = figure.subplot_mosaic([["size", "plane"], ["phase", "plane"]])
         size, phase, plane = panels["size"], panels["phase"], panels["plane"]
         size.loglog(waves(k), measured(np.abs(values)), color=style.colour(0))

@@ -38,9 +38,8 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
         if np.isfinite(values).any():
             found[i] = values
     panels = 3 if found else 2
-    size = style.figure_size(figsize, (style.COLUMN * 1.5, 0.4 + 1.7 * panels))
     with style.styled():
-        figure, axes = style.new_figure(panels, 1, size, sharex=True)
+        figure, axes = style.new_figure(panels, 1, (style.COLUMN * 1.5, 0.4 + 1.7 * panels), figsize, sharex=True)
         _draw_forces(axes[0], history, places)
         if found:
             measured = measure(None, "1", list(found.values()))

@@ -39,8 +39,8 @@ def plot(
         return figure
     with style.styled():
         if line:  # below each other over the same abscissa
-            size = style.figure_size(figsize, (1.3 * style.COLUMN, 0.4 + 2.1 * len(names)))
-            figure, axes = style.new_figure(len(names), 1, size, sharex=True)
+            size = 1.3 * style.COLUMN, 0.4 + 2.1 * len(names)
+            figure, axes = style.new_figure(len(names), 1, size, figsize, sharex=True)
         else:  # of one height
             left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
             shape = float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if to_scale(box) else 1.0

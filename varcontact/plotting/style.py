@@ -70,16 +70,21 @@ def look(number: int) -> dict[str, Any]:
     return {"color": colour(number), "marker": MARKERS[number % len(MARKERS)]}
 
 
-def empty_figure(figsize: tuple[float, float]) -> Picture:
-    """A figure without axes; call it within `styled`."""
-    figure = Picture(figsize=figsize, layout="constrained")
+def empty_figure(default: tuple[float, float], figsize: Any = None) -> Picture:
+    """A figure without axes, of the width and height that are given or the default [inch]; call it within `styled`."""
+    sizes = checks.numbers("figsize", default if figsize is None else figsize)
+    if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
+        raise SceneError("figsize", figsize, "(width, height) in inches, each from 0.5 to 100")
+    figure = Picture(figsize=tuple(sizes.tolist()), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
-def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[Figure, list[Axes]]:
-    """A figure and its axes, row by row, with options of `Figure.subplots`; call it within `styled`."""
-    figure = empty_figure(figsize)
+def new_figure(
+    rows: int, columns: int, default: tuple[float, float], figsize: Any = None, **options: Any
+) -> tuple[Figure, list[Axes]]:
+    """The same with axes, row by row, by options of `Figure.subplots`."""
+    figure = empty_figure(default, figsize)
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
@@ -87,21 +92,10 @@ def new_panels(count: int, height: float, figsize: Any = None) -> tuple[Figure, 
     """A figure of so many axes, three to a row, each of this height with its labels [inch]."""
     columns = min(max(count, 1), 3)
     rows = -(-max(count, 1) // columns)
-    size = figure_size(figsize, (PAGE / 3 * max(columns, 1.4), rows * height))
-    figure, axes = new_figure(rows, columns, size)
+    figure, axes = new_figure(rows, columns, (PAGE / 3 * max(columns, 1.4), rows * height), figsize)
     for ax in axes[count:]:
         ax.set_axis_off()
     return figure, axes[:count]
-
-
-def figure_size(value: Any, default: tuple[float, float]) -> tuple[float, float]:
-    """Width and height of a figure [inch], checked; the default for None."""
-    if value is None:
-        return default
-    sizes = checks.numbers("figsize", value)
-    if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
-        raise SceneError("figsize", value, "(width, height) in inches, each from 0.5 to 100")
-    return float(sizes[0]), float(sizes[1])
 
 
 @contextmanager
@@ -109,10 +103,9 @@ def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterat
     """The axes that are given, or those of a new figure, after it, and the style for what is drawn within."""
     if not isinstance(ax, Axes | None):
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
-    size = figure_size(figsize, default)
     with styled():
         if ax is None:
-            _, (ax,) = new_figure(1, 1, size)
+            _, (ax,) = new_figure(1, 1, default, figsize)
         yield cast(Figure, ax.get_figure(root=True)), ax
 
 
