@@ -29,7 +29,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.history import bytes_of_steps, solve_transient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import SolveOptions, Target
+from varcontact.solving.options import BY_DEFAULT, SolveOptions, Target
 from varcontact.solving.pipeline import peak
 from varcontact.system import process
 from varcontact.system.process import one_blas_thread
@@ -74,8 +74,9 @@ class GridLevel:
     seconds: float
     patches: tuple[Patch, ...]
 
-    def unresolved(self, least: float) -> list[Patch]:
-        """Patches with few elements across that carry a part `least` of the load, or a peak that counts."""
+    def unresolved(self, accuracy: float | None) -> list[Patch]:
+        """Patches with few elements across that carry a part of the load, the `accuracy`, or a peak that counts."""
+        least = BY_DEFAULT if accuracy is None else accuracy
         narrow = (each for each in self.patches if each.across < NARROWEST)
         return [each for each in narrow if each.share > least or (each.peak and "peak_pressure" in self.values)]
 
@@ -147,7 +148,7 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     """
     first, second, fine = levels[-GRIDS:]
     per, order = units(fine.answer), 1.0 if fine.answer.scene.hardens else ORDER
-    narrow = first.unresolved(target.least)
+    narrow = first.unresolved(target.accuracy)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
     best, errors = dict(fine.values), {}
     for name in (name for name in fine.values if name in second.values):
@@ -190,7 +191,7 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
 def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
     """Elements across on the next grid: as many as the narrowest patch asks for, if these fit."""
     assert options.target is not None
-    narrowest = min((each.across for each in last.unresolved(options.target.least)), default=NARROWEST)
+    narrowest = min((each.across for each in last.unresolved(options.target.accuracy)), default=NARROWEST)
     usual, n = math.ceil(last.n * RATIO), math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
     return usual if few and n > usual and not _fits(scene, options, n) else n
 

@@ -72,11 +72,6 @@ class Target:
     time_budget: float | None = None
     by_default: bool = False
 
-    @property
-    def least(self) -> float:
-        """The part of the load with which a patch of the contact counts."""
-        return BY_DEFAULT if self.accuracy is None else self.accuracy
-
 
 @dataclass(frozen=True)
 class SolveOptions:
