@@ -32,18 +32,12 @@ class Solids:
     stack: Stack
     relaxations: tuple[tuple[tuple[float, float], ...], ...]
 
-    @property
-    def relaxed(self) -> Stack:
-        return self._weaker([1 + sum(f for f, _ in each) for each in self.relaxations])
-
-    def at(self, k: np.ndarray) -> Stack:
-        """With complex moduli at wave numbers (n,)."""
-        return self._weaker(
-            [1 + 0 * k + sum(f / (1 - 1j * k * length) for f, length in each) for each in self.relaxations]
-        )
-
-    def _weaker(self, compliances: list[Any]) -> Stack:
-        """With moduli divided by numbers, those of the layers and of the base."""
+    def at(self, k: np.ndarray | None = None) -> Stack:
+        """With complex moduli at wave numbers (n,), or relaxed."""
+        if k is None:
+            compliances: list[Any] = [1 + sum(f for f, _ in each) for each in self.relaxations]
+        else:
+            compliances = [1 + 0 * k + sum(f / (1 - 1j * k * far) for f, far in each) for each in self.relaxations]
         layers = tuple((h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False))
         base = self.stack.base
         return Stack(layers, base if isinstance(base, str) else (base[0] / compliances[-1], base[1]))
@@ -65,7 +59,7 @@ class RollingLayers:
 
     @cached_property
     def relaxed(self) -> LayeredPair:
-        return LayeredPair(self.upper.relaxed, self.lower.relaxed, self.depth)
+        return LayeredPair(self.upper.at(), self.lower.at(), self.depth)
 
     @cached_property
     def K(self) -> float:

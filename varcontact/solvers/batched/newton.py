@@ -318,7 +318,7 @@ class Method:
             rows = times(system.free, image)
             rows += times(system.own, step)
             if border is not None:
-                rows += border.rows(rigid)
+                rows += rigid[0] * border.columns[0] + rigid[1] * border.columns[1]
                 sums = border.sums(self, step)
             row: list[np.ndarray] = []
             for one, of_forces in directions:
@@ -411,6 +411,3 @@ class Border:
         off = (self.sums(method, step) - lacking) * self.free
         rigid = self.inverse[:, 0] * off[0] + self.inverse[:, 1] * off[1]
         return step - rigid[0] * self.images[0] - rigid[1] * self.images[1], rigid
-
-    def rows(self, rigid: np.ndarray) -> np.ndarray:
-        return rigid[0] * self.columns[0] + rigid[1] * self.columns[1]
