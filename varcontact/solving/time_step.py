@@ -24,7 +24,7 @@ from varcontact.discrete.state import ContactState, divided, unloaded, with_subg
 from varcontact.discrete.stick_slip import arriving, unit_slip
 from varcontact.discrete.temperature import Heat, temperature_rise
 from varcontact.elasticity.operators import table_bytes
-from varcontact.elasticity.viscoelastic import ViscoelasticMedium, moved, relaxed
+from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
@@ -89,7 +89,8 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     rows, numbers = grid.rows + 2, 8 * 3 * scene.motion.steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
-    return March(scene, replace(disc, operators=Operators(disc.lattice, medium, disc.operators.layer)), solver, columns)
+    disc = replace(disc, operators=Operators(disc.lattice, medium, disc.operators.layer))
+    return March(scene, disc, solver, columns, medium.lagging)
 
 
 def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
@@ -113,6 +114,7 @@ class March:
     disc: Discretisation
     steps: ContactSolver
     columns: int = 0
+    lagging: tuple[Lagging, ...] = ()
 
     def start(self) -> Solution | None:
         """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be interpolated."""
@@ -155,10 +157,9 @@ class March:
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before, heated)
         solution = self._solved(scene, disc, before, steps)
-        if self.scene.bodies.relaxes:
-            motion, medium = scene.motion, self.disc.operators.medium
-            assert isinstance(medium, ViscoelasticMedium)
-            weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in medium.lagging])
+        if self.lagging:
+            motion = scene.motion
+            weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in self.lagging])
             memory = weights[:, None, None, None] * self._wide(solution)
             if before is not None:
                 passed = motion.direction * motion.dq / self.disc.grid.sides[0]
@@ -211,14 +212,13 @@ class March:
         disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
         operators, pressure = disc.operators, disc.scales.pressure
         passed = motion.direction * motion.dq / disc.grid.sides[0]
-        assert isinstance(operators.medium, ViscoelasticMedium)
         window = disc.lattice.window(-ahead, nx + ahead, -1, ny + 1)
         inside = slice(0, 1) if disc.grid.line else slice(1, -1), slice(ahead, ahead + nx)
         around = 2, slice(None), slice(ahead - 1, ahead + nx + 1)
         left = operators.at_once.every.apply(self._wide(before)[:, *inside] / pressure)[:2]
         displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
         kept = self._kept(motion, before)
-        for each, gone, stays in zip(operators.medium.lagging, before.memory - kept, kept, strict=True):
+        for each, gone, stays in zip(self.lagging, before.memory - kept, kept, strict=True):
             every, (_, _, new) = operators.of(each.medium, window).every, relaxed((motion.dt or 0.0) / each.length)
             fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (each.factor / pressure)
             gone_then, gone_now, known = (every.apply(field) for field in fields)
@@ -229,10 +229,8 @@ class March:
 
     def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
         """Tractions of the past (relaxations, 3, ..., ...) that particles remember after a step, where they were."""
-        medium = self.disc.operators.medium
-        assert isinstance(medium, ViscoelasticMedium)
         assert before.memory is not None
-        weights = [relaxed((motion.dt or 0.0) / each.length) for each in medium.lagging]
+        weights = [relaxed((motion.dt or 0.0) / each.length) for each in self.lagging]
         then = self._wide(before)
         return np.array([w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)])
 
