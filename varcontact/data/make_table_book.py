@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -125,12 +125,12 @@ def make_table_book(
     path = None if out is None else checks.file_name("out", out)
     if path is not None:
         check_out("out", path, overwrite)
-    rays = _Rays(kinds, nodes, directions, t)
+    creepages = directions[:, None, :] * (HALFWAY * t / (1 - t))[:, None]  # reduced (d, m, 3)
     files = (None, None, None) if path is None else stores(path)
 
     def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
         """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
-        scenes = list(rays.scenes(chosen, GRIDS[k]))
+        scenes = list(_scenes(kinds, nodes, creepages, chosen, GRIDS[k]))
         solved = partial(sweep, scenes, chunk=RAYS * steps, tol=TOL, certify=None)  # a chunk has those of some rays
         swept = solved(store=files[k], progress=progress, executor=executor, workers=workers)
         failed = np.flatnonzero(swept["outcome"].values != "solved")
@@ -140,7 +140,7 @@ def make_table_book(
             raise VarcontactError(words + str(swept["reason"].values[first]))
         found = np.full((*chosen.shape, 3), np.nan)
         found[chosen] = np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
-        return found - rays.law(GRIDS[k])
+        return found - _law(kinds, nodes, creepages, GRIDS[k])
 
     coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
     left = extrapolated(coarse, fine, *GRIDS[:2])
@@ -151,7 +151,7 @@ def make_table_book(
         better = extrapolated(fine, finest, *GRIDS[1:])
         left = np.where(doubtful[..., None], better, left)
         change = np.where(doubtful, np.abs(better - finest).max(axis=-1), change)
-    values, accuracy = left + rays.law(None), np.maximum(LEAST_ERROR, change)
+    values, accuracy = left + _law(kinds, nodes, creepages, None), np.maximum(LEAST_ERROR, change)
     left, values, accuracy = (np.moveaxis(array, 1, 2) for array in (left, values, accuracy))
     size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
     provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
@@ -175,44 +175,30 @@ def stores(out: Path) -> tuple[Path, ...]:
     return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
 
 
-@dataclass(frozen=True, eq=False)
-class _Rays:
-    """The entries that are asked for: by ratio, direction and magnitude, which is a point t."""
+def _scenes(
+    bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, chosen: np.ndarray, grid: Grid
+) -> Iterator[Scene]:
+    """Those of some entries (r, d, m) on a grid: ellipses with ab = 1, creepages in parts of f Fz / (G ab)."""
+    for ratio, some in zip(ratios.tolist(), chosen, strict=True):
+        still = _still(bodies, ratio, grid)
+        scales = np.array(reduced_scales(no_slip_coefficients(ratio, bodies.combined_nu), ratio))
+        for vx, vy, spin in (creepages[some] * (PRESSURE / scales)).tolist():
+            yield replace(still, motion=replace(still.motion, vx=vx, vy=vy, spin=spin))
 
-    bodies: Bodies
-    ratios: np.ndarray
-    directions: np.ndarray
-    t: np.ndarray
 
-    @cached_property
-    def creepages(self) -> np.ndarray:
-        """Reduced creepages (d, m, 3)."""
-        return np.asarray(self.directions[:, None, :] * (HALFWAY * self.t / (1 - self.t))[:, None])
-
-    @cached_property
-    def coefficients(self) -> list[CreepageCoefficients]:
-        return [no_slip_coefficients(float(ratio), self.bodies.combined_nu) for ratio in self.ratios]
-
-    def scenes(self, chosen: np.ndarray, grid: Grid) -> Iterator[Scene]:
-        """Those of some entries (r, d, m) on a grid: ellipses with ab = 1, creepages in parts of f Fz / (G ab)."""
-        for ratio, C, some in zip(self.ratios.tolist(), self.coefficients, chosen, strict=True):
-            still = _still(self.bodies, ratio, grid)
-            creepages = self.creepages[some] * (PRESSURE / np.array(reduced_scales(C, ratio)))
-            for vx, vy, spin in creepages.tolist():
-                yield replace(still, motion=replace(still.motion, vx=vx, vy=vy, spin=spin))
-
-    def law(self, grid: Grid | None) -> np.ndarray:
-        """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
-        found = []
-        for ratio, coefficients in zip(self.ratios.tolist(), self.coefficients, strict=True):
-            if grid is None:
-                points, load = quadrature(ratio, 40)
-            else:
-                sol = solve(_still(self.bodies, ratio, grid), certify=None)
-                points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
-                load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
-            found.append(local_law(self.creepages.reshape(-1, 3), ratio, coefficients, points, load))
-        return np.array(found).reshape(-1, *self.creepages.shape)
+def _law(bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, grid: Grid | None) -> np.ndarray:
+    """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
+    found = []
+    for ratio in ratios.tolist():
+        if grid is None:
+            points, load = quadrature(ratio, 40)
+        else:
+            sol = solve(_still(bodies, ratio, grid), certify=None)
+            points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
+            load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
+        coefficients = no_slip_coefficients(ratio, bodies.combined_nu)
+        found.append(local_law(creepages.reshape(-1, 3), ratio, coefficients, points, load))
+    return np.array(found).reshape(-1, *creepages.shape)
 
 
 def _still(bodies: Bodies, ratio: float, grid: Grid) -> Scene[Steady]:
