@@ -72,9 +72,7 @@ def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Itera
                 raise OutputError(field, path, reason)
         if there and not os.access(target, os.W_OK):
             raise OutputError(field, path, "may not be written")
-        with suppress(FileNotFoundError):
-            beside(target, "part").stat()  # where its name is too long
-        tempfile.TemporaryFile(dir=target.parent).close()
+        tempfile.NamedTemporaryFile(dir=target.parent, prefix=beside(target, "part").name).close()
 
 
 def check_replaceable(
