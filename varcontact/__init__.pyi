@@ -24,12 +24,10 @@ from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
-from .results.corrugation import corrugation_growth
-from .results.error_estimate import ErrorEstimate
-from .results.frequency import FrequencyResponse, HarmonicSolution
+from .results.error_estimate import ErrorEstimate, Refinement
+from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
 from .results.history import History
 from .results.plan import Matrix, Plan, Sizes
-from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
 from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic

@@ -20,10 +20,9 @@ from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.quantities import FIELDS, OPTIONAL
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.error_estimate import ErrorEstimate, Refinement
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
-from varcontact.results.refinement import Refinement
 from varcontact.results.report import plain
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES

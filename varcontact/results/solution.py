@@ -15,9 +15,8 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import Reported
-from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.error_estimate import ErrorEstimate, Refinement
 from varcontact.results.plan import Plan
-from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady

@@ -19,10 +19,9 @@ from varcontact.discrete.state import ContactState, means, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
-from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.error_estimate import ErrorEstimate, Refinement, Solve
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import creepage_names, units
-from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
