@@ -43,8 +43,8 @@ PASSES = 40
 """Passes of laws of friction."""
 WHOLE = 1e-9
 """How far the elements that particles pass may be from a whole number."""
-AT_ONCE, SCENES_AT_ONCE = 250_000, 10_000
-"""Elements of all problems of a batch: their fields take 50 MB. And scenes whose contacts are known at a time."""
+AT_ONCE = 250_000
+"""Elements of all problems of a batch: their fields take 50 MB."""
 FIGURES = (
     "Fx", "Fy", "Mz", "vx", "vy", "spin", "normal_force", "approach", "gap", "relative_gap", "residual", "contact",
     "stick", "slip", "iterations", "contact_area", "stick_area", "slip_area", "max_pressure", "friction_work",
@@ -154,24 +154,21 @@ def _on_grids(
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
     figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
-    fit = [k for k in some if fits(scenes[k])]
-    for start in range(0, len(fit), SCENES_AT_ONCE):
-        groups: dict[_Kind, list[_Member]] = {}
-        piece = fit[start : start + SCENES_AT_ONCE]
-        for number, hertz in zip(piece, _contacts([scenes[k] for k in piece]), strict=True):
-            member = None if hertz is None else _member(number, scenes[number], hertz)
-            if member is not None:
-                groups.setdefault(member.kind, []).append(member)
-        for members in groups.values():
-            elements = len(members) * math.prod(np.max([each.shape for each in members], axis=0).tolist())
-            places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
-            for first in range(0, len(members), places):
-                part = members[first : first + places]
-                own, done = _solve_group(part, tol, kept, near, before)
-                at = np.array([member.number for member in part])[done]
-                for name, values in own.items():
-                    figures[name][at] = values[done]
-                solved[at] = True
+    fit, groups = [k for k in some if fits(scenes[k])], dict[_Kind, list[_Member]]()
+    for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
+        member = None if hertz is None else _member(number, scenes[number], hertz)
+        if member is not None:
+            groups.setdefault(member.kind, []).append(member)
+    for members in groups.values():
+        elements = len(members) * math.prod(np.max([each.shape for each in members], axis=0).tolist())
+        places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
+        for first in range(0, len(members), places):
+            part = members[first : first + places]
+            own, done = _solve_group(part, tol, kept, near, before)
+            at = np.array([member.number for member in part])[done]
+            for name, values in own.items():
+                figures[name][at] = values[done]
+            solved[at] = True
     return figures, solved
 
 
