@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 
@@ -85,8 +84,6 @@ def _same_but_motion(scene: Scene, other: Scene) -> bool:
     one, two = scene.motion, other.motion
     if one is None or type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
         return False
-
-    def same(one: Any, other: Any) -> bool:
-        return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
-
-    return all(same(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion")
+    pairs = [(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion"]
+    arrays = [isinstance(own, np.ndarray) or isinstance(its, np.ndarray) for own, its in pairs]
+    return all(own is its or not (array or own != its) for (own, its), array in zip(pairs, arrays, strict=True))
