@@ -41,7 +41,7 @@ class BearingHeight:
         stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
         given = start if case.z is None else case.z
         self.z: float = case.touching + (self._load / stiffness) ** (2 / 3) if given is None else given
-        self._tried, self._slope, self._tangent = [(case.touching, 0.0)], math.nan, math.nan
+        self._tried, self._slope = [(case.touching, 0.0)], math.nan
         self._known, self._power = known or (1.0, 1.0), 1.0  # normal forces, and what they bear with the rest
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True  # tractions bear a part
         self._near, self._excess, self._borne = (NEAR if known else FAR) if self._mixed else tol, math.inf, False
@@ -64,9 +64,8 @@ class BearingHeight:
             missed += f" {rounded}; give a larger load, or tol"
         raise NotConverged(missed, abs(self._excess))
 
-    def normal_forces_bear(self, force: float, stiffness: float = math.nan) -> bool:
+    def normal_forces_bear(self, force: float) -> bool:
         self._tried.append((self.z, force))
-        self._tangent = 2 / 3 * force ** (-1 / 3) * stiffness
         normal, known = self._known
         self._excess = known * (force / normal) ** self._power / self._load - 1
         return abs(self._excess) <= self._near
@@ -95,9 +94,7 @@ class BearingHeight:
         goal = normal * (self._load / known) ** (1 / self._power)
         values, touching = forces ** (2 / 3) - goal ** (2 / 3), self._case.touching
         moved = self.z - heights[-2]
-        if len(heights) == 2 and np.isfinite(self._tangent):
-            self._slope = self._tangent
-        elif abs(moved) > LITTLE * (self.z - touching):
+        if abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
         step = self.z - values[-1] / self._slope if self._slope > 0 else math.inf
         low, high = heights[values < 0].max(), heights[values >= 0].min(initial=math.inf)

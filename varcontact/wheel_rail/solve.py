@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -21,7 +20,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.on_grid import ContactOnGrid, Near
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
-from varcontact.solving.selection import MANY_PRESSURES
 from varcontact.solving.side_by_side import settled_together
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
@@ -47,8 +45,6 @@ START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined again."""
-KEPT = 20.0
-"""Change of the depth, relative and by tol, up to which planes and distances stay: forces feel a twentieth of it."""
 
 Solved = tuple[WheelRailSolution, list[Operators]]
 """With the operators on the grids of its patches."""
@@ -173,26 +169,17 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
         normal, borne = _vertical(frames, forces, False), _vertical(frames, forces, case.with_friction)
         z = case.touching + (last.z - last.case.touching + start.deeper)
         search = BearingHeight(case, tol, z, (normal, borne))
-    placed, there = math.inf, tuple[ContactPatch, ...]()
     frictionless: list[ContactOnGrid] = []
     found: list[ContactOnGrid] = []
     for z in search:
-        if abs(z - placed) > KEPT * tol * (z - case.touching) or case.conformal is True:
-            placed, there = z, _patches(case, z)
-        patches = []
-        for each in there:  # in the same plane
-            approach = each.approach + (z - placed) * math.cos(each.angle)
-            patches.append(replace(each, approach=approach, scene=replace(each.scene, approach=approach)))
+        patches = _patches(case, z)
         scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
         if case.z is None:
             bare = [replace(scene, motion=None, friction=None) for scene in scenes]
             near = [each.near for each in frictionless] or before
             frictionless = _contacts(bare, _for_pressure(methods), near, known)
             known = [each.disc.operators for each in frictionless]
-            slope = math.nan
-            if search.rounds == 1:
-                slope = sum(map(_stiffness, frictionless, frames))
-            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False), slope):
+            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False)):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, methods) for scene in scenes]
@@ -244,17 +231,6 @@ def _contacts(
         if each not in kept:
             each.forget()
     return contacts
-
-
-def _stiffness(frictionless: ContactOnGrid, frame: Frame) -> float:
-    """Of a contact without tractions, of the vertical part [N/mm]; NaN where its matrix is none of a few elements."""
-    from scipy.linalg import cho_solve
-
-    disc, elements = frictionless.disc, np.flatnonzero(frictionless.state.pressure)
-    if elements.size > MANY_PRESSURES or disc.conformal or not disc.normal_problem().symmetric:
-        return math.nan
-    added = cho_solve(disc.operators.normal.on(elements).cholesky, np.ones(elements.size)).sum()
-    return float(added * disc.lattice.area * disc.scales.force / disc.scales.displacement * frame.axes[2, 2] ** 2)
 
 
 def _solved(
