@@ -235,7 +235,7 @@ def test_a_kink_is_found_all_the_same():
 
 
 @pytest.mark.parametrize(("y", "z", "message"), [
-    (1.0, -1.0, "the wheel's profile is upside down .* mirror_z=True"),
+    (1.0, -1.0, "the wheel's profile is upside down.* mirror_z=True"),
     (-1.0, 1.0, "the wheel's flange is at y = .* mirror_y=True"),
 ])  # fmt: skip
 def test_a_wheel_cut_at_the_tip_of_its_flange_tells_which_way_it_lies(y, z, message):
@@ -269,7 +269,7 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
     ({"y": np.arange(20.0), "z": np.arange(19.0)}, "profile.z", "as long as profile.y, 20 numbers"),
     ({"y": [0.0, np.nan], "z": [0.0, 1.0]}, "profile.y[1]", "finite"),
     ({"y": LOOP[:, 0], "z": LOOP[:, 1]}, "profile", "itself near y = 2, z = 0.5 mm"),
-    ({"z": -RAIL.z}, "profile.z", "the rail's profile is upside down .* mirror_z=True"),
+    ({"z": -RAIL.z}, "profile.z", "the rail's profile is upside down.* mirror_z=True"),
     ({"y": WHEEL.y, "z": -WHEEL.z, "kind": "wheel"}, "profile.z", "the wheel's profile is upside down"),
     ({"smoothing": 0.1}, "profile.smoothing", r"at least the points' spacing, 0.\d+ mm"),
     ({"kinks": "none"}, "profile.kinks", '"auto"'),
