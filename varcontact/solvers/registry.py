@@ -12,7 +12,7 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.backends import BACKENDS, OTHERS, solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import BACKENDS, OTHERS, WHEELS, solve_normal, solve_tangential
 from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
@@ -75,7 +75,7 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
     if name not in names and not (behind and _known_to(behind, solver)):
         checks.choice(field, name, names)
     if states_programs(name):
-        wheel = BACKENDS[solver.lower()].install if solver.lower() in BACKENDS else OTHERS.get(solver.lower(), "")
+        wheel = WHEELS.get(solver.lower(), "")
         missing = [package for package in (family, wheel) if package and find_spec(package) is None]
         if missing:
             raise SolverUnavailable(name, f"pip install {' '.join(missing)}")

@@ -22,11 +22,10 @@ from varcontact.system.process import imported, interruptible
 class Backend:
     """A solver behind one of the interfaces.
 
-    `install` names its wheel; `options` turns the relative accuracy wanted of the tractions into the solver's own
-    keywords; `cones` says whether it takes second-order cones, which Coulomb's disks need.
+    `options` turns the relative accuracy wanted of the tractions into the solver's own keywords; `cones` says whether
+    it takes second-order cones, which Coulomb's disks need.
     """
 
-    install: str
     options: Callable[[float], dict[str, Any]]
     cones: bool = False
 
@@ -77,37 +76,27 @@ def _both(eps: float, **others: Any) -> dict[str, Any]:
 
 
 BACKENDS: dict[str, Backend] = {
-    "clarabel": Backend("clarabel", _clarabel, cones=True),
-    "osqp": Backend(
-        "osqp", lambda tol: _both(_splitting(tol), polishing=True, max_iter=20_000, scaled_termination=False)
-    ),
-    "scs": Backend("scs", lambda tol: _both(_splitting(tol), max_iters=50_000), cones=True),
-    "piqp": Backend("piqp", lambda tol: _both(_interior(tol), check_duality_gap=True, max_iter=200)),
+    "clarabel": Backend(_clarabel, cones=True),
+    "osqp": Backend(lambda tol: _both(_splitting(tol), polishing=True, max_iter=20_000, scaled_termination=False)),
+    "scs": Backend(lambda tol: _both(_splitting(tol), max_iters=50_000), cones=True),
+    "piqp": Backend(lambda tol: _both(_interior(tol), check_duality_gap=True, max_iter=200)),
     # From 1e-9 on its residuals tell something of the tractions: in the potential form they are wrong by 2e-2 at 1e-7.
-    "proxqp": Backend(
-        "proxsuite", lambda tol: {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}
-    ),
+    "proxqp": Backend(lambda tol: {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}),
     "daqp": Backend(
-        "daqp", lambda tol: dict.fromkeys(("primal_tol", "dual_tol"), max(0.1 * tol, 1e-13)) | {"iter_limit": 100_000}
+        lambda tol: dict.fromkeys(("primal_tol", "dual_tol"), max(0.1 * tol, 1e-13)) | {"iter_limit": 100_000}
     ),
-    "quadprog": Backend("quadprog", lambda _: {}),  # an active-set method without a tolerance
-    "highs": Backend("highspy", _highs),
+    "quadprog": Backend(lambda _: {}),  # an active-set method without a tolerance
+    "highs": Backend(_highs),
 }
 """By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""
 
-OTHERS = {
-    "copt": "coptpy",
-    "cvxopt": "cvxopt",
-    "ecos": "ecos",
-    "gurobi": "gurobipy",
-    "kvxopt": "kvxopt",
-    "mosek": "mosek",
-    "qoco": "qoco",
-    "qpalm": "qpalm",
-    "xpress": "xpress",
-}
-"""Wheels of further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own defaults,
-untested here."""
+OTHERS = ("copt", "cvxopt", "ecos", "gurobi", "kvxopt", "mosek", "qoco", "qpalm", "xpress")
+"""Further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own defaults, untested
+here."""
+
+WHEELS = {name: name for name in (*BACKENDS, *OTHERS)}
+WHEELS |= {"copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "proxqp": "proxsuite"}
+"""What has to be installed for a solver."""
 
 FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap": (True, True)}
 """Whether a program has the conditions of tractions, and those of shifts."""
@@ -156,8 +145,7 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
     for name, value in _options("clarabel", settings.tol).items():
         setattr(options, name, value)
     cones = [kinds[kind](size) for kind, size in program.cones]
-    solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
-    result = interruptible(solver.solve)
+    result = interruptible(clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options).solve)
     traction, rigid = program.recover(np.array(result.x), np.array(result.z))
     solved = bool(result.status == clarabel.SolverStatus.Solved)
     return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)
@@ -211,10 +199,8 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
     equal = program.kinds == "zero"
     quadratic = program.P + triu(program.P, 1).T
     parts: list[Any] = [quadratic, program.q, program.A[~equal], program.b[~equal], program.A[equal], program.b[equal]]
-    if name in qpsolvers.dense_solvers:
-        parts = [part.toarray() if hasattr(part, "toarray") else part for part in parts]
-    else:
-        parts = [part.tocsc() if hasattr(part, "tocsc") else part for part in parts]
+    form = "toarray" if name in qpsolvers.dense_solvers else "tocsc"
+    parts = [getattr(part, form)() if hasattr(part, form) else part for part in parts]
     if not equal.any():
         parts[4:] = [None, None]
     problem, options = qpsolvers.Problem(*parts), _options(name, settings.tol)
@@ -256,11 +242,10 @@ def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSoluti
         constraints.append((rows, constraint))
     objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(program.P + triu(program.P, 1).T)) + program.q @ x
     problem = cp.Problem(cp.Minimize(objective), [constraint for _, constraint in constraints])
-    options = _options(name, settings.tol)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
-            interruptible(lambda: problem.solve(solver=name, **options))
+            interruptible(lambda: problem.solve(solver=name, **_options(name, settings.tol)))
         status, iterations = str(problem.status), problem.solver_stats.num_iters
     except cp.SolverError as error:
         status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0
