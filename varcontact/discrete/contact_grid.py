@@ -26,10 +26,14 @@ MOVED = 0.1
 def wanted_grid(scene: Scene) -> Grid:
     """The grid that a scene asks for, in its own form."""
     spec = _spec(scene)
-    margin = 0 if spec.explicit else 2 * spec.margin
-    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
-    need("a grid of this size", size, SMALLER)
+    need("a grid of this size", 400.0 * math.prod(shape_with_margin(spec)), SMALLER)
     return spec
+
+
+def shape_with_margin(spec: Grid) -> tuple[int, int]:
+    """Rows and columns of elements, with the margin of a grid that is not placed yet."""
+    margin = 0 if spec.explicit else 2 * spec.margin
+    return spec.rows + (0 if spec.line else margin), spec.nx + margin
 
 
 def known_grid(scene: Scene) -> Grid:
@@ -59,14 +63,12 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 
     Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
     """
-    spec, surface = _spec(scene), scene.surface
-    columns, rows = across(pressure)
+    spec, (columns, rows) = _spec(scene), across(pressure)
     if spec.explicit or (scene.hertz is not None and not any_surface):
         return None
     if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
-    closer = spec.spread(contact_box(grid, pressure))
-    return within(closer, surface)
+    return within(spec.spread(contact_box(grid, pressure)), scene.surface)
 
 
 def _spec(scene: Scene) -> Grid:
@@ -103,27 +105,19 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
         middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
         place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
-        message = (
-            f"grid is too coarse: the contact at {place} falls between the centres of the elements"
-            f"{if_noise(scene, grid)}"
-        )
-        raise TooCoarse("grid", grid, message=message)
+        message = f"grid is too coarse: the contact at {place} falls between the centres of the elements"
+        raise TooCoarse("grid", grid, message=message + if_noise(scene, grid))
     if spec.explicit:
-        message = (
-            f"{_not_containing(grid)}, which extends to {_rounded(overlap, grid.line)}; make it larger, or, where a "
-            "body ends, add elements with a large distance"
-        )
+        remedy = "make it larger, or, where a body ends, add elements with a large distance"
+        message = f"{_not_containing(grid)}, which extends to {_rounded(overlap, grid.line)}; {remedy}"
         raise SceneError("grid", _rounded(grid.box, grid.line), message=message)
     surface = scene.surface
     if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
         allowed = "a larger region: the contact reaches the edge of the samples"
         raise SceneError("surface", _rounded(surface.box, grid.line), allowed)
-    inner = contact_box(grid, pressure)
-    along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
-    left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
-    right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
-    bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
-    top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
+    inner, beyond, outwards = np.array(contact_box(grid, pressure)), np.array(overlap), np.array([-1, 1, -1, 1])
+    room = outwards * more * np.repeat(np.diff(inner)[::2], 2)
+    left, right, bottom, top = np.where(outwards * (beyond - inner) > 0, beyond + room, inner).tolist()
     return within(spec.spread((left, right, bottom, top)), surface)
 
 

@@ -169,11 +169,8 @@ class Discretisation:
             names = ("vx", "vy", "spin", "ux", "uy", "rotation")
             given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
             largest = max(given, key=lambda name: abs(given[name]), default="dq")
-            raise SceneError(
-                f"motion.{largest}",
-                given.get(largest, getattr(motion, "dq", None)),
-                f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most",
-            )
+            allowed = f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most"
+            raise SceneError(f"motion.{largest}", given.get(largest, getattr(motion, "dq", None)), allowed)
         return shift
 
     @property
@@ -281,9 +278,8 @@ class Discretisation:
         forces = [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
         directions: tuple[int, ...] = (0, 1)
         if not self.tangential_operator.table[0, 1].any():  # elasticity does not couple them: those that move
-            moves = [
-                shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)
-            ]
+            acts = [False, False] if acting is None else [each.any() for each in acting]
+            moves = [shift[i].any() or forces[i] is not None or acts[i] for i in (0, 1)]
             directions = tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
         soft, instant = self.edge_compliance, None
         soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
@@ -312,15 +308,13 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     """
     hertz, (dx, dy) = scene.hertz, grid.sides
     along_x, depth = grid.nx * dx, scene.reference_depth
-    if depth is not None and depth < along_x:
-        raise SceneError(
-            "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
-        )
-    if depth is not None and scene.bodies.relaxes:
-        longest = (scene.speed or 0.0) * scene.bodies.longest_relaxation
-        if depth < longest:
-            allowed = f"at least the longest relaxation length, motion.speed times tau, {longest:.6g}"
-            raise SceneError("surface.reference_depth", depth, allowed)
+    lengths = {"the length of the potential contact": along_x}
+    if scene.bodies.relaxes:
+        passed = (scene.speed or 0.0) * scene.bodies.longest_relaxation
+        lengths["the longest relaxation length, motion.speed times tau"] = passed
+    for name, least in lengths.items():
+        if depth is not None and depth < least:
+            raise SceneError("surface.reference_depth", depth, f"at least {name}, {least:.6g}")
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
         size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
         if not scene.line:

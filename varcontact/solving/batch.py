@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import common_grid, given_grid, known_grid
+from varcontact.discrete.contact_grid import common_grid, given_grid, known_grid, shape_with_margin
 from varcontact.elasticity.operators import edge_compliance
 from varcontact.errors import NoContact, SceneError
 from varcontact.reference.hertz import HertzContact, approaches, semi_axes
@@ -92,8 +92,7 @@ def solve_batches(
     the fields of the others. `some` are the numbers of those that are to be solved at all.
     """
     sound = list(range(len(scenes)) if some is None else some)
-    placed = [k for k in sound if isinstance(scenes[k].grid, Grid)]
-    figures, solved = _on_grids(scenes, placed, tol, kept, near)
+    figures, solved = _on_grids(scenes, [k for k in sound if isinstance(scenes[k].grid, Grid)], tol, kept, near)
     for line in (False, True):
         free = [k for k in sound if scenes[k].line == line and _without_grid(scenes[k])]
         if not free:
@@ -260,17 +259,15 @@ class _Member:
 
 def fits(scene: Scene) -> bool:
     """Whether a scene, on a grid, is of the kind that batches solve."""
-    if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders):
+    if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders) or type(scene.bodies) is not Bodies:
         return False
-    if type(scene.bodies) is not Bodies or scene.third_body is not None:
+    if scene.third_body is not None or scene.bodies.coupled:
         return False
     motion, friction = scene.motion, scene.friction
     if isinstance(friction, Law):
         if friction.local or friction.memory_distance > 0 or friction.kinetic == 0:
             return False
     elif type(friction) is not float or not 0 < friction < math.inf:
-        return False
-    if scene.bodies.coupled:
         return False
     if isinstance(motion, Steady):
         return motion.dq is None and motion.rigid_slip is None
@@ -300,14 +297,8 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     """A scene as one of a batch, or None where its grid is not for one."""
     grid, motion = given_grid(scene), scene.motion
-    if grid.explicit:
-        if grid.edge != "centres":
-            return None
-        shape = grid.shape
-    else:
-        rows, columns = grid.shape
-        shape = rows if grid.line else rows + 2 * grid.margin, columns + 2 * grid.margin
-    if math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
+    shape = shape_with_margin(grid)
+    if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
         return None
     difference, ahead = motion.slip_difference if isinstance(motion, Steady) else None, 0.0
     if isinstance(motion, TimeStep):

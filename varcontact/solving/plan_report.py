@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, wanted_grid
+from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, shape_with_margin, wanted_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
@@ -105,8 +105,7 @@ def check_planned(planned: Plan) -> None:
 def _sizes(scene: Scene, plan: Plan) -> Sizes:
     history = isinstance(scene.motion, Transient)
     grid = wanted_grid(scene) if history else known_grid(scene)
-    margin = 0 if grid.explicit else 2 * grid.margin
-    shape = grid.rows + (0 if grid.line else margin), grid.nx + margin
+    shape = shape_with_margin(grid)
     contact = np.ones(shape, dtype=bool)
     exact = plan.closed_form and grid.explicit and not history
     if grid.explicit and not history:
@@ -152,9 +151,8 @@ def _matrices(
         tables.append((across, 2, "K != 0: shifts due to pressures"))
     if unlike and plan.has_friction:
         tables.append(("A_zt", 2, "K != 0: distances due to tractions"))
-    found = [
-        Matrix(name, "table", rows, columns, 16 * components * rows * columns, why) for name, components, why in tables
-    ]
+    size = 16 * rows * columns
+    found = [Matrix(name, "table", rows, columns, components * size, why) for name, components, why in tables]
     for problem, name in (("normal", "A_zz"), ("tangential", tangential)):
         n = unknowns.get(problem, 0)
         if n and getattr(plan, problem) not in MATRIX_FREE:
