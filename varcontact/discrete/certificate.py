@@ -207,8 +207,7 @@ def _of_tractions(
     size, possible = error
     if disc.edge_compliance is not None and np.any(possible & (pressure <= size)):
         return _unknown(tangential), not_known  # how far elements give way is open
-    of_parts = possible.reshape(disc.grid.divided(disc.cells).shape)
-    elements = means(of_parts.astype(float), disc.cells) > 0
+    elements = means(1.0 * possible.reshape(disc.grid.divided(disc.cells).shape), disc.cells) > 0
     wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=elements)
     of_means = size / math.sqrt(math.prod(disc.cells))
     part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.loading.coefficient))))
@@ -230,9 +229,8 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
     admissible = _admissible(problem, traction)
     moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
     moved += ROUNDING * np.sum(np.abs(outputs) * magnitude(admissible), axis=(1, 2))
-    return np.asarray(
-        problem.area * (moved + np.sqrt(definite.energies(outputs)) * _distance(problem, definite, admissible, rigid))
-    )
+    moved += np.sqrt(definite.energies(outputs)) * _distance(problem, definite, admissible, rigid)
+    return np.asarray(problem.area * moved)
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:

@@ -205,9 +205,8 @@ def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -
     surfaces, parts = bodies.surfaces, dict[float, list[tuple[float, float, float]]]()
     for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
         if isinstance(body, Viscoelastic):
-            weight = surfaces.combined_G / (2 * body.G)
             for part, time in body.relaxations:
-                share = weight * part, body.nu, side * (1 - 2 * body.nu) / 2
+                share = surfaces.combined_G / (2 * body.G) * part, body.nu, side * (1 - 2 * body.nu) / 2
                 parts.setdefault(speed * time / length, []).append(share)
     lagging = []
     for distance, shares in parts.items():

@@ -51,8 +51,7 @@ def norm(operator: GridOperator) -> float:
     from scipy.fft import next_fast_len
 
     rows, columns = (next_fast_len(size, real=True) for size in operator.table.shape[2:])
-    symbol = spectrum_of(operator.table, (rows, columns))
-    return float(np.sqrt(np.sum(np.abs(symbol) ** 2, axis=(0, 1)).max()))
+    return float(np.sqrt(np.sum(np.abs(spectrum_of(operator.table, (rows, columns))) ** 2, axis=(0, 1)).max()))
 
 
 # ----------------------------------------------------------------------------- by Cholesky's factor
@@ -93,11 +92,9 @@ class _Iterated:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
-        found = np.zeros(len(right))
+        found, slack = np.zeros(len(right)), SLACK * self.relative
         for i in np.flatnonzero(right.any(axis=(1, 2))):
-            run = _conjugate_gradients(
-                self.symmetric, self.inverse, right[i], lambda weight, energy: weight <= SLACK * self.relative * energy
-            )
+            run = _conjugate_gradients(self.symmetric, self.inverse, right[i], lambda weight, xb: weight <= slack * xb)
             if run is None:
                 found[i] = np.inf
                 continue
@@ -126,8 +123,7 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     inverse, least, largest, whole = _inverse_symbol(symmetric.grid_operator)
     ny, nx = inverse.shape
     own = float(np.mean(np.diagonal(inverse.table[:, :, ny - 1, nx - 1])))
-    softening = 0.0 if symmetric.softening is None else symmetric.softening
-    weight = np.asarray(1 / np.sqrt(1 + own * softening))
+    weight = np.asarray(1 / np.sqrt(1 + own * (0.0 if symmetric.softening is None else symmetric.softening)))
     preconditioner = partial(_preconditioned, replace(symmetric, grid_operator=inverse, softening=None), weight)
     largest /= float(weight.min() ** 2)
     if whole and type(symmetric.grid_operator) is GridOperator:

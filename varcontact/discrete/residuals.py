@@ -44,8 +44,7 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
 def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
     """Residual of the tangential problem, in which tractions where no friction can carry them are all error."""
     size = magnitude(state.traction.reshape(2, -1))
-    stray = np.delete(size, problem.operator.elements).max(initial=0.0)
-    error = relative(float(stray), float(size.max()))
+    error = relative(np.delete(size, problem.operator.elements).max(initial=0.0), float(size.max()))
     if problem.size:
         error = worst(error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid)))
     return error
@@ -81,8 +80,7 @@ def coupling_residual(
     largest = float(magnitude(state.traction.reshape(2, -1)).max())
     bound = float(tangential.bound.max(initial=0.0))
     part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
-    under_image = disc.tangential_problem(image, acting=state.traction)
-    return part * residual_on_grid(under_image, replace(state, rigid=rigid))
+    return part * residual_on_grid(disc.tangential_problem(image, acting=state.traction), replace(state, rigid=rigid))
 
 
 def relative(value: float, scale: float) -> float:
@@ -121,8 +119,7 @@ def _normal_image(
 ) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
     elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
-    distance = problem.distance - rigid[0] + elastic
-    return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
+    return np.maximum(pressure - (problem.distance - rigid[0] + elastic) / problem.operator.diagonal, 0.0)
 
 
 def tangential_residual(
@@ -283,10 +280,7 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
         In steady rolling, which has no energy.
     """
     elastic = _elastic(problem, traction)
-    if isinstance(problem, TangentialProblem):
-        known = problem.rigid_shift
-    else:
-        known = problem.distance - (problem.approach or 0.0)
+    known = problem.distance - (problem.approach or 0.0) if isinstance(problem, NormalProblem) else problem.rigid_shift
     return -problem.area * float(np.sum(traction * (0.5 * elastic + known)))
 
 

@@ -99,10 +99,8 @@ def conformal_operator(
     once, twice = 2 * (product(still, turned) + product(turned, still)), 2 * product(turned, turned)
     harmonics = np.array([constant, once.real, -once.imag, twice.real, -twice.imag])
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    steps = np.arange(angles.size - 1, -angles.size, -1)
-    summed = sum(
-        map(np.multiply, _waves(slope * steps)[..., None], harmonics)
-    )  # of the mean curvature: by the offset alone
+    mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))[..., None]  # by the offset alone
+    summed = sum(map(np.multiply, mean, harmonics))
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
     return ConformalOperator(table.shape, summed, angles, harmonics)

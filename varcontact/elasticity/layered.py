@@ -137,8 +137,7 @@ class LayeredPair:
         """Largest size of the coupling over all wave numbers."""
         if self.upper == self.lower:
             return 0.0
-        k = np.geomspace(1e-6, 1e3, 400) / self.thickness
-        largest = float(np.abs(self.symbols(k)[1]).max()) / 2
+        largest = float(np.abs(self.symbols(np.geomspace(1e-6, 1e3, 400) / self.thickness)[1]).max()) / 2
         return largest if largest > 1e-15 else 0.0
 
     @property
@@ -163,8 +162,7 @@ class LayeredPair:
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
         alpha, kappa, *_ = self.symbols()
-        surfaces = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth)
-        found = surfaces.influence(grid, x, y, components)
+        found = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth).influence(grid, x, y, components)
         for name, added in added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added
         return found
@@ -207,10 +205,8 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
         r = np.append((near + far) / 2 + (far - near) / 2 * nodes, near)[:, None]
         if line:
             cosines = -2 * np.sin(k * (r + far) / 2) * np.sin(k * (r - far) / 2)
-            values = np.array(
-                [*(cosines @ (symbol / k) for symbol in (alpha, beta, gamma)), np.sin(k * r) @ (kappa / k)]
-            )
-            values = values.T / np.pi
+            even = [cosines @ (symbol / k) for symbol in (alpha, beta, gamma)]
+            values = np.array([*even, np.sin(k * r) @ (kappa / k)]).T / np.pi
             values[:, :3] += beyond[:3]
             beyond = values[-1]
         else:
@@ -283,8 +279,7 @@ def added_numbers(
         h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
         beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
         on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.symbols() * beyond) / np.pi)[[0, 3, 2]]
-        counted = np.where(pair.at_rest, near - on_base, at_depth)
-        for name, own in zip(("xx", "yy", "zz"), counted, strict=True):
+        for name, own in zip(("xx", "yy", "zz"), np.where(pair.at_rest, near - on_base, at_depth), strict=True):
             if name in found:
                 found[name] -= dx * own
     return found
@@ -331,8 +326,7 @@ def _products(grid: Grid, x: np.ndarray, y: np.ndarray, scale: float) -> Iterato
     else:
         y_nodes, y_weights, y_first, y_count = _rules(y, dy, scale)
     sizes = x_count * y_count
-    chunks = np.cumsum(sizes) // _NODES_AT_ONCE
-    for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(chunks)) + 1):
+    for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(np.cumsum(sizes) // _NODES_AT_ONCE)) + 1):
         own, count = _ramps(sizes[part]), np.repeat(y_count[part], sizes[part])
         i = np.repeat(x_first[part], sizes[part]) + own // count
         j = np.repeat(y_first[part], sizes[part]) + own % count

@@ -14,15 +14,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import special
 
-from varcontact.elasticity.layered import (
-    DEGREE,
-    Stack,
-    _carried,
-    _kernel_values,
-    _products,
-    _states,
-    wave_numbers,
-)
+from varcontact.elasticity.layered import DEGREE, Stack, _carried, _kernel_values, _products, _states, wave_numbers
 from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.subsurface import ElasticField
 from varcontact.errors import SceneError
@@ -53,8 +45,7 @@ def layered_field_below(depths: np.ndarray, grid: Grid, tractions: np.ndarray, *
     spectrum = spectrum_of(tractions, box)
     fields = np.empty((13, depths.size, ny, nx))
     for i, depth in enumerate(depths):
-        numbers = _element_fields(stack, depth, grid, x, y)
-        for own, table in zip(fields[:, i], numbers, strict=True):
+        for own, table in zip(fields[:, i], _element_fields(stack, depth, grid, x, y), strict=True):
             own[...] = fields_of((spectrum_of(wrapped(table, box), box) * spectrum).sum(axis=0), box, (ny, nx))
     return _field(fields, np.broadcast_to(depths[:, None, None], fields.shape[1:]), stack)
 
@@ -143,8 +134,7 @@ def _directions(angle: float) -> np.ndarray:
 def _harmonics(line: bool) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine parts (17, orders, 13, 3) of the directions, with the powers of i of their transforms."""
     count, orders = (2, 2) if line else (8, 4)
-    angles = 2 * np.pi * np.arange(count) / count
-    parts = np.fft.fft([_directions(angle) for angle in angles], axis=0) / count
+    parts = np.fft.fft([_directions(2 * np.pi * i / count) for i in range(count)], axis=0) / count
     cosines, sines = np.zeros((2, orders, *parts.shape[1:]))
     for m in range(orders):
         plus, minus = parts[m], parts[-m] if m and not line else 0 * parts[m]
@@ -178,13 +168,11 @@ def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np
         coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values.T, DEGREE)
     forms = np.array([[part[each] for each in used] for part in (cosines, sines)])
     found = np.empty((13, 3, x.size))
-    order = [m for _, m in used]
     for part, starts, from_x, from_y, weights in _products(grid, x.ravel(), y.ravel(), scale):
         r = np.hypot(from_x, from_y)
         turn = (from_x + 1j * from_y) / np.maximum(r, np.finfo(float).tiny)
-        turns = np.array([turn**m for m in range(4)])[order]
-        integrals = np.add.reduceat(
-            _kernel_values(edges, coefficients, r, [*range(len(used))]) * turns * weights, starts, axis=1
-        )
+        turns = np.array([turn**m for m in range(4)])[[m for _, m in used]]
+        values = _kernel_values(edges, coefficients, r, [*range(len(used))])
+        integrals = np.add.reduceat(values * turns * weights, starts, axis=1)
         found[..., part] = np.einsum("chfl,chp->flp", forms, [integrals.real, integrals.imag])
     return found.reshape(13, 3, *x.shape)

@@ -12,14 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from varcontact.discrete.problems import magnitude, project
-from varcontact.solvers.batched.pool import (
-    NaturalMap,
-    Pool,
-    System,
-    inner,
-    inverse_of,
-    times,
-)
+from varcontact.solvers.batched.pool import NaturalMap, Pool, System, inner, inverse_of, times
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution, doubled, influence
 from varcontact.solvers.batched.transforms import Transforms, columns_then_rows, rows_then_columns, transforms
 from varcontact.solvers.newton.globalisation import PARTS, dot
@@ -267,8 +260,7 @@ class Method:
         lacking = dot(normal, bound * normal - pool.traction)
         turn = -dot(across, pool.traction) * outward
         right = lacking * normal + turn * across - pool.shift * (contact & ~slip)
-        inverse = inverse_of(pool.windowed, shift)
-        return System(free, along, own, weights, inverse, right)
+        return System(free, along, own, weights, inverse_of(pool.windowed, shift), right)
 
     def _precondition(self, pool: Pool, system: System, right: np.ndarray) -> np.ndarray:
         field = times(system.free, right)
@@ -347,10 +339,7 @@ class Method:
             parts[i] = parts[i] / triangle[i][i]
 
         def combined(vectors: list[np.ndarray]) -> np.ndarray:
-            total = parts[0] * vectors[0]
-            for part, vector in zip(parts[1:], vectors[1:], strict=True):
-                total += part * vector
-            return total * scale
+            return np.asarray(sum(map(np.multiply, parts, vectors)) * scale)
 
         return combined(steps), combined(images), combined(rigids) if rigids else np.zeros(lacking.shape)
 

@@ -90,12 +90,9 @@ class BatchedProblem:
 
     def coarser(self) -> BatchedProblem:
         """With elements twice as large, and a step of rolling that is so, too."""
-        times = 1.0 if self.difference is None else 2.0
-        shift, bound = times * halved(self.rigid_shift), halved(self.bound)
-        parts, dy = (2, self.dy) if self.line else (4, 2 * self.dy)
-        return replace(
-            self, dx=2 * self.dx, dy=dy, rigid_shift=shift, bound=bound, force=self.force / parts, compliance=None
-        )
+        shift, bound = (1.0 if self.difference is None else 2.0) * halved(self.rigid_shift), halved(self.bound)
+        force, dy = (self.force / 2, self.dy) if self.line else (self.force / 4, 2 * self.dy)
+        return replace(self, dx=2 * self.dx, dy=dy, rigid_shift=shift, bound=bound, force=force, compliance=None)
 
 
 @dataclass(frozen=True, eq=False)
