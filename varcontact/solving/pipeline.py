@@ -20,10 +20,10 @@ from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialP
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
-from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
+from varcontact.solvers.active_set.tang import no_slip
 from varcontact.solvers.interface import Settings, TangentialSolver, better, counted, natural_residual
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
-from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
+from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine
 from varcontact.system.process import SMALLER, fits, need
 
@@ -33,8 +33,6 @@ TO_POLISH, TO_REFINE = (1e-2, 1e-4, 1e-6), (1e-6, 1e-8)
 """Accuracies asked of a solver of programs, each where the one before did not do for active sets, and for splitting."""
 NEARLY_ROUNDED = 1e-9
 """Residual at which a polished answer is not improved any more."""
-NEWTON_STEPS = 60
-"""Newton steps of TANG."""
 MOST_STEPS = 2000
 IDLE_STEPS, NEARLY_STILL = 5, 1e-4
 """A march ends when it hardly moves, relative to the largest traction, and has come no nearer in this many steps."""
@@ -217,10 +215,8 @@ def _active_sets(task: Task, start: RawSolution | None) -> RawSolution:
     """NORM, or the safeguarded TANG."""
     if isinstance(task.problem, NormalProblem):
         return normal_solver("norm")(task.problem, task.settings, start)
-    tang: TangentialSolver = counted(
-        "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, NEWTON_STEPS, settings)
-    )
-    return tang(task.problem, task.settings, start)
+    name = "tang-safeguarded"
+    return counted(name, TANGENTIAL[name])(task.problem, task.settings, start)
 
 
 def peak(method: str, formulation: str, unknowns: float) -> float:

@@ -130,5 +130,4 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
 def _overlaps(problem: NormalProblem, contact: np.ndarray, pressure: np.ndarray, approach: float) -> np.ndarray:
     """Exterior elements where the bodies overlap, beyond rounding."""
     distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
-    rounding = 1e-13 * float(np.abs(problem.distance - approach).max())
-    return ~contact & (distance < -rounding)
+    return ~contact & (distance < -1e-13 * float(np.abs(problem.distance - approach).max()))

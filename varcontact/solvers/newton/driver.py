@@ -124,8 +124,7 @@ class GridProblem(Problem[G]):
         scale, forces = self.conditions.forces.scale, self.conditions.forces
         traction = self.box.field(np.atleast_2d(start.traction)) / (self.load * scale)
         traction = self.conditions.admissible(traction, traction)
-        known = self.sign * start.rigid[list(forces.components)] / self.displacement
-        rigid = forces.spread(known, len(traction))
+        rigid = forces.spread(self.sign * start.rigid[list(forces.components)] / self.displacement, len(traction))
         return Point(traction, self.shift(traction, rigid), rigid, EXACT)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:

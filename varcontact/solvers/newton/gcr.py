@@ -109,8 +109,7 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     borders = [system.border(i) for i in forces.components]
     steps = [system.precondition(border) for border in borders]
     complement = np.array([sums(step) for step in steps], dtype=float).reshape(k, k).T
-    finite = bool(np.isfinite(complement).all())
-    inverse = np.linalg.pinv(complement) if finite else np.full_like(complement, np.nan)
+    inverse = np.linalg.pinv(complement) if np.isfinite(complement).all() else np.full_like(complement, np.nan)
     count = 0
     while count < most and float(np.linalg.norm(residual)) > enough:
         direction = system.precondition(residual[:size].reshape(shape))

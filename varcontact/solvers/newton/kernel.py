@@ -152,8 +152,7 @@ class Circulant:
         total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
         more = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
         self.rolling = 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
-        rate = self.rolling * np.log(CAUSAL) / columns
-        self.growth = np.exp(-rate * np.arange(nx)).astype(np.float32)
+        self.growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx)).astype(np.float32)
         y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
@@ -216,5 +215,4 @@ def unit(operator: GridOperator) -> float:
     rows, columns = operator.shape
     own = operator.on(np.arange(1)).diagonal
     near = operator.table[:, :, max(rows - 2, 0) : rows + 1, max(columns - 2, 0) : columns + 1]
-    around = float(np.sqrt(np.trace(np.sum(near**2, axis=(2, 3))) / len(near)))
-    return max(own, around / 2)
+    return max(own, float(np.sqrt(np.trace(np.sum(near**2, axis=(2, 3))) / len(near))) / 2)

@@ -111,9 +111,8 @@ class TangentialConditions(GridConditions):
         image = self.projected(trial)
         direction = trial / np.where(size > 0, size, 1.0)
         stiff, turning = (stick * each for each in yielding.tangent(image))
-        grows = magnitude(image) > yielding.stress
-        single = [each.astype(np.float32) for each in (stiff, turning, direction, grows)]
-        flows = Flows(self.yielding.columns, *single)
+        fields = stiff, turning, direction, magnitude(image) > yielding.stress
+        flows = Flows(self.yielding.columns, *(each.astype(np.float32) for each in fields))
         flow = stick * yielding.flow(image) + flows(traction - image)
         return TangentialSystem(right - flow, self, stick, along, across, held, flows)
 
@@ -136,10 +135,9 @@ class Flows:
         turned = (self.along - self.across) * outward
         if self.columns > 0:
             way = max(self.columns, 1.0)
-            grown = along_rows(
-                np.array([outward, self.grows]), way, 0.0, lambda before, own: np.where(own[1], own[0], before[0])
-            )[0]
-            turned = turned - self.along * further_along(grown, way, 0.0)
+            fields = np.array([outward, self.grows])
+            grown = along_rows(fields, way, 0.0, lambda before, own: np.where(own[1], own[0], before[0]))
+            turned = turned - self.along * further_along(grown[0], way, 0.0)
         return np.asarray(turned * self.direction + self.across * step)
 
 
@@ -233,13 +231,11 @@ class ScaledTangential(GridProblem[TangentialConditions]):
         yielding = problem.yielding
         if yielding is not None:
             stress = np.where(box.field(problem.bound) > 0, box.field(yielding.stress) / load, np.inf)
-            hardening = yielding.hardening * displacement / load
-            yielding = replace(yielding, stress=stress, hardening=hardening)
+            yielding = replace(yielding, stress=stress, hardening=yielding.hardening * displacement / load)
         known = box.field(problem.rigid_shift) / displacement * scale
         forces = Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size), scale)
-        conditions = TangentialConditions(
-            product, known, forces, box.field(problem.bound) / load / scale, plain, yielding
-        )
+        bound = box.field(problem.bound) / load / scale
+        conditions = TangentialConditions(product, known, forces, bound, plain, yielding)
         return cls(conditions, problem, box, load, displacement)
 
     def error(self, at: Point) -> float:
