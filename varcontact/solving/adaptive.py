@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -126,17 +127,15 @@ def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
     edge: Edge = "centres"
     if closed_form and motion is not None and (rolls or not scene.line):
         edge = "softened" if rolls and not scene.hardens else "touched"
-    nx = round(RATIO * n) if rolls and not scene.line else n
-    grid = Grid(nx=nx, ny=None if scene.line else n, edge=edge)
+    grid = Grid(nx=n, edge=edge) if scene.line else Grid(nx=round(RATIO * n) if rolls else n, ny=n, edge=edge)
     second_order = isinstance(motion, Steady) and not scene.hardens
     return replace(scene, grid=grid, motion=motion.second_order() if second_order else motion)
 
 
 def richardson(values: Sequence[Any], across: Sequence[int], order: float = ORDER) -> tuple[Any, Any]:
     """The best value and its error, but for the floor, by Richardson's steps between the last grids, three or two."""
-    steps = [
-        (values[k + 1] - values[k]) * (1 / ((across[k + 1] / across[k]) ** order - 1)) for k in range(len(values) - 1)
-    ]
+    parts = [1 / ((fine / coarse) ** order - 1) for coarse, fine in pairwise(across)]
+    steps = [(fine - coarse) * part for (coarse, fine), part in zip(pairwise(values), parts, strict=True)]
     before = (across[-2] / across[-1]) ** order * np.abs(steps[0])
     return values[-1] + PART * steps[-1], SAFETY * np.maximum(np.abs(steps[-1]), before)
 
@@ -211,9 +210,8 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
 
     on_level = replace(options, progress=tell, final=final, deadline=deadline)
     while True:
-        on_grid = gridded(scene, options.plan.closed_form, n)
         try:
-            answer = _solved(on_grid, on_level, near)
+            answer = _solved(gridded(scene, options.plan.closed_form, n), on_level, near)
             break
         except TooCoarse:
             n = math.ceil(RATIO * n)

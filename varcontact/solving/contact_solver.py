@@ -123,8 +123,7 @@ class ContactSolver:
         known, passes = disc.known_yield_stress if state.yield_stress is None else state.yield_stress, state.passes
 
         def one(state: ContactState) -> tuple[ContactState, float]:
-            trial = disc.with_loading(yield_stress=state.yield_stress)
-            after = self._under_yield_stress(trial, state)
+            after = self._under_yield_stress(disc.with_loading(yield_stress=state.yield_stress), state)
             then = with_yield_stress(disc, after)
             return replace(after, yield_stress=then.loading.yield_stress), residuals(then, after)[1]
 

@@ -87,11 +87,9 @@ def settled(
         turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
         ready = len(before) > limits.plain or residual < limits.near or turns
         held = 0 if gained and held < HELD else held + accelerated
-        slow = ready and not residual < SLOW * before[-1][1]
-        accelerated = held < HELD and (accelerated or slow)
+        accelerated = held < HELD and (accelerated or (ready and not residual < SLOW * before[-1][1]))
         if accelerated:
-            mixed = np.clip(_mixed(found, changes), limits.least, limits.greatest)
-            state = replace(after, **{unknown: mixed})
+            state = replace(after, **{unknown: np.clip(_mixed(found, changes), limits.least, limits.greatest)})
     return replace(best, passes=state.passes)
 
 
@@ -146,17 +144,16 @@ def coupled_newton(
         return replace(state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid)
 
     def residual(raw: RawSolution) -> float:
-        if not turned:
-            return max(residuals(disc, found(raw)))
         there = found(raw)
+        if not turned:
+            return max(residuals(disc, there))
         excess = disc.excess_force(there.traction, there.pressure)
         return max(*residuals(disc.at_approach(there.approach), there), abs(excess))
 
     level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
-    start = RawSolution(fields, level, 0, "start")
     with settings.stats.called("newton"):
-        raw = newton_coupled(problem, settings, start, residual)
+        raw = newton_coupled(problem, settings, RawSolution(fields, level, 0, "start"), residual)
         settings.stats.iterated("newton", raw.iterations)
     finite = raw.finite and np.any(raw.traction[0])
     better = finite and (raw.solved or (not turned and residual(raw) < max(residuals(disc, state))))

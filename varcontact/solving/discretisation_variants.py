@@ -105,11 +105,8 @@ class Way:
     @property
     def family(self) -> str:
         """What it has in common with the same way on other grids."""
-        parts = [
-            value if isinstance(value, str) else f"{name} = {value}"
-            for name, value in (*self.motion, *self.options)
-            if value is not None
-        ]
+        given = [(name, value) for name, value in (*self.motion, *self.options) if value is not None]
+        parts = [value if isinstance(value, str) else f"{name} = {value}" for name, value in given]
         if self.accuracy is not None:
             return ", ".join(["accuracy", *parts])
         if "tangential" not in dict(self.options):

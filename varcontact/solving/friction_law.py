@@ -76,8 +76,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     own, static = _own(disc, state, np.hypot(*shift) / unit_slip(disc))
     trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
     beyond = magnitude(trial) > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
-    image = project(trial, (own * state.pressure).ravel())
-    nearer = magnitude(state.traction.reshape(2, -1) - image) < size
+    nearer = magnitude(state.traction.reshape(2, -1) - project(trial, (own * state.pressure).ravel())) < size
     return np.where((beyond | nearer).reshape(own.shape), own, static)
 
 
@@ -154,12 +153,11 @@ def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
         weights = image / np.abs(image).max()
     if ratio <= 1:
         return ""
-    short = (
-        f"a memory distance of about {ratio * memory:.2g}" if by_memory < steepest else f"dq of about {ratio * dq:.2g}"
-    )
+    short, least = ("a memory distance", memory) if by_memory < steepest else ("dq", dq)
     return (
-        f"friction falls fast with slip for so short a step: below {short} particles may stick and slip in turn, so "
-        "that forces swing and depend on the start; take longer steps, a slower fall, a longer memory or steady rolling"
+        f"friction falls fast with slip for so short a step: below {short} of about {ratio * least:.2g} particles may "
+        "stick and slip in turn, so that forces swing and depend on the start; take longer steps, a slower fall, a "
+        "longer memory or steady rolling"
     )
 
 

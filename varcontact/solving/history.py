@@ -86,8 +86,7 @@ def _solved(
     solved = [sol.scene for sol in history]  # with the numbers that the control gave
     given: dict[str, Any] = {name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")}
     given |= {name: [getattr(each.motion, name) for each in solved] for name in CONTROLLED.keys() - given.keys()}
-    motion = replace(scene.motion, control=None, **given)
-    return replace(history, scene=replace(scene, motion=motion))
+    return replace(history, scene=replace(scene, motion=replace(scene.motion, control=None, **given)))
 
 
 def bytes_of_steps(motion: Transient, elements: int) -> float:

@@ -209,8 +209,7 @@ def place(
         hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
-    normal = solver.plan.normal if solver.plan.method == "convex" else "norm"
-    plan = replace(solver.plan, normal=normal)
+    plan = solver.plan if solver.plan.method == "convex" else replace(solver.plan, normal="norm")
     look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
     box, last = surface.box, None
     relaxes = scene.bodies.relaxes
@@ -218,8 +217,7 @@ def place(
     depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
     for _ in range(LOOKS):
         grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
-        lowest = _lowest_in_elements(surface, grid, depth)
-        disc = discretise(replace(bare, surface=lowest, grid=grid), grid)
+        disc = discretise(replace(bare, surface=_lowest_in_elements(surface, grid, depth), grid=grid), grid)
         state = look.pressure(disc, unloaded(grid) if last is None else _on(last, disc))
         last, columns_and_rows = Near.of(disc, state), contact_grid.across(state.pressure)
         if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:

@@ -273,8 +273,7 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
         raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
     why = why_centres(scene) if scene.edge != "centres" and not plan.closed_form else ""
     if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
-        coupled = scene.coupled and not scene.frictionless
-        remedy = "use" if coupled else "give surface.x and surface.y, or use"
+        remedy = "use" if scene.coupled and not scene.frictionless else "give surface.x and surface.y, or use"
         message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
         raise SceneError("grid.edge", scene.edge, message=message)
     why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""

@@ -51,9 +51,8 @@ def settled_together(contacts: Sequence[ContactOnGrid]) -> list[ContactOnGrid]:
             traction = np.zeros_like(states[j].traction)
             ny, nx = traction[:, *boxes[j]].shape[1:]
             traction[:, *boxes[j]] = answer.traction[:, :ny, :nx, j]
-            raw = RawSolution(
-                traction, np.zeros(2), int(answer.iterations[j]), "Solved", solver="newton", reason=BESIDE
-            )
+            count = int(answer.iterations[j])
+            raw = RawSolution(traction, np.zeros(2), count, "Solved", solver="newton", reason=BESIDE)
             state = replace(states[j], traction=traction, rigid=raw.rigid, **answered(states[j], "tangential", raw))
             found[some[j]] = replace(contacts[some[j]], state=state)
     return found

@@ -137,9 +137,8 @@ class March:
                 f"{each.nx} x {each.rows} elements over {tuple(float(f'{side:.6g}') for side in each.box)}"
                 for each in (start.grid, grid)
             )
-            raise SceneError(
-                "motion.start", f"a Solution on {known}", f"on the same grid as the history, {own}{remedy}"
-            )
+            allowed = f"on the same grid as the history, {own}{remedy}"
+            raise SceneError("motion.start", f"a Solution on {known}", allowed)
         fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
         placed |= {"state": sampled(start.grid, start.state, grid)}

@@ -134,10 +134,8 @@ def refined(solution: Solution, found: Refinement) -> Solution:
     known = [name for name in names if name[0] in "FM" or name in scales]
     values = {name: float(value) for name, value in zip(names, last, strict=True) if name in known}
     errors = {name: float(e) / scales[name] for name, e in zip(names, estimates, strict=True) if name in scales}
-    how = (
-        "no bound: the difference from half as many elements across the contact, or what late ones of "
-        f"{found.passes} passes changed"
-    )
+    late = f"what late ones of {found.passes} passes changed"
+    how = f"no bound: the difference from half as many elements across the contact, or {late}"
     nx, ny = across(solution.pressure)
     bars = {name: error * scales[name] for name, error in errors.items()}
     estimate = ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),), bars=bars)
@@ -166,8 +164,7 @@ def defect_correct(
         own = coarse.known_shift + state.rigid[:, None, None] + coarse.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(field, state.rigid), field.bound) - own
         bound = field.friction * fine.pressure
-        defect = held_behind(lacking, state.traction, bound) * (bound > 0)
-        correction = correction + damping * (defect - correction)
+        correction = correction + damping * (held_behind(lacking, state.traction, bound) * (bound > 0) - correction)
         carried_more = resultants(state.traction * scale, coarse.grid) - fine.forces(field)
         excess = excess + damping * (carried_more[:2] / coarse.scales.force - excess)
         # the coarse problem with its rigid shift and prescribed forces corrected
@@ -184,12 +181,11 @@ def defect_correct(
         forces.append(fine.forces(field))
         rigid.append(state.rigid)
         seconds.append(time.perf_counter() - started)
-    shift = fine.shift(field, state.rigid) * (field.bound > 0)
     found = Refinement(
         kind=CONTINUUM,
         grid=fine.grid,
         traction=field.traction * scale,
-        slip=shift / rolled,
+        slip=fine.shift(field, state.rigid) * (field.bound > 0) / rolled,
         correction=correction / rolled,
         share=np.ones(disc.grid.shape),
         forces=np.array(forces),
