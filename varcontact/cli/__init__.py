@@ -28,17 +28,11 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
     compare: ("Compare methods on the same scenes.", "compare scene.toml --methods convex,kalker,fastsim"),
     converge: ("Study convergence under grid refinement.", "converge scene.toml --cells 8,12,16,24,32"),
-    tradeoff: (
-        "Measure error against the continuum, and cost.",
-        'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16',
-    ),
+    tradeoff: ("Measure errors and cost.", 'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16'),
     sweep: ("Solve a scene for many values of its entries.", "sweep sweep.toml --workers 2 --out sweep.nc"),
     scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
     curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
-    wheelrail: (
-        "Solve a wheel on a rail, from profiles, position and load.",
-        "wheelrail case.toml --out table.csv --plot wheel.png",
-    ),
+    wheelrail: ("Solve wheels on rails, from profiles.", "wheelrail case.toml --out table.csv --plot wheel.png"),
     serve: ("Solve wheels for a vehicle code, by lines of JSON.", "serve --port 5005"),
 }
 """Each command with its line in the help, and an example."""
@@ -51,10 +45,8 @@ class _Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
-        except NotConverged as error:
-            fail(error, NOT_SOLVED)
         except VarcontactError as error:
-            fail(error, BAD_INPUT)
+            fail(error, NOT_SOLVED if isinstance(error, NotConverged) else BAD_INPUT)
         except MemoryError as error:
             fail(f"out of memory ({error or 'nothing is left'}); a smaller problem would fit", BAD_INPUT)
         except KeyboardInterrupt:

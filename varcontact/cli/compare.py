@@ -82,9 +82,7 @@ ALL = "several kinds of grids, extrapolation, defect correction, all theories, a
 def tradeoff(
     kind: Annotated[str | None, opt.option("Class of scenes.", "--class", default="all")] = None,
     methods: Annotated[str | None, opt.option(METHODS, default=ALL)] = None,
-    cells: Annotated[
-        str, typer.Option(help="Elements across the contact for --methods, separated by commas.")
-    ] = "8,12,16,24,32,48",
+    cells: Annotated[str, typer.Option(help="For --methods: elements across the contact.")] = "8,12,16,24,32,48",
     out: opt.Table = None,
     plot: opt.Picture = None,
     force: opt.Force = False,

@@ -24,9 +24,7 @@ ROUNDING = 1e-13
 @opt.takes(*opt.CREEPAGES, *opt.SETTINGS)
 def scan(
     scene: opt.SceneFile,
-    creepages: Annotated[
-        Path | None, opt.option("Instead, a table (.csv): three numbers a line, with or without a heading.")
-    ] = None,
+    creepages: Annotated[Path | None, opt.option("Instead, a table (.csv): three numbers a line.")] = None,
     out: Annotated[Path | None, typer.Option(help="Table (.csv).")] = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
@@ -127,9 +125,7 @@ def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
 @opt.takes(*opt.CREEPAGES)
 def curve(
     scene: opt.SceneFile,
-    methods: Annotated[
-        str, typer.Option(help="Theories, and methods as for compare, separated by commas.")
-    ] = "auto,fastsim,fastrip",
+    methods: Annotated[str, typer.Option(help="Theories, and methods as for compare.")] = "auto,fastsim,fastrip",
     out: Annotated[Path | None, typer.Option(help="Dataset (.nc).")] = None,
     plot: opt.Picture = None,
     force: opt.Force = False,

@@ -30,12 +30,8 @@ Before = tuple[list[str], Any, Any]
 
 
 def serve(
-    port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Socket instead of standard input; 0: any free port.")
-    ] = None,
-    host: Annotated[
-        str, typer.Option(help="Address of the socket. Whoever reaches it can use the solver.")
-    ] = "127.0.0.1",
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Of a socket instead; 0: any free port.")] = None,
+    host: Annotated[str, typer.Option(help="Of the socket. Whoever reaches it can use the solver.")] = "127.0.0.1",
 ) -> None:
     """Solve batches of wheels for another program, one line of JSON each (docs/vehicle_codes.md).
 

@@ -29,9 +29,7 @@ def sweep(
     workers: opt.Workers = 1,
     dask: opt.Dask = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
-    out: Annotated[
-        Path | None, opt.option("Store (.nc), written as results come; scenes in it are not solved again.")
-    ] = None,
+    out: Annotated[Path | None, opt.option("Store (.nc) that is written as results come, and resumed.")] = None,
     as_json: opt.AsJson = False,
     **options: Any,
 ) -> None:

@@ -22,17 +22,12 @@ PRINTED = (
 )  # fmt: skip
 
 
-@opt.takes(*opt.TARGET)
+@opt.takes("tangential", *opt.TARGET)
 def wheelrail(
     case: Annotated[Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")],
     out: opt.Table = None,
-    plot: Annotated[
-        Path | None, opt.option("Picture (.png, .pdf, .svg): the patches of a wheel, or curves over positions.")
-    ] = None,
+    plot: Annotated[Path | None, opt.option("Picture (.png, .pdf, .svg) of a wheel, or over positions.")] = None,
     plot_wear: Annotated[Path | None, opt.option("Picture of friction power and depth of wear, of one wheel.")] = None,
-    tangential: Annotated[
-        str | None, opt.option("Tangential method, or a theory on an ellipse for each patch.", default="auto")
-    ] = None,
     workers: opt.Workers = 1,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
@@ -50,7 +45,7 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    read.options.update(given(tangential=tangential, **options))
+    read.options.update(given(**options))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
