@@ -107,8 +107,7 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     x, y = field.grid.lines
     draw_states(ax, state, lengths(x), lengths(y), sol.plastic is not None)
     size = np.hypot(*field.traction).max(initial=0.0)
-    scale = size if largest is None else largest
-    if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, scale):
+    if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, largest or size):
         words = f"traction, up to {measure(sol.scene, 'pressure', size).text(size)}"
         ax.plot([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
     vx, vy, spin = sol.creepage
@@ -249,12 +248,11 @@ def _draw_arrows(
     if largest <= 0 or ix.size == 0:
         return False
     u, v = values[:, iy, ix] / largest
-    scale: dict[str, Any]
+    # if axes are not to one scale, directions are kept on the page, and the longest arrow is a twentieth of its width
+    scale: dict[str, Any] = {"angles": "uv", "scale_units": "width", "scale": 20}
     if to_scale(box):
         length = 1.6 * every * float(lengths(max(grid.sides)))
         scale = {"angles": "xy", "scale_units": "xy", "scale": 1 / length}
-    else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
-        scale = {"angles": "uv", "scale_units": "width", "scale": 20}
     x, y = lengths(grid.x[ix]), lengths(grid.y[iy])
     ax.quiver(x, y, u, v, color=style.TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
     return True

@@ -98,9 +98,7 @@ def animate(
 ) -> None:
     """Write a moving picture of a history, see `History.animate`; `field` is what the path is called in errors."""
     path = checks.file_name(field, path)
-    fps = checks.positive("fps", fps)
-    if fps > 100:
-        raise SceneError("fps", fps, "at most 100 steps a second")
+    fps = checks.number("fps", checks.positive("fps", fps), most=100.0)
     if len(history) == 0:
         raise SceneError("history", history, "of one step at least")
     check_animation(field, path, [], overwrite)

@@ -194,11 +194,10 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
             error = np.maximum(rows["traction_distance"], LEAST_DISTANCE)
             look = style.look(i) | {"linestyle": "", "alpha": 0.85}
             failed = (rows["outcome"] == "not converged").to_numpy()
-            if not failed.all():
-                ax.plot(seconds[~failed], error[~failed], **look, label=f"{method}")
-            if failed.any():
-                words = f"{method}, not converged"
-                ax.plot(seconds[failed], error[failed], **look, markerfacecolor="none", label=words)
+            hollow = {"label": f"{method}, not converged", "markerfacecolor": "none"}
+            for which, words in ((~failed, {"label": f"{method}"}), (failed, hollow)):
+                if which.any():
+                    ax.plot(seconds[which], error[which], **(look | words))
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
         ax.set_ylim(bottom=LEAST_DISTANCE / 3)
@@ -272,15 +271,13 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
         looks = {name: style.look(i) | {"markersize": 3.5, "linestyle": ""} for i, name in enumerate(families)}
         if "accuracy" in looks:  # hollow: the grid was found for it
             looks["accuracy"] |= {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0}
+        looks["front"] = {"color": "0.3", "lw": 0.8, "zorder": 0}
         figure, axes = style.new_panels(len(kinds), 2.8)
         for ax, kind in zip(axes, kinds, strict=True):
             part = study.classes[study.classes["kind"] == kind]
-            for family, methods in part.groupby("family", sort=False):
-                error = np.maximum(100 * methods["largest_error"], LEAST_ERROR)
-                ax.plot(methods["processor_seconds"], error, **looks[str(family)])
-            front = study.front(kind)
-            error = np.maximum(100 * front["largest_error"], LEAST_ERROR)
-            ax.plot(front["processor_seconds"], error, color="0.3", lw=0.8, zorder=0)
+            for name, rows in (*part.groupby("family", sort=False), ("front", study.front(kind))):
+                error = np.maximum(100 * rows["largest_error"], LEAST_ERROR)
+                ax.plot(rows["processor_seconds"], error, **looks[str(name)])
             ax.set(xscale="log", yscale="log", title=kind)
             ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
             ax.grid(visible=True)
@@ -290,7 +287,6 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
             ax.set_xlabel("processor time [s]")
         if kinds:
             key = [Line2D([], [], label=family, **look) for family, look in looks.items()]
-            key.append(Line2D([], [], color="0.3", lw=0.8, label="front"))
             figure.legend(handles=key, ncols=3, loc="outside lower left")
         figure.draw_without_rendering()
     return figure
