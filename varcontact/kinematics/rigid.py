@@ -245,10 +245,8 @@ def creepages(
     second = frame.axes.T @ (body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving)
     speed = -float(first[0] + second[0]) / 2
     if speed <= 0:
-        message = (
-            f"the bodies do not roll along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, "
-            "and must be positive; turn the frame, or give the velocity of the contact as frame_velocity"
-        )
+        rolling = f"along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, and must be positive"
+        message = f"the bodies do not roll {rolling}; turn the frame, or give the contact's frame_velocity"
         raise SceneError("frame", speed, message=message)
     slip = (first - second) / speed
     spin = frame.normal @ (body1.angular_velocity - body2.angular_velocity) / speed

@@ -60,8 +60,7 @@ class BearingHeight:
                 break
         missed = f"no height of the axle was found that bears {self._load:g} N"
         if self._tol * (self.z - self._case.touching) < ROUNDING * self._case.wheelset.radius:
-            rounded = f"to within tol = {self._tol:g}: heights are rounded more coarsely than that"
-            missed += f" {rounded}; give a larger load, or tol"
+            missed += f" to within tol = {self._tol:g}: heights are rounded more coarsely; give a larger load, or tol"
         raise NotConverged(missed, abs(self._excess))
 
     def normal_forces_bear(self, force: float) -> bool:
@@ -74,11 +73,9 @@ class BearingHeight:
         if self._case.z is not None:
             return
         if force <= 0:
-            reason = (
-                f"vertical_force = {self._load:g} N: no height of the axle bears it: friction lifts it by more than "
-                f"its normal force bears (together {force:.4g} N); give another position or friction, or z"
-            )
-            raise SceneError("vertical_force", self._load, message=reason)
+            lifted = f"friction lifts it by more than its normal force bears (together {force:.4g} N)"
+            reason = f"vertical_force = {self._load:g} N: no height of the axle bears it: {lifted}"
+            raise SceneError("vertical_force", self._load, message=f"{reason}; give another position or friction, or z")
         if self._tried[-1][0] != self.z:
             self._tried.append((self.z, force))
         normal, (before, known) = self._tried[-1][1], self._known

@@ -18,7 +18,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.io.scene_toml import bodies_from, solve_table
+from varcontact.io.scene_toml import SOLVE_KEYS, bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table, of_another
@@ -47,10 +47,6 @@ PROFILED: dict[Kind, tuple[str, type[Any]]] = {"rail": ("track", Track), "wheel"
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right"), "set": ()}
-SOLVED = (
-    *("method", "normal", "tangential", "coupling", "formulation", "tol", "certify", "refine"),
-    *("accuracy", "time_budget"),
-)
 WORDS = ("side", "outcome", "reason", "warnings", "identity")
 COLUMNS = (
     *("position", "side", "patch", "outcome", "reason", "warnings"),
@@ -115,7 +111,7 @@ def read_case(path: str | Path) -> CaseFile:
     """
     table, folder = read_toml(path, "case file")
     options = solve_table(table)
-    check_keys("solve", options, SOLVED)
+    check_keys("solve", options, [key for key in SOLVE_KEYS if key not in ("polish", "start")])
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
     archard = make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
     check_keys("", table, [field.name for field in dataclasses.fields(WheelOnRail if sides else WheelSetOnTrack)])

@@ -38,14 +38,8 @@ SUPPORTED: Supported = BASIC | {
     "N": ("NORM", {0: "height of the wheel set given", 1: "vertical force given"}),
     "F": ("FORCE", {0: "pitch rate given"}),
     "D": ("DISCNS", {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"}),
-    "Z": (
-        "ZTRACK",
-        {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "new dimensions, profile and deviations"},
-    ),
-    "E": (
-        "EWHEEL",
-        {0: "as before", 1: "new position", 2: "new position and velocity", 3: "new wheel set, position and velocity"},
-    ),
+    "Z": ("ZTRACK", {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "all new"}),
+    "E": ("EWHEEL", {0: "as before", 1: "new position", 2: "new position and velocity", 3: "all new"}),
 }
 """Control digits that are read, but for INFLCF: see `BASIC`."""
 ANY_HEIGHT = 1.0
@@ -155,8 +149,7 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     _read_wheelset(lines, case, E, problem["N"], folder)
     skip_stresses(lines, problem["S"])
     if ("vertical_force" if problem["N"] else "z") not in case["height"]:
-        why = "is another than the case before has, whose wheel set is kept: use E >= 1"
-        group.refuse("N (NORM)", problem["N"], why)
+        group.refuse("N (NORM)", problem["N"], "is another than the case before has, which is kept: use E >= 1")
     return last["R"] == 1
 
 
@@ -166,8 +159,7 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         first = lines.group("GAUGHT", "GAUGSQ or RAILY0", "GAUGWD or RAILZ0", "CANT")
         height, second, third = (first.number(k) for k in range(3))
         if height > 0 and second not in (0, 1):
-            why = "is not supported: the gauge is measured at the innermost face; supported: 0, 1"
-            first.refuse("GAUGSQ", second, why)
+            first.refuse("GAUGSQ", second, "is not supported: the gauge is that of the innermost face; supported: 0, 1")
         if first.rest and number_of(first.rest[0]) not in (None, 0.0):
             first.refuse("CURV", first.rest[0], "is not supported: the track here is straight; supported: 0")
         case["dimensions"] = height, second, third, first.angle(3)
@@ -177,8 +169,7 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
         for k, name in enumerate(deviations.names):
             if deviations.angle(k) != 0:
-                why = "is not supported: rails have no deviations; supported: 0"
-                deviations.refuse(name, deviations.values[k], why)
+                deviations.refuse(name, deviations.values[k], "is not supported: rails have none; supported: 0")
 
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices

@@ -47,11 +47,9 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
             reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
             warn(f"noise dominates {where}: {reason}", RoughProfile)
         for kind, radius in too_wide(case, each).items():
-            warn(
-                f"conformal contact: {where} is {half:.3g} mm wide to either side, the {kind}'s radius of curvature "
-                f"{radius:.3g} mm, less than {CONFORMAL:g} times as much; conformal = True has a curved surface",
-                ConformalContact,
-            )
+            wide = f"{where} is {half:.3g} mm wide to either side"
+            bent = f"the {kind}'s radius of curvature {radius:.3g} mm, less than {CONFORMAL:g} times as much"
+            warn(f"conformal contact: {wide}, {bent}; conformal = True has a curved surface", ConformalContact)
 
 
 def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:

@@ -153,9 +153,8 @@ def solve_wheel_set(
             return balance.imbalance(balance.wheels(x + inverse @ step, solver))
 
         begin = np.zeros(x.size)
-        options = {"f_tol": tol, "maxiter": ROUNDS, "alpha": -1, "line_search": None}
         try:
-            step = broyden1(imbalance, begin, **options)
+            step = broyden1(imbalance, begin, f_tol=tol, maxiter=ROUNDS, alpha=-1, line_search=None)
         except NoConvergence:  # the fast way's derivatives are too far off: with those of exact solutions
             found = root(imbalance, begin, options={"factor": 0.1, "xtol": 1e-12, "eps": STEP**2})
             step, missed = found.x, float(np.abs(found.fun).max())
@@ -194,10 +193,8 @@ def estimate_wheel_set(
     balance, x = _balanced(case, solver)
     found = _solution(balance, x, solver, 0, None)
     if found.imbalance > tol:
-        warnings.warn(
-            f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join",
-            stacklevel=3,
-        )
+        words = f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join"
+        warnings.warn(words, stacklevel=3)
     return found
 
 
@@ -221,11 +218,8 @@ def _solution(
             reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
             raise SceneError("roll_moment", case.roll_moment, message=reason)
         deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
-        softer = float(_near(deeper).force[2] - _near(each.case).force[2])
-        if softer < 0:
-            reason = (
-                f"the {each.case.side} wheel is wedged: friction lifts it when it is pressed in; give another position"
-            )
+        if _near(deeper).force[2] < _near(each.case).force[2]:
+            reason = f"the {each.case.side} wheel is wedged: friction lifts it when pressed in; give another position"
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = np.abs(balance.imbalance(wheels))
     errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
@@ -320,13 +314,11 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
     """The unknowns and loads, without one of each if named; wheels are as deep in their rails as by Hertz."""
     radius, half, speed = case.wheelset.radius, case.wheelset.middle, case.velocity.speed
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(radius)
-    load = case.vertical_force
+    load, roll = case.vertical_force, case.position.roll
     if "roll" in case.free:
         level = case.moved({"roll": 0.0})
         left, right = (level.wheel(side, 0.0).touching for side in SIGN)
         roll = (right - left) / (2 * half)
-    else:
-        roll = case.position.roll
     at = case.moved({"roll": roll})
     wheels = [at.wheel(side, 0.0) for side in SIGN]
     touching = [wheel.touching for wheel in wheels]

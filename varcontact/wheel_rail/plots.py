@@ -127,8 +127,7 @@ def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
         label = "contact patch" if number == 1 else None
         ax.plot(*line.T, color=red, linewidth=4, solid_capstyle="butt", label=label)
         foot, outwards = frame.origin[1:], -frame.normal[1:]
-        length = NORMAL * float(each.force[2]) / largest
-        start = foot + length * outwards
+        start = foot + NORMAL * float(each.force[2]) / largest * outwards
         ax.annotate(str(number), tuple(foot), tuple(start), color=red, ha="center", va="center", arrowprops=arrow)
     low, high = rail[:, 0].min(), rail[:, 0].max()
     ax.set(

@@ -341,8 +341,6 @@ def check_sides(rail: Profile, stacklevel: int) -> None:
         return
     slope = np.polyfit(at[middle], depth[middle], 1)[0]
     if slope > OUTWARDS:
-        warnings.warn(
-            f"track.rail: the profile leans to the field side by 1:{1 / slope:.0f}, so its gauge side is probably on "
-            "the wrong side: change the sign of y, or read the file with mirror_y=True",
-            stacklevel=stacklevel,
-        )
+        leans = f"leans to the field side by 1:{1 / slope:.0f}, so its gauge side is probably on the wrong side"
+        words = f"track.rail: the profile {leans}: change the sign of y, or read the file with mirror_y=True"
+        warnings.warn(words, stacklevel=stacklevel)

@@ -94,8 +94,7 @@ class PatchSolution:
         if isinstance(surface, SampledDistance):
             tangential, normal = surface.along_axes(grid, tangential, normal)
         force = np.concatenate([tangential, normal[None]]) * grid.area
-        x, y, z = np.broadcast_arrays(grid.x, *(each[:, None] for each in self.rows))
-        points = np.array([x, y, z])
+        points = np.array(np.broadcast_arrays(grid.x, *(each[:, None] for each in self.rows)))
         return np.cross(points, force, axis=0).sum(axis=(1, 2)) - np.array([0.0, 0.0, self.moment])
 
     @property
@@ -169,9 +168,8 @@ class WheelForces:
         centre = np.array([0.0, self.position.y, self.z - self.case.wheelset.radius])
         total = np.zeros(3)
         for each in self.patches:
-            about_normal = each.frame.normal * each.moment
-            pressed = each.frame.axes @ each.tilting
-            total -= np.cross(each.frame.origin - centre, each.force_on_track) + about_normal + pressed
+            turning = each.frame.normal * each.moment + each.frame.axes @ each.tilting
+            total -= np.cross(each.frame.origin - centre, each.force_on_track) + turning
         return np.asarray(self.position.rotation.T @ total)
 
 

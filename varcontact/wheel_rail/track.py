@@ -141,11 +141,8 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         """The tracks whose rails are those of one side: itself, where both sides have the same."""
         if self.left_rail is self.right_rail is None:
             return dict.fromkeys(SIGN, self)
-        given: dict[Side, Any] = {"left": self.left_rail, "right": self.right_rail}
-        return {
-            side: replace(self, rail=self.rail if own is None else own, left_rail=None, right_rail=None)
-            for side, own in given.items()
-        }
+        rails: dict[Side, Any] = {"left": self.left_rail or self.rail, "right": self.right_rail or self.rail}
+        return {side: replace(self, rail=rail, left_rail=None, right_rail=None) for side, rail in rails.items()}
 
     @cached_property
     def rails(self) -> tuple[ProfileSlices, ...]:

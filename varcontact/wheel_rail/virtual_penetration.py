@@ -143,8 +143,7 @@ def estimate_wheel_on_rail(
             friction = case.friction_at(tangent.angle)
             if friction != 0:
                 pressed = {"a": ellipse.a, "b": ellipse.b, "normal_force": ellipse.normal_force, "friction": friction}
-                slip = {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin}
-                given: dict[str, Any] = pressed | slip | options
+                given: dict[str, Any] = pressed | {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin} | options
                 forces = creep_forces(tangential, bodies=case.bodies, **given)
                 Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
             force = np.array([Fx, Fy, ellipse.normal_force])

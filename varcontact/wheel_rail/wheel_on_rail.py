@@ -288,8 +288,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
             )
             section, axle_y = sections["wheel"]
             rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
-            on_rail = self.track.on_rail(frame.origin[1:], self.side)
-            places = on_rail, on_wheel, rolling_radius
+            places = self.track.on_rail(frame.origin[1:], self.side), on_wheel, rolling_radius
             patches.append(ContactPatch(frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams))
         return tuple(patches)
 

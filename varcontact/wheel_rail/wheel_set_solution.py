@@ -118,16 +118,12 @@ class WheelSetSolution(WheelForces):
 
         From the fast way without friction, beside the position that was found, with the same vertical force.
         """
-        found = []
-        for y in (self.position.y - BESIDE, self.position.y + BESIDE):
-            at = replace(self.position, y=y)
-            free: dict[str, Any] = {"free": ("roll",), "lateral_force": 0.0, "longitudinal_force": 0.0, "torque": 0.0}
-            case = replace(
-                self.case, position=at, track=self.track, friction=0.0, yaw_moment=0.0, z=None,
-                vertical_force=float(self.force[2]), **free,
-            )  # fmt: skip
-            found.append(float(case.estimate().force[1]))
-        return (found[1] - found[0]) / (2 * BESIDE)
+        free: dict[str, Any] = dict.fromkeys(("lateral_force", "longitudinal_force", "yaw_moment", "torque"), 0.0)
+        free |= {"free": ("roll",), "friction": 0.0, "z": None, "vertical_force": float(self.force[2])}
+        case = replace(self.case, track=self.track, **free)
+        places = [replace(self.position, y=self.position.y + beside) for beside in (-BESIDE, BESIDE)]
+        left, right = (float(replace(case, position=at).estimate().force[1]) for at in places)
+        return (right - left) / (2 * BESIDE)
 
     def report(self) -> str:
         """Positions, forces and ratios in words, with their errors where they were estimated."""
