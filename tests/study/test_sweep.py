@@ -460,7 +460,7 @@ def test_a_dask_client_is_no_executor_and_the_message_says_what_is(scene):
 def test_a_store_has_to_be_netcdf(scene, tmp_path):
     with pytest.raises(vc.OutputError, match=r"the name must end in \.nc"):
         vc.sweep(scene, OVER, store=tmp_path / "sweep.csv")
-    with pytest.raises(vc.OutputError, match="there is no such file"):
+    with pytest.raises(vc.OutputError, match="No such file"):
         vc.read_sweep(tmp_path / "sweep.nc")
 
 

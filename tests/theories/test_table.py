@@ -175,7 +175,7 @@ def test_a_book_comes_back_from_its_file(tmp_path):
 
 def test_files_that_are_no_book(tmp_path):
     path, content = tmp_path / "book.nc", BOOK.to_bytes()
-    refused(lambda: TableBook.read(path), words="there is no such file", error=vc.OutputError)
+    refused(lambda: TableBook.read(path), words="No such file", error=vc.OutputError)
     damaged = bytearray(content)
     damaged[len(content) // 2] ^= 1
     of_another_version = content.replace(b"varcontact table 3", b"varcontact table 9")

@@ -196,9 +196,8 @@ def sweep_file(
                 solved["check"] = checksums(solved)
                 with writing("store", path):
                     if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
-                        raise OutputError(
-                            "store", path, "has been replaced by something else since this sweep opened it"
-                        )
+                        reason = "has been replaced by something else since this sweep opened it"
+                        raise OutputError("store", path, reason)
                     for name, place in places.items():
                         file.seek(place + first * solved.dtype[name].itemsize)
                         file.write(solved[name].tobytes())
@@ -212,8 +211,6 @@ def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, A
     import h5py
     import xarray as xr
 
-    if not path.exists():
-        raise OutputError("path", path, "there is no such file")
     with reading(path, "cannot be read as a sweep"):
         with path.open("rb") as file:
             if b"varcontact sweep 1" in file.read(100):

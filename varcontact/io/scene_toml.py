@@ -250,10 +250,8 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin:
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
-        lines = text_of(f"{field}.file", path).splitlines()
-        return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=ndmin)
-    except SceneError:
-        raise
+        text = text_of(f"{field}.file", path)
+        return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=ndmin)
     except (OSError, ValueError, EOFError, MemoryError) as error:
         raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({first_line(error)})") from None
 

@@ -20,7 +20,7 @@ import varcontact
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.reference.creepage_coefficients import END, coefficient_splines
-from varcontact.system.files import check_replaceable, write_whole
+from varcontact.system.files import check_replaceable, reading, write_whole
 from varcontact.theories.table import NEAR, book_of
 from varcontact.theories.table_book import AT_FULL, HALFWAY, KNEE, MORE, ROOM, SPIN, TableBook, packed, shipped
 
@@ -126,23 +126,17 @@ def _entries(book: TableBook | None) -> dict[str, object]:
     if least < np.exp(-END) or greatest > np.exp(END):
         raise SceneError("a/b", (least, greatest), "within 1e-3 and 1e3 in a book for vehicle codes")
     table, coefficients = packed(book.splines), coefficient_splines(book.nu)
-    ratios, places, polar, angles, _ = book.splines.shape
     constants = {"HALFWAY": HALFWAY, "KNEE": KNEE, "ROOM": ROOM, "SPIN": SPIN, "MORE": MORE, "near": NEAR, "end": END}
+    constants |= {"nu": book.nu, "least": least, "greatest": greatest}
     return {
         **{name: repr(float(value)) for name, value in constants.items()},
         "version": varcontact.__version__,
         "provenance": book.provenance,
         "token": book.digest(),
-        "nu": repr(book.nu),
-        "least": repr(least),
-        "greatest": repr(greatest),
         "entries": book.entries,
         "error": f"{book.accuracy.max():.2g}",
         "between": BETWEEN if book.digest() == shipped().digest() else "",
-        "ratios": ratios,
-        "places": places,
-        "polar": polar,
-        "angles": angles,
+        **dict(zip(("ratios", "places", "polar", "angles"), book.splines.shape, strict=False)),
         "full": AT_FULL,
         "coefficient_rows": len(coefficients),
         "units_data": _numbers(table["units"]),
@@ -177,10 +171,8 @@ def _compiled(sources: Mapping[str, str]) -> bytes | None:
 def _written(folder: str | Path, contents: Mapping[str, bytes], overwrite: bool, field: str) -> list[Path]:
     """Write files in a folder, none before all are known to be writable."""
     where = checks.file_name(field, folder)
-    try:
+    with reading(where, "cannot be made", field):
         where.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(field, where, f"cannot be made ({error.strerror})") from None
     paths = [where / name for name in contents]
     for path in paths:
         check_replaceable(field, path, (path.suffix,), "export", b".*" + MARK, overwrite)

@@ -327,8 +327,7 @@ def corrugation_growth(
         resultants = dict(zip(names, sums @ changes.T, strict=True))
         constant = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
         for j, compliance in enumerate(receptance[i]):
-            closed = {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
-            equations = constant | closed
+            equations = constant | ({load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {})
             amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
             amplitudes[-1] = 1.0
             if free:
@@ -343,10 +342,8 @@ def corrugation_growth(
     whole, dims = wear.sum(axis=-1) / smooth.sum(), ("wavelength", "speed")
     fields: dict[str, Any] = {"growth": (dims, -whole.real), "shift": (dims, whole.imag), "load_swing": (dims, loads)}
     fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
-    dataset = xr.Dataset(
-        fields,
-        {"wavelength": np.atleast_1d(np.asarray(wavelengths, float)), "y": grid.y, "speed": np.atleast_1d(speed)},
-    )
+    places = {"wavelength": np.atleast_1d(np.asarray(wavelengths, float)), "y": grid.y, "speed": np.atleast_1d(speed)}
+    dataset = xr.Dataset(fields, places)
     if np.ndim(speed) == 0:
         dataset = dataset.isel(speed=0, drop=True)
     if sol.scene.units is not None:

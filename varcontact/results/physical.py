@@ -101,10 +101,7 @@ def rolling_resistance(sol: Solution) -> float:
     if rolls == 0 or not sol.scene.coupled or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
-    operator, pressure = (
-        disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
-        sol.pressure[None],
-    )
+    operator, pressure = disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference), sol.pressure[None]
     if sol.scene.conformal:  # rolled the other way, by a mirror across x
         twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
     else:

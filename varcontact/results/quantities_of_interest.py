@@ -19,6 +19,7 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.scene import Scene
+from varcontact.theories.table import equivalent_ellipse
 
 NORMAL = ("approach", "normal_force", "peak_pressure")
 """The quantities of normal contact."""
@@ -200,8 +201,4 @@ def semi_axes(sol: Solution) -> tuple[float, float]:
     if hertz is not None:
         return hertz.a, hertz.b
     lattice, contact = sol.contact
-    (dx, dy), size = lattice.sides, math.sqrt(np.sum(contact) * lattice.area / math.pi)
-    x, y = np.broadcast_arrays(lattice.x[None, :], lattice.y[:, None])
-    # what is within the elements counts as well: a single row of elements is not infinitely slender
-    ratio = math.sqrt((x[contact].var() + dx**2 / 12) / (y[contact].var() + dy**2 / 12))
-    return size * math.sqrt(ratio), size / math.sqrt(ratio)
+    return equivalent_ellipse(lattice, contact.astype(float))

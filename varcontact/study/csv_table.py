@@ -140,13 +140,8 @@ def as_json(table: pd.DataFrame) -> str:
 def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
     """Lines of cells in columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return [
-        "  ".join(
-            cell.ljust(width) if i < left else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in lines
-    ]
+    form = "  ".join(f"{{:{'<' if i < left else '>'}{width}}}" for i, width in enumerate(widths))
+    return [form.format(*line).rstrip() for line in lines]
 
 
 def cell(value: Any, form: str) -> str:

@@ -15,6 +15,7 @@ from varcontact.errors import SceneError
 from varcontact.results.quantities_of_interest import error
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.system.files import text_of
 
 VERSION = 1
 """Version of the file of references."""
@@ -94,11 +95,7 @@ def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValue
     if path is None:
         return dict(read(files("varcontact.data").joinpath(FILE).read_text(encoding="utf-8"), FILE))
     name = checks.file_name("path", path)
-    try:
-        text = name.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as reason:
-        raise SceneError("path", str(name), "a file of references", message=f"{name}: {reason}") from None
-    return dict(read(text, str(name)))
+    return dict(read(text_of("path", name, kind="a file of references"), str(name)))
 
 
 Reference, references = ContinuumValues, continuum_values

@@ -148,8 +148,7 @@ def creep_forces(
     shape = () if all(isinstance(part, float) for part in parts) else np.broadcast_shapes(*map(np.shape, parts))
     if shape == ():
         return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
-    found = (np.asarray(part) for part in (Fx, Fy, Mz))
-    return CreepForces(*(part if part.shape == shape else np.broadcast_to(part, shape).copy() for part in found))
+    return CreepForces(*(np.broadcast_to(part, shape).copy() for part in (Fx, Fy, Mz)))
 
 
 def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:

@@ -191,16 +191,13 @@ class TableBook:
         from scipy.io import netcdf_file
 
         path = checks.file_name("path", path)
-        with reading(path, "cannot be read as a table book"):
-            if not path.exists():
-                raise OutputError("path", path, "there is no such file")
-            with netcdf_file(path, "r", mmap=False) as file:
-                found = getattr(file, "format", b"").decode()
-                if found == FORMAT:
-                    arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
-                    arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
-                    book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
-                    whole = book.digest() == file.digest.decode()
+        with reading(path, "cannot be read as a table book"), netcdf_file(path, "r", mmap=False) as file:
+            found = getattr(file, "format", b"").decode()
+            if found == FORMAT:
+                arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
+                arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
+                book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
+                whole = book.digest() == file.digest.decode()
         if found != FORMAT:
             kind = f"a {found!r} file" if found else "another netCDF file"
             raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
