@@ -91,8 +91,7 @@ def _scenes(file: str) -> dict[str, dict[str, Scene]]:
     arcs = np.where(near < 0, near**2 / 2.4, near**2 / 0.8)
     sampled["two arcs, near"] = {"h": near**2 / 1.2 + arcs[:, None], "x": near, "y": near}
     x = np.linspace(-3.0, 3.0, 481)
-    bumps = np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05)
-    sampled["two bumps"] = {"h": bumps, "x": x}
+    sampled["two bumps"] = {"h": np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05), "x": x}
     for tables in found.values():
         for name, table in tables.items():
             surface = table["surface"]

@@ -317,8 +317,7 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
     S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
     first = min(4, len(S))
-    at_zero = BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)
-    return np.concatenate([at_zero[None], S])
+    return np.concatenate([BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)[None], S])
 
 
 def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:
@@ -326,8 +325,7 @@ def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarr
     found = np.zeros((len(one), len(other)))
     for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
         sign = (PARITY[0, component] if along < 0 else 1.0) * (PARITY[1, component] if across < 0 else 1.0)
-        image = other * (along, across, across)
-        s = math.sqrt(5) / REACH * np.linalg.norm(one[:, None] - image, axis=-1)
+        s = math.sqrt(5) / REACH * np.linalg.norm(one[:, None] - other * (along, across, across), axis=-1)
         found += sign * (1 + s + s**2 / 3) * np.exp(-s)
     return found
 

@@ -268,8 +268,8 @@ def _scene(sequence: list[Case]) -> Scene:
     if T == NO_MOTION:
         return Scene(**parts, **load)
     if T == SHIFT:
-        friction = case["friction"](1.0)  # a shift lasts a second
-        return Scene(**parts, **load, friction=friction, motion=Shift(**_rigid(case)))
+        # a shift lasts a second
+        return Scene(**parts, **load, friction=case["friction"](1.0), motion=Shift(**_rigid(case)))
     direction, dq, velocity = case["rolling"]
     if direction == -1:
         why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"

@@ -126,8 +126,7 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
             raise wrong_line(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
         elif not of_profile:
             table |= {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
-    touching = not any(NONE_FOUND in line for line in lines[first:last])
-    if touching and side is None and not patches:
+    if side is None and not patches and not any(NONE_FOUND in line for line in lines[first:last]):
         patches = [values]
     for place, patch in enumerate(patches, 1):
         lacking = [name for name in FORCES if name not in patch]

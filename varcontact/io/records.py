@@ -69,8 +69,7 @@ def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solut
     file.first_step = NOWHERE
     file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
-    longer = plan.loops or scene.under_law or sol.error_estimate is not None
-    length = RECORD_OF_PASSES if longer else RECORD
+    length = RECORD_OF_PASSES if plan.loops or scene.under_law or sol.error_estimate is not None else RECORD
     sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
     sizes |= {name: place[1].size for name, place in places.items()}
     for dims, values, _ in variables.values():

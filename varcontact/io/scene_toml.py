@@ -193,9 +193,7 @@ def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) ->
     if "kind" not in entries:
         known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
         unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
-        allowed = f"one of {', '.join(kinds)}"
-        message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
-        raise SceneError(f"{name}.kind", None, allowed, message=message)
+        raise SceneError(f"{name}.kind", None, f"given: give one of {', '.join(kinds)}{''.join(unknown[:1])}")
     kind = entries.pop("kind")
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")

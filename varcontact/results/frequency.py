@@ -198,8 +198,7 @@ class HarmonicSolution:
 def harmonic_solution(scene: Scene, free_rolling: Any) -> HarmonicSolution:
     """Amplitudes under a `Harmonic`, about the contact in free rolling."""
     problem, motion = linearise(free_rolling), scene.motion
-    k = problem.wave_numbers("motion.wave_number", motion.wave_number)
-    ((_, responses),) = problem.responses(k)
+    ((_, responses),) = problem.responses(problem.wave_numbers("motion.wave_number", motion.wave_number))
     creepages = np.array([motion.vx, motion.vy, motion.spin])[: len(problem.shifts)]
     changes = creepages @ responses[: len(creepages)]
     names, sums = problem.resultants()

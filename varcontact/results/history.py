@@ -107,8 +107,7 @@ class History(Reported, Sequence[Solution]):
     @property
     def dq(self) -> np.ndarray:
         """Distance rolled in each step [length], shape (steps,)."""
-        dx = self.grid.sides[0]
-        return np.array([self.scene.motion.step(k, dx).dq for k in range(len(self))])
+        return np.array([self.scene.motion.step(k, self.grid.sides[0]).dq for k in range(len(self))])
 
     @property
     def rolled(self) -> np.ndarray:

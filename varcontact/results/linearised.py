@@ -157,8 +157,7 @@ class Linearised:
     def equations(self, shifts: np.ndarray) -> np.ndarray:
         """Left-hand sides (size, k) by shifts (k, 2, N), but for the turning."""
         stuck = shifts[:, :, self.stick].reshape(len(shifts), -1)
-        turned = (self.across * shifts[:, :, self.slip]).sum(axis=1)
-        return np.concatenate([stuck, turned], axis=1).T
+        return np.concatenate([stuck, (self.across * shifts[:, :, self.slip]).sum(axis=1)], axis=1).T
 
     def changes(self, unknowns: np.ndarray, loads: np.ndarray | None = None) -> np.ndarray:
         """Changes (k, 3 N + 1) by the unknowns, and by those of distances and of the load (k, m + 1), if any."""
@@ -254,8 +253,7 @@ class Linearised:
             k = right.shape[1]
             fields = np.zeros((k, 2, ny * nx), complex)
             fields[:, :, self.stick] = right[:turned].T.reshape(k, 2, -1)
-            found = self._filtered(inverse, fields / growth) * growth
-            stuck = found[:, :, self.stick].reshape(k, -1).T
+            stuck = (self._filtered(inverse, fields / growth) * growth)[:, :, self.stick].reshape(k, -1).T
             return np.concatenate([stuck, right[turned:] / (own + self.turning)[:, None]])
 
         return solved

@@ -205,8 +205,7 @@ class Plan(Reported):
 
     def __repr__(self) -> str:
         names = ("method", "normal", "tangential", "coupling", "formulation")
-        words = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
-        return f"Plan({words})"
+        return f"Plan({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
     def report(self) -> str:
         """The plan in words, for people."""

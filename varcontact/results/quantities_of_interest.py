@@ -116,10 +116,8 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
         raise refusal
     if isinstance(answer, History):
         single = {k: units(answer[k]) for k in steps_that_count(len(answer), steps)}
-        largest: dict[str, float] = {}
-        for of_step in single.values():
-            for name, unit in of_step.items():
-                largest[name] = max(largest.get(name, 0.0), unit)
+        names = {name for of_step in single.values() for name in of_step}
+        largest = {name: max(of_step.get(name, 0.0) for of_step in single.values()) for name in names}
         return {f"{name}[{k}]": largest[name] for k, of_step in single.items() for name in of_step}
     found = _normal(answer)
     if not answer.scene.frictionless and answer.pressure.any():  # without contact those of forces are zero
@@ -158,8 +156,7 @@ def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping
 
 def creepage_names(sol: Solution) -> tuple[str, str, str]:
     """What the entries of a solution's `creepage` are called."""
-    rolls = sol.motion is not None and sol.motion.rolls
-    return ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
+    return ("vx", "vy", "spin") if sol.motion is not None and sol.motion.rolls else ("ux", "uy", "rotation")
 
 
 def _normal(sol: Solution) -> dict[str, float]:

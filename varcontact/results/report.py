@@ -259,8 +259,7 @@ def report_history(history: History) -> str:
     lines = [*doubts, f"Rolling in time, {wanted} steps{state}", ""]
     if count == 0:
         return lines[0]
-    heads = ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
-    lines.append("  ".join(name.rjust(11) for name in heads))
+    lines.append("  ".join(name.rjust(11) for name in ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")))
     columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]

@@ -194,8 +194,7 @@ class Solution(Reported):
         if scene.thermal is None or scene.speed is None:
             return None
         heat = self.power_density * (0.0 if scene.no_slip else scene.speed)  # energy lost at edges heats nothing
-        dx = self.grid.sides[0]
-        return surface_temperatures(heat, self.state != EXTERIOR, dx, scene.speed, scene.thermal)
+        return surface_temperatures(heat, self.state != EXTERIOR, self.grid.sides[0], scene.speed, scene.thermal)
 
     Fx = _part("force", 0, "Tangential force on body 1 along x; in line contact per unit length.")
     Fy = _part("force", 1, "Tangential force on body 1 along y.")

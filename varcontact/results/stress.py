@@ -79,8 +79,7 @@ class SubsurfaceStress:
     @property
     def principal(self) -> np.ndarray:
         """Principal stresses, the largest first, shape (3, ...)."""
-        values = np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))
-        return np.moveaxis(values[..., ::-1], -1, 0)
+        return np.moveaxis(np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))[..., ::-1], -1, 0)
 
     @property
     def tresca(self) -> np.ndarray:

@@ -329,8 +329,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     elif units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
         found.append(f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres")
     # a contact as large as the bodies
-    loaded = scene.normal_force is not None or scene.approach is not None
-    if radii and loaded and scene.hertz is not None:
+    if radii and scene.hertz is not None:
         axes = scene.hertz.a, scene.hertz.b
         part, size, radius = max((size / radius, size, radius) for size, radius in zip(axes, radii, strict=False))
         if LARGE_CONTACT <= part < math.inf:
@@ -339,8 +338,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
             found.append(f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it")
     # creepages beyond those for which velocities are nearly those of rolling
     for name in ("vx", "vy") if isinstance(motion, Steady | TimeStep | Transient) else ():
-        values = motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)]
-        largest = max(values, key=abs)
+        largest = max(motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)], key=abs)
         if abs(largest) > LARGE_CREEPAGE:
             found.append(f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents")
             break

@@ -94,8 +94,7 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
     banded[3] = share
     for lag in range(4):
         for k in range(4 - lag):
-            part = weight * differences[k] * differences[k + lag]
-            banded[3 - lag, k + lag : count - 3 + k + lag] += part
+            banded[3 - lag, k + lag : count - 3 + k + lag] += weight * differences[k] * differences[k + lag]
     flat = values.reshape(-1, count).T
     parabolas = np.vander((x - x[0]) / (x[-1] - x[0]), 3)  # which stay, and would only be rounded
     smooth = parabolas @ np.linalg.lstsq(parabolas, flat, rcond=None)[0]

@@ -68,12 +68,9 @@ class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
             if not checks.is_array(pair) or len(pair) != 2:
                 raise SceneError(f"surface.{name}", pair, "a pair of radii, (body 1, body 2)")
             radii = [checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair]
-            if 0.0 in radii:
-                raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
-            curvature = 1 / radii[0] + 1 / radii[1]
-            if curvature <= 0:
-                raise SceneError(f"surface.{name}", pair, "a pair with a positive sum of curvatures 1/R")
-            combined.append(1 / curvature)
+            if 0.0 in radii or 1 / radii[0] + 1 / radii[1] <= 0:
+                raise SceneError(f"surface.{name}", pair, "radii, not zero, with a positive sum of curvatures 1/R")
+            combined.append(1 / (1 / radii[0] + 1 / radii[1]))
         return cls(*combined)
 
     def distance(self, grid: Grid) -> np.ndarray:
@@ -181,9 +178,8 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
             raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
         if not self.line and self.reference_depth is not None:
             raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
-        for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
+        for name, size, of in (("x", self.h.shape[-1], "column of h"), ("y", self.h.shape[0], "row of h")):
             if getattr(self, name) is not None:
-                of = "column of h" if name == "x" else "row of h"
                 set_(self, name, checks.coordinates(f"surface.{name}", getattr(self, name), size, of))
         if self.inclination is None:
             return

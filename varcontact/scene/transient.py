@@ -190,8 +190,7 @@ spin_offset=0.16666666666666666, dt=None)
             entries[name] = value
         entries |= {name: 0.0 for name in _RIGID if entries[name] is None}
         surface = None if self.surface is None else [self.surface[k]]
-        rolled = self.position(k - 1, dx)
-        return replace(self, steps=1, surface=surface, rolled=rolled, control=None, **entries)
+        return replace(self, steps=1, surface=surface, rolled=self.position(k - 1, dx), control=None, **entries)
 
 
 _RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")

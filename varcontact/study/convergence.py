@@ -80,14 +80,11 @@ class Convergence(Reported):
 
         SceneError if there is no such row.
         """
-        rows: list[dict[str, Any]] = [
-            row
-            for row in self.limits.to_dict("records")
-            if row["quantity"] == quantity and method in (None, row["method"])
-        ]
+        known = [row for row in self.limits.to_dict("records") if row["quantity"] == quantity]
+        rows: list[dict[str, Any]] = [row for row in known if method in (None, row["method"])]
         if len(rows) != 1:
-            known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
-            message = f"quantity {quantity!r}, method {method!r} is not one limit; choose one of {known}"
+            choices = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
+            message = f"quantity {quantity!r}, method {method!r} is not one limit; choose one of {choices}"
             raise SceneError("quantity, method", (quantity, method), message=message)
         return rows[0]
 

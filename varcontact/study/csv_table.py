@@ -30,8 +30,7 @@ Made = TypeVar("Made")
 
 def identity(scene: Scene, tol: float) -> str:
     """A digest of a scene and its tolerance."""
-    described = json.dumps([scene_to(scene), tol], sort_keys=True)
-    return hashlib.sha256(described.encode()).hexdigest()[:12]
+    return hashlib.sha256(json.dumps([scene_to(scene), tol], sort_keys=True).encode()).hexdigest()[:12]
 
 
 @dataclass

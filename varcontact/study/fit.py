@@ -161,8 +161,7 @@ def fit_creep_curve(
         options = {name: float(value) for name, value in zip(names, values, strict=True) if name in known}
         entries = {name: float(value) for name, value in zip(names, values, strict=True) if name not in known}
         now = changed(scene, entries)
-        methods = {method: options} if options else [method]
-        return now, options, creep_curve(now, methods, **given)
+        return now, options, creep_curve(now, {method: options} if options else [method], **given)
 
     def residuals(values: np.ndarray) -> np.ndarray:
         nonlocal evaluations

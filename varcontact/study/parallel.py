@@ -152,8 +152,7 @@ def traced(work: Callable[[], Result]) -> tuple[Result, float]:
     try:
         tracemalloc.reset_peak()
         before = tracemalloc.get_traced_memory()[0]
-        result = work()
-        return result, tracemalloc.get_traced_memory()[1] - before
+        return work(), tracemalloc.get_traced_memory()[1] - before
     finally:
         if not tracing:
             tracemalloc.stop()

@@ -74,12 +74,9 @@ class Standing:
     left: float | None = None
 
     def __str__(self) -> str:
-        parts = [f"{self.done} of {self.of} scenes"]
-        if self.failed:
-            parts.append(f"{self.failed} not solved")
-        if self.left is not None:
-            parts.append(f"{timedelta(seconds=round(self.left))} left")
-        return ", ".join(parts)
+        failed = f", {self.failed} not solved" if self.failed else ""
+        left = "" if self.left is None else f", {timedelta(seconds=round(self.left))} left"
+        return f"{self.done} of {self.of} scenes{failed}{left}"
 
 
 def sweep(

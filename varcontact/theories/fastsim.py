@@ -118,8 +118,7 @@ def fastsim_forces(
     layer = at_least_zero("layer", layer, "zero or positive: a compliance")
     strips = divided(m, n, bound, division)
     steps = fastsim_steps(strips, c, flexibilities_of(c, flexibility) + layer)
-    sums = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape)
-    Fx, Fy, by_x, by_y = sums * (PEAK[bound] * c.limit)
+    Fx, Fy, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (PEAK[bound] * c.limit)
     return Fx, Fy, c.a * by_y - c.b * by_x
 
 
@@ -382,8 +381,7 @@ def _travel(
     present, slid = np.zeros((2, y.size)), np.zeros(y.size, dtype=bool)
     for i in range(x.shape[1]):
         step, pz = interval[:, i], bound[:, i]
-        middle = x[:, i] + step / 2
-        free = present - step * np.array([vx - spin * y, vy + spin * middle])
+        free = present - step * np.array([vx - spin * y, vy + spin * (x[:, i] + step / 2)])
         size = np.hypot(*free)
         limit = pz
         if law is None:

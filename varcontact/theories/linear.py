@@ -214,6 +214,5 @@ def linear_creepage(
     creepage = np.array(given) * units
     unknown = [i for i, value in enumerate(prescribed) if value is not None]
     force = np.array([0.0 if value is None else value for value in prescribed]) / (positive("G", G) * size**2 * units)
-    missing = -force - matrix @ creepage
-    creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], missing[unknown])
+    creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], (-force - matrix @ creepage)[unknown])
     return creepage / units

@@ -134,8 +134,7 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
-    return as_resultants(fastrip_forces(contact, m, n))
+    return as_resultants(fastrip_forces(checked_contact(a, b, G, friction_force, creepages, coefficients), m, n))
 
 
 def strip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
@@ -147,8 +146,7 @@ def fastrip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
     """Fx, Fy and Mz of `fastrip`."""
     toward = divided(m, n, "parabolic")
     steps = fastsim_steps(toward, c, flexibilities_of(c, "separate")) * toward.by_bound
-    scaled = strip_creepages(c, kalker=True)
-    return _forces(divided(m, n, "elliptic"), c, scaled, (toward, steps))
+    return _forces(divided(m, n, "elliptic"), c, strip_creepages(c, kalker=True), (toward, steps))
 
 
 def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, Any]:
@@ -199,8 +197,7 @@ def _forces(
     columns = np.concatenate([fields[:4], fields[7:]])
     sums = by_chunks(strips, columns, lambda chunk: _integrals(strips, chunk, directions))
     along_x, along_y, by_x, by_y = sums * (PEAK["elliptic"] * strips.by_bound * fields[6])
-    moment = fields[4] * by_y - fields[5] * by_x
-    return along_x.reshape(shape), along_y.reshape(shape), moment.reshape(shape)
+    return along_x.reshape(shape), along_y.reshape(shape), (fields[4] * by_y - fields[5] * by_x).reshape(shape)
 
 
 def by_chunks(strips: Strips, columns: np.ndarray, integrals: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -244,8 +241,7 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
         sum_x += area * (sign * slip_x - part * direction_x)
         sum_y += area * (sign * slip_y - part * direction_y)
         moment += area * edge * (sign * slip_moment - lever * direction_y)
-    weighted = -width * np.stack([sum_x, sum_y, across * sum_x, moment])
-    return np.asarray(weighted.sum(axis=1))
+    return np.asarray((-width * np.stack([sum_x, sum_y, across * sum_x, moment])).sum(axis=1))
 
 
 def _slip_area(
@@ -372,7 +368,6 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
             sum_x += px
             sum_y += py
             moment += place * py
-        weighted = weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])
-        return np.asarray(weighted.sum(axis=1))
+        return np.asarray((weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])).sum(axis=1))
 
     return by_chunks(strips, steps, integrals)

@@ -120,8 +120,7 @@ class TableBook:
     ) -> tuple[Any, ...]:
         sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
-        magnitude = sqrt(x * x + across)
-        rest = HALFWAY / (magnitude + HALFWAY)
+        rest = HALFWAY / (sqrt(x * x + across) + HALFWAY)
         t, angle = 1 - rest, atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
         turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)

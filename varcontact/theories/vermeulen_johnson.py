@@ -136,8 +136,7 @@ def vermeulen_johnson_forces(c: Contact) -> Forces:
     # the force is f Fz (1 - r^3), r = 1 - w': the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
     factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
     rest = 1 - inside
-    moment = -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
-    return factor * x, factor * y, moment
+    return factor * x, factor * y, -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
 
 
 def _normalised(c: Contact) -> tuple[Any, Any]:
@@ -261,5 +260,4 @@ def vermeulen_johnson_traction(
     # the difference of the roots by that of the squares, 2 part (1 - x/a) in stick: nothing cancels for small creepage
     squares = np.where(inner > 0, 2 * part * (1 - x / a), np.maximum(outer, 0.0))
     size = squares / np.where(heights > 0, heights, 1.0)
-    direction = np.array([xi, eta]) / (w or 1.0)
-    return 1.5 * limit / (math.pi * a * b) * np.multiply.outer(direction, size)
+    return 1.5 * limit / (math.pi * a * b) * np.multiply.outer(np.array([xi, eta]) / (w or 1.0), size)
