@@ -26,8 +26,7 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
     try:
         return tomllib.loads(text), path.parent
     except (RecursionError, ValueError) as error:  # also a number of thousands of digits
-        reason = "it is nested too deep" if isinstance(error, RecursionError) else first_line(error)
-        message = f"{kind} {str(path)!r} is not a TOML file ({reason})"
+        message = f"{kind} {str(path)!r} is not a TOML file ({first_line(error)})"
         raise SceneError(kind, str(path), "a TOML file", message=message) from None
 
 

@@ -201,12 +201,8 @@ def linear_creepage(
     0.001000 -0.000393 0.001000
     """
     size = math.sqrt(positive("a", a) * positive("b", b))
-    pairs = [
-        creepage_or_force("vx", vx, "Fx", Fx),
-        creepage_or_force("vy", vy, "Fy", Fy),
-        creepage_or_force("spin", spin, "Mz", Mz),
-    ]
-    given, prescribed = zip(*pairs, strict=True)
+    pairs = ("vx", vx, "Fx", Fx), ("vy", vy, "Fy", Fy), ("spin", spin, "Mz", Mz)
+    given, prescribed = zip(*(creepage_or_force(*pair) for pair in pairs), strict=True)
     # F/(G ab) = -matrix @ (vx, vy, size * spin), and the moment divided by size too
     c = coefficients
     matrix = np.array([[c.C11, 0.0, 0.0], [0.0, c.C22, c.C23], [0.0, -c.C23, c.C33]])

@@ -192,16 +192,14 @@ class TableBook:
         path = checks.file_name("path", path)
         with reading(path, "cannot be read as a table book"), netcdf_file(path, "r", mmap=False) as file:
             found = getattr(file, "format", b"").decode()
-            if found == FORMAT:
-                arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
-                arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
-                book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
-                whole = book.digest() == file.digest.decode()
-        if found != FORMAT:
-            kind = f"a {found!r} file" if found else "another netCDF file"
-            raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
-        if not whole:
-            raise OutputError("path", path, "is damaged: its numbers are not those that were written")
+            if found != FORMAT:
+                kind = f"a {found!r} file" if found else "another netCDF file"
+                raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
+            arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
+            arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
+            book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
+            if book.digest() != file.digest.decode():
+                raise OutputError("path", path, "is damaged: its numbers are not those that were written")
         return book
 
     def _packed(self, name: str) -> np.ndarray:
