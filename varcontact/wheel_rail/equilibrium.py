@@ -221,11 +221,10 @@ def _solution(
         if _near(deeper).force[2] < _near(each.case).force[2]:
             reason = f"the {each.case.side} wheel is wedged: friction lifts it when pressed in; give another position"
             raise SceneError("position.y", each.case.position.y, message=reason)
-    missed = np.abs(balance.imbalance(wheels))
+    missed = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
     errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
     left, right = wheels
-    patches = left.patches + right.patches
-    return WheelSetSolution(case, left.z, patches, left, right, float(missed.max(initial=0.0)), solved, errors)
+    return WheelSetSolution(case, left.z, left.patches + right.patches, left, right, missed, solved, errors)
 
 
 def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarray]:
