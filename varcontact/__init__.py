@@ -1,7 +1,8 @@
-"""Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.
+"""Kalker's rolling contact of elastic bodies as convex optimisation, with a
+certificate of exactness.
 
-The public names are listed in ``__init__.pyi``; each is imported when it is first used, so that `import varcontact` is
-quick.
+The public names are listed in ``__init__.pyi``; each is imported when it is
+first used, so that `import varcontact` is quick.
 """
 
 import sys

@@ -1,4 +1,5 @@
-"""Energies, duality gap and residuals of the discrete problems, and how to get these from a solution.
+"""Energies, duality gap and residuals of the discrete problems, and how to get
+these from a solution.
 
 Examples
 --------
@@ -56,7 +57,8 @@ class Posed:
     pressure : ndarray, shape (n,)
         On all elements of the grid.
     approach : ndarray, shape (1,)
-        From the least undeformed distance; NaN in line contact without a reference depth.
+        From the least undeformed distance; NaN in line contact without a
+        reference depth.
     tangential : TangentialProblem or None
         None without a motion, and without friction.
     traction : ndarray, shape (c, m)
@@ -90,8 +92,9 @@ def posed(solution: Solution) -> Posed:
     Raises
     ------
     SceneError
-        For what is no Solution; for a step of a history, which begins with the displacements of the step before; and
-        for one that is corrected towards the continuum.
+        For what is no Solution; for a step of a history, which begins with the
+        displacements of the step before; and for one that is corrected towards
+        the continuum.
     """
     checks.kind("solution", solution, Solution)
     scene, motion = solution.scene, solution.motion

@@ -40,8 +40,9 @@ class SceneError(VarcontactError):
     value : object
         What was given.
     allowed : str
-        What would have been allowed, in words that complete "must be". Words that begin with "given", for a value of
-        None, or with "left out" make a sentence of their own, see the examples.
+        What would have been allowed, in words that complete "must be". Words
+        that begin with "given", for a value of None, or with "left out" make a
+        sentence of their own, see the examples.
     message : str
         The whole message, where another sentence says it better.
 
@@ -80,7 +81,8 @@ class OutputError(VarcontactError, OSError):
     Parameters
     ----------
     field : str
-        What the file was named by (``"path"``, ``"--plot"``), or what cannot be written.
+        What the file was named by (``"path"``, ``"--plot"``), or what cannot be
+        written.
     value : object
         The file's name, or "" where there is none.
     reason : str

@@ -37,9 +37,11 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
 
 
 def unlike_bank(cells: int = 12) -> dict[str, Scene]:
-    """Twenty scenes of unlike bodies by name, dimensionless: four pairs of bodies in five motions each.
+    """Twenty scenes of unlike bodies by name, dimensionless: four pairs of
+    bodies in five motions each.
 
-    Friction is 0.1 to 0.9, the contact (without tractions) an ellipse with axes 2 to 1, a circle, or one across.
+    Friction is 0.1 to 0.9, the contact (without tractions) an ellipse with axes
+    2 to 1, a circle, or one across.
 
     Parameters
     ----------

@@ -80,15 +80,18 @@ def make_table_book(
     ratios, steps : int
         Ellipses, and magnitudes of creepage in each direction.
     degree : int
-        Of polynomials that the directions could determine, odd; 17 takes 145 directions.
+        Of polynomials that the directions could determine, odd; 17 takes 145
+        directions.
     executor, workers
         Where the entries are solved, as for `sweep`.
     out : str or Path, optional
-        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call resumes.
+        File of the book (.nc). While it is made, stores of sweeps stand beside
+        it, from which the same call resumes.
     overwrite : bool
         Whether to replace a file that is no table book.
     progress : callable, optional
-        Called with the `Standing` of each sweep, of which there is one for each grid.
+        Called with the `Standing` of each sweep, of which there is one for each
+        grid.
 
     Returns
     -------

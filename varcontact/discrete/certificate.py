@@ -1,8 +1,10 @@
 """The certificate: how exact given pressures and tractions are, judged by the problem's own data.
 
-Bounds on the errors of forces and moment are guaranteed, by convex duality (docs/theory.md, "The certificate"). For the
-exact solution p* of a problem and any tractions p, ``|c'(p - p*)| <= (c'S^-1 c)^(1/2) |p - p*|_S``. The distance in
-the norm of S follows from the gap, and from what the problem would have to be for p to be its solution.
+Bounds on the errors of forces and moment are guaranteed, by convex duality
+(docs/theory.md, "The certificate"). For the exact solution p* of a problem and
+any tractions p, ``|c'(p - p*)| <= (c'S^-1 c)^(1/2) |p - p*|_S``. The distance
+in the norm of S follows from the gap, and from what the problem would have to
+be for p to be its solution.
 """
 
 from __future__ import annotations
@@ -62,24 +64,30 @@ class Certificate:
     Attributes
     ----------
     gap : float
-        Duality gap of the tangential problem, ``sum((g_i |E_i| + p_i'E_i) dx dy)`` [force length]: zero
-        exactly at the solution, positive elsewhere. In normal contact without friction, that of the normal
-        problem. NaN where it is left out.
+        Duality gap of the tangential problem,
+        ``sum((g_i |E_i| + p_i'E_i) dx dy)`` [force length]: zero exactly at the
+        solution, positive elsewhere. In normal contact without friction, that
+        of the normal problem. NaN where it is left out.
     relative_gap : float
-        The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against the rigid shift.
+        The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against
+        the rigid shift.
     residual : float
-        Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
-        tangential and the normal one. For unlike bodies also what the normal one does to the tractions, which grows
-        like K by friction: the tangential residual under the pressures that the natural map has in place of these.
-        With Hertz's closed form as the pressure of a tangential problem the
-        normal one is left out: it is the grid's error, and found in `normal_residual`.
+        Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the
+        largest traction; the larger of the tangential and the normal one. For
+        unlike bodies also what the normal one does to the tractions, which
+        grows like K by friction: the tangential residual under the pressures
+        that the natural map has in place of these. With Hertz's closed form as
+        the pressure of a tangential problem the normal one is left out: it is
+        the grid's error, and found in `normal_residual`.
     normal_relative_gap, normal_residual, tangential_residual : float
         The same measures of the two problems.
     level : {"full", "gap", "none"}
-        What was asked for: everything; no bound on the forces; the residuals alone.
+        What was asked for: everything; no bound on the forces; the residuals
+        alone.
     bounds : ForceBounds or callable
-        The bounds on the forces, or what computes them. Newton's method without a matrix is faster than that: by
-        default they are computed after it when they are first asked for.
+        The bounds on the forces, or what computes them. Newton's method without
+        a matrix is faster than that: by default they are computed after it when
+        they are first asked for.
     """
 
     gap: float

@@ -1,7 +1,8 @@
 """From a scene and an explicit grid to dimensionless problems.
 
-Lengths are scaled by the size of the potential contact, tractions by a typical pressure, displacements by
-``pressure * length / G``: the influence numbers then have G = 1 and everything a solver meets is of order one.
+Lengths are scaled by the size of the potential contact, tractions by a typical
+pressure, displacements by ``pressure * length / G``: the influence numbers then
+have G = 1 and everything a solver meets is of order one.
 """
 
 from __future__ import annotations

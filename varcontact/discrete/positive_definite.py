@@ -1,8 +1,11 @@
-"""The symmetric part S of an operator, where it is positive definite: its least eigenvalue, and energies ``b'S^-1 b``.
+"""The symmetric part S of an operator, where it is positive definite: its least
+eigenvalue, and energies ``b'S^-1 b``.
 
-Up to `DENSE_LIMIT` elements Cholesky's factor shows that S is positive definite. Beyond, the symbol on the periodic box
-shows it where it is positive itself (shifts, steps in time, pressures). Else, in steady rolling, conjugate gradients
-with products by FFT tell it, but for a chance below `MISSED`: see docs/theory.md. All as far as floating point can.
+Up to `DENSE_LIMIT` elements Cholesky's factor shows that S is positive
+definite. Beyond, the symbol on the periodic box shows it where it is positive
+itself (shifts, steps in time, pressures). Else, in steady rolling, conjugate
+gradients with products by FFT tell it, but for a chance below `MISSED`: see
+docs/theory.md. All as far as floating point can.
 """
 
 from __future__ import annotations

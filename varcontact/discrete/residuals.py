@@ -1,7 +1,7 @@
 """Residuals, duality gap and energies of given tractions (paper, section 4).
 
-Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
-no solver's word enters.
+Everything here is computed from the problem's own data, with products by FFT,
+for tractions from any source: no solver's word enters.
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ def _normal_image(
 def tangential_residual(
     problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
 ) -> float:
-    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
+    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces
+    prescribed, what they lack.
 
     Parameters
     ----------
@@ -158,9 +159,11 @@ def gap(
 ) -> tuple[float, float]:
     """Duality gap of admissible tractions, absolute and relative (dimensionless).
 
-    Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
-    sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
-    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more.
+    Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and
+    Schwarz), so nothing cancels in the sum. For a shift it is the potential
+    energy (214) plus the complementary energy (215) of the tractions. With
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the
+    solution or more.
 
     Parameters
     ----------
@@ -221,9 +224,11 @@ def normal_gap(
 ) -> tuple[float, float]:
     """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
 
-    It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
-    of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A.
+    It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is
+    ``sum(p) (d - min(h + A p))``, d the mean of ``h + A p`` weighted by p; with
+    the approach prescribed ``p'e`` plus the deepest overlap times a bound on
+    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the
+    least eigenvalue in place of 1/min A.
 
     Parameters
     ----------
@@ -266,13 +271,14 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
     ----------
     problem : NormalProblem or TangentialProblem
     traction : ndarray, shape (n,) or (c, n)
-        Admissible: pressures that are zero or positive, or tractions within the bound; with the prescribed force.
+        Admissible: pressures that are zero or positive, or tractions within the
+        bound; with the prescribed force.
 
     Returns
     -------
     float
-        ``-(1/2 p'A p + (h - d)'p)`` times the element's area, or ``-(1/2 p'A p + W'p)``; h or W alone where the force
-        is prescribed.
+        ``-(1/2 p'A p + (h - d)'p)`` times the element's area, or
+        ``-(1/2 p'A p + W'p)``; h or W alone where the force is prescribed.
 
     Raises
     ------
@@ -288,7 +294,8 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
 def potential_energy(
     problem: NormalProblem | TangentialProblem, traction: np.ndarray, rigid: np.ndarray | None = None
 ) -> float:
-    """U of the displacements that pressures, or the tractions of a shift, cause (214), dimensionless.
+    """U of the displacements that pressures, or the tractions of a shift, cause
+    (214), dimensionless.
 
     Parameters
     ----------
@@ -296,14 +303,17 @@ def potential_energy(
     traction : ndarray, shape (n,) or (c, n)
         Any: the displacements are ``A p``.
     rigid : ndarray, shape (c,), optional
-        Of a tangential problem, the rigid shift that was found where a force is prescribed; zero if not given.
+        Of a tangential problem, the rigid shift that was found where a force is
+        prescribed; zero if not given.
 
     Returns
     -------
     float
-        ``1/2 p'A p`` times the element's area. Under a prescribed normal force less its work ``F d``, with the largest
-        approach d without overlap; under a given approach, displacements that leave an overlap are not admissible, and
-        U is not a bound. Of a shift with ``sum(g |E|)``, and under a prescribed force its work by `rigid` in addition.
+        ``1/2 p'A p`` times the element's area. Under a prescribed normal force
+        less its work ``F d``, with the largest approach d without overlap;
+        under a given approach, displacements that leave an overlap are not
+        admissible, and U is not a bound. Of a shift with ``sum(g |E|)``, and
+        under a prescribed force its work by `rigid` in addition.
 
     Raises
     ------

@@ -1,7 +1,8 @@
 """Where a contact state sticks, flows and slips, by how much, and the work that friction takes.
 
-A third body that yields flows before it slips: its yield stress goes with the particles, and the local shift of the
-bodies is that of the slip less what flows.
+A third body that yields flows before it slips: its yield stress goes with the
+particles, and the local shift of the bodies is that of the slip less what
+flows.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Temperature of the surfaces by frictional heat, which flows straight into bodies that pass fast.
 
-Both bodies pass the contact at the same speed: they share the heat by their effusivities, and have one temperature.
-Source: M. Ertz, K. Knothe, Wear 253 (2002) 498-508. Exact for ``V a/(2 kappa) >> 1``, 1e4 of a wheel on a rail.
+Both bodies pass the contact at the same speed: they share the heat by their
+effusivities, and have one temperature. Source: M. Ertz, K. Knothe, Wear 253
+(2002) 498-508. Exact for ``V a/(2 kappa) >> 1``, 1e4 of a wheel on a rail.
 """
 
 from __future__ import annotations

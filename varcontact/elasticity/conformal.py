@@ -1,9 +1,12 @@
-"""Conformal contact: influence numbers on a reference surface that is curved along y, and the same along x.
+"""Conformal contact: influence numbers on a reference surface that is curved
+along y, and the same along x.
 
-A traction acts in the frame of its own element, whose y and z are turned about x by the inclination there. With the
-angle ``t = alpha_J - alpha_I`` from the element I of a displacement to the loaded element J, and the numbers A of the
-flat surface by arc length, the symmetric variant is ``B = R(t/2) A R(t/2)`` (Vollebregt, Segal, VSD 52 (2014) 455;
-Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone keeps reciprocity.
+A traction acts in the frame of its own element, whose y and z are turned about
+x by the inclination there. With the angle ``t = alpha_J - alpha_I`` from the
+element I of a displacement to the loaded element J, and the numbers A of the
+flat surface by arc length, the symmetric variant is ``B = R(t/2) A R(t/2)``
+(Vollebregt, Segal, VSD 52 (2014) 455; Blanco-Lorenzo et al., Tribol. Int. 103
+(2016) 647): it alone keeps reciprocity.
 """
 
 from __future__ import annotations
@@ -71,7 +74,8 @@ def conformal_operator(
     Returns
     -------
     GridOperator
-        Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
+        Block-Toeplitz where the curvature is constant, else a
+        `ConformalOperator`.
 
     Examples
     --------

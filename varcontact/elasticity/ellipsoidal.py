@@ -1,7 +1,10 @@
-"""Displacement gradients under tractions over an ellipse: those like Hertz's pressure, and those over its root.
+"""Displacement gradients under tractions over an ellipse: those like Hertz's
+pressure, and those over its root.
 
-Semi-axes are a and b; b may be infinite: a line contact. Gradients are derivatives along x of displacement differences,
-``[..., i, j]`` of the displacement i by the traction j; outside the ellipse they are those of the same polynomial.
+Semi-axes are a and b; b may be infinite: a line contact. Gradients are
+derivatives along x of displacement differences, ``[..., i, j]`` of the
+displacement i by the traction j; outside the ellipse they are those of the same
+polynomial.
 """
 
 from __future__ import annotations

@@ -1,8 +1,11 @@
-"""Influence numbers of the elastic half-space: displacement difference by a uniform traction on a rectangle.
+"""Influence numbers of the elastic half-space: displacement difference by a
+uniform traction on a rectangle.
 
-The integrals of Boussinesq and Cerruti (217) over a rectangle have closed forms (219)-(224) as corner differences. Far
-from the element these cancel: at a distance of 10^4 elements the textbook forms lose all but five digits. They are
-derivatives of the potentials of `varcontact.elasticity.potentials` at the surface, where nothing cancels.
+The integrals of Boussinesq and Cerruti (217) over a rectangle have closed forms
+(219)-(224) as corner differences. Far from the element these cancel: at a
+distance of 10^4 elements the textbook forms lose all but five digits. They are
+derivatives of the potentials of `varcontact.elasticity.potentials` at the
+surface, where nothing cancels.
 """
 
 from __future__ import annotations
@@ -41,9 +44,11 @@ def influence_numbers(
     nu, K, G : float
         Combined constants (58)-(60).
     depth : float
-        Of a strip: the distance at which displacements along the traction are zero [length].
+        Of a strip: the distance at which displacements along the traction are
+        zero [length].
     components : iterable of str
-        Which of the nine: "xz" is the displacement difference along x by a unit pressure.
+        Which of the nine: "xz" is the displacement difference along x by a unit
+        pressure.
 
     Returns
     -------
@@ -88,14 +93,17 @@ def influence_numbers(
 
 
 class Medium(Protocol):
-    """Two bodies as solvers meet them, dimensionless: the combined modulus of rigidity of their surfaces is 1.
+    """Two bodies as solvers meet them, dimensionless: the combined modulus of
+    rigidity of their surfaces is 1.
 
-    Another kind of body is another medium, and nothing else. Media that are equal have equal influence numbers.
+    Another kind of body is another medium, and nothing else. Media that are
+    equal have equal influence numbers.
 
     Attributes
     ----------
     K : float
-        Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0: independent.
+        Size of the coupling of pressure and tractions, of half-spaces the
+        constant (60); 0: independent.
     even : bool
         Whether numbers are even or odd in x. All are even or odd in y.
     """

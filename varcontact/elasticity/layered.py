@@ -1,15 +1,18 @@
 """Influence numbers of layered bodies: compliance by wave number, and its transform.
 
-Fields that vary as exp(i k s) along the surface, s the direction of the wave vector, t across it and zeta into the
-body, have displacements ``u_s = i u, u_zeta = w`` by tractions ``q_s = i q``, a pressure p and q_t:
+Fields that vary as exp(i k s) along the surface, s the direction of the wave
+vector, t across it and zeta into the body, have displacements
+``u_s = i u, u_zeta = w`` by tractions ``q_s = i q``, a pressure p and q_t:
 
     (u, w) = F(k) (q, p)/k,  u_t = f(k) q_t/k,  F real, symmetric and positive definite, f > 0,
 
-constants for a half-space. The state (u, w, -q, -p) obeys dy/dzeta = k M y in a layer, and is carried upwards from the
-base by matrices that are finite for all thicknesses, moduli and ratios (the impedance recursion of seismology).
+constants for a half-space. The state (u, w, -q, -p) obeys dy/dzeta = k M y in a
+layer, and is carried upwards from the base by matrices that are finite for all
+thicknesses, moduli and ratios (the impedance recursion of seismology).
 
-Of two bodies half-spaces of the surfaces' materials are taken in closed form. What layers add is smooth, on the scale
-of the thickness of the top layer: kernels of the distance alone, which Gauss's rule integrates over elements.
+Of two bodies half-spaces of the surfaces' materials are taken in closed form.
+What layers add is smooth, on the scale of the thickness of the top layer:
+kernels of the distance alone, which Gauss's rule integrates over elements.
 """
 
 from __future__ import annotations

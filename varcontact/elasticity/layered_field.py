@@ -1,8 +1,10 @@
 """Displacements, their gradients and stresses inside a layered body by tractions on its surface.
 
-The state at a depth by a wave of tractions follows from the stack cut there: the compliance of what is below, and the
-part of the tractions that what is above lets through. All fields are rotations of a few functions of the wave number,
-which a point load turns into Bessel transforms of order 0 to 3, and a line load into cosines and sines.
+The state at a depth by a wave of tractions follows from the stack cut there:
+the compliance of what is below, and the part of the tractions that what is
+above lets through. All fields are rotations of a few functions of the wave
+number, which a point load turns into Bessel transforms of order 0 to 3, and a
+line load into cosines and sines.
 """
 
 from __future__ import annotations

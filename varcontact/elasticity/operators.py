@@ -98,8 +98,8 @@ class GridOperator:
     shape : (ny, nx)
         Of the grid.
     table : ndarray, shape (rows, columns, 2 ny - 1, 2 nx - 1)
-        Influence number of each pair of components by the offset (field element minus loaded element),
-        from ``-(n - 1)`` to ``n - 1``.
+        Influence number of each pair of components by the offset (field element
+        minus loaded element), from ``-(n - 1)`` to ``n - 1``.
     """
 
     shape: tuple[int, int]
@@ -111,7 +111,8 @@ class GridOperator:
         Parameters
         ----------
         elements, loaded : int arrays
-            Flat indices of elements (``iy * nx + ix``); `loaded` is `elements` if not given.
+            Flat indices of elements (``iy * nx + ix``); `loaded` is `elements`
+            if not given.
 
         Returns
         -------
@@ -136,7 +137,8 @@ class GridOperator:
 
     @one_blas_thread()
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product with tractions on the whole grid, by zero-padded FFT; with few elements by the matrix.
+        """Product with tractions on the whole grid, by zero-padded FFT; with
+        few elements by the matrix.
 
         Parameters
         ----------
@@ -160,7 +162,8 @@ class GridOperator:
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
 
-        The last few are remembered: passes and scans over the same contact assemble and factor its matrix once.
+        The last few are remembered: passes and scans over the same contact
+        assemble and factor its matrix once.
 
         Parameters
         ----------
@@ -298,7 +301,8 @@ def influence_operator(
     difference: str = "first-order",
     offset: float = 0.0,
 ) -> GridOperator:
-    """Influence numbers A on a grid, or their difference over a step of rolling where a `lag` is given.
+    """Influence numbers A on a grid, or their difference over a step of rolling
+    where a `lag` is given.
 
     Parameters
     ----------
@@ -313,7 +317,8 @@ def influence_operator(
     medium : Medium, optional
         Other bodies than half-spaces of these constants.
     lag : float, optional
-        Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
+        Distance `dq` [length]: C is B at the previous positions of the
+        particles, ``x + dq`` (231).
     difference : str
         Which difference over that step, see `DIFFERENCES`.
     offset : float

@@ -1,7 +1,9 @@
-"""Influence numbers of line contact: displacement difference by uniform tractions on an infinite strip.
+"""Influence numbers of line contact: displacement difference by uniform
+tractions on an infinite strip.
 
-Plane strain (44) for pressure and longitudinal traction, anti-plane shear for lateral traction. Displacements count
-from the points of the surface at the distance `depth` of a line load, ``-ln(|x|/depth)``.
+Plane strain (44) for pressure and longitudinal traction, anti-plane shear for
+lateral traction. Displacements count from the points of the surface at the
+distance `depth` of a line load, ``-ln(|x|/depth)``.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ def strip_influence_numbers(
     depth : float
         Distance at which displacements along the traction are zero [length].
     components : iterable of str
-        Which of the nine: "xz" is the displacement difference along x by a unit pressure.
+        Which of the nine: "xz" is the displacement difference along x by a unit
+        pressure.
 
     Returns
     -------

@@ -1,14 +1,18 @@
-"""The elastic field inside a half-space z >= 0 whose surface carries uniform tractions on rectangles or strips.
+"""The elastic field inside a half-space z >= 0 whose surface carries uniform
+tractions on rectangles or strips.
 
-Boussinesq's and Cerruti's solutions are derivatives of three potentials of a point force (Love's), here integrated over
-the loaded element, with R the distance of its points from the field point:
+Boussinesq's and Cerruti's solutions are derivatives of three potentials of a
+point force (Love's), here integrated over the loaded element, with R the
+distance of its points from the field point:
 
     phi = integral of 1/R,   chi = integral of ln(R + z),   omega = integral of z ln(R + z) - R .
 
-An x- or y-derivative undoes one integration, so all that is needed are integrals along lines, which have closed
-forms. The difference of a line integral over its two ends is written as a product, never as a difference of
-nearly equal numbers (`_Ends`). In the second direction the difference over two edges is taken as long as the field
-point is nearer than `FAR` sides, where three digits cancel at the most; beyond that the line integrals are so smooth
+An x- or y-derivative undoes one integration, so all that is needed are
+integrals along lines, which have closed forms. The difference of a line
+integral over its two ends is written as a product, never as a difference of
+nearly equal numbers (`_Ends`). In the second direction the difference over two
+edges is taken as long as the field point is nearer than `FAR` sides, where
+three digits cancel at the most; beyond that the line integrals are so smooth
 that two Gauss points are as good.
 """
 
@@ -44,7 +48,8 @@ def rectangle_potentials(
     Parameters
     ----------
     x, y, z : array_like
-        Field point minus element centre, and depth ``z >= 0`` [length]; broadcast together.
+        Field point minus element centre, and depth ``z >= 0`` [length];
+        broadcast together.
     dx, dy : float
         Sides of the element [length].
     kinds : sequence of str
@@ -84,12 +89,14 @@ def rectangle_potentials(
 
 
 def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    """`rectangle_potentials` for all elements of a lattice at once: integrals along shared edges are found once.
+    """`rectangle_potentials` for all elements of a lattice at once: integrals
+    along shared edges are found once.
 
     Parameters
     ----------
     x : ndarray, shape (nx, 1, n)
-        Field points minus the centres of the columns, from left to right: falling by dx [length].
+        Field points minus the centres of the columns, from left to right:
+        falling by dx [length].
     y : ndarray, shape (1, ny, n)
         The same for the rows.
     z : ndarray, shape (n,)
@@ -111,16 +118,19 @@ def _distance(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float)
 
 
 def strip_potentials(x: np.ndarray, z: np.ndarray | float, dx: float, reference: float = 1.0) -> np.ndarray:
-    """Derivatives of the potentials of a unit density on an infinite strip along y: line contact, plane strain.
+    """Derivatives of the potentials of a unit density on an infinite strip
+    along y: line contact, plane strain.
 
     Parameters
     ----------
     x, z : array_like
-        Field point minus the strip's centre line, and depth ``z >= 0`` [length]; broadcast together.
+        Field point minus the strip's centre line, and depth ``z >= 0``
+        [length]; broadcast together.
     dx : float
         Width of the strip [length].
     reference : float
-        Length by which logarithms of distances are taken: the displacements' free constant [length].
+        Length by which logarithms of distances are taken: the displacements'
+        free constant [length].
 
     Returns
     -------

@@ -1,11 +1,15 @@
-"""Influence numbers of line contact of layers that are viscoelastic solids of their own and roll steadily.
+"""Influence numbers of line contact of layers that are viscoelastic solids of
+their own and roll steadily.
 
-At a wave number k along x everything swings with the frequency k V, so that layers have complex moduli
-``G/(1 + sum f/(1 - i k l))``, ``l = V tau``, and compliances are those of elastic layers. Source: G. F. M. Braat,
-J. J. Kalker (1993), rolling contact of two cylinders coated with multilayered viscoelastic rubber (paper, [4]).
+At a wave number k along x everything swings with the frequency k V, so that
+layers have complex moduli ``G/(1 + sum f/(1 - i k l))``, ``l = V tau``, and
+compliances are those of elastic layers. Source: G. F. M. Braat, J. J. Kalker
+(1993), rolling contact of two cylinders coated with multilayered viscoelastic
+rubber (paper, [4]).
 
-Half-spaces of the surfaces' solids are taken in closed form, and to these is added what relaxed, elastic layers add.
-The rest of the symbols vanishes for long waves and for short ones; it is integrated as it stands.
+Half-spaces of the surfaces' solids are taken in closed form, and to these is
+added what relaxed, elastic layers add. The rest of the symbols vanishes for
+long waves and for short ones; it is integrated as it stands.
 """
 
 from __future__ import annotations

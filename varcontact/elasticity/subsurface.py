@@ -1,9 +1,12 @@
-"""Displacements, their gradients and stresses inside a half-space z >= 0 by tractions on its surface.
+"""Displacements, their gradients and stresses inside a half-space z >= 0 by
+tractions on its surface.
 
-The body takes up z >= 0, and the tractions act on it: pz > 0 presses. Everything is a combination of the derivatives of
-three potentials (`varcontact.elasticity.potentials`), summed over the elements with the tractions as weights:
-directly for points anywhere, by FFT for grids of points below the element centres. With the combinations of
-Boussinesq and Cerruti for a unit point force along x,
+The body takes up z >= 0, and the tractions act on it: pz > 0 presses.
+Everything is a combination of the derivatives of three potentials
+(`varcontact.elasticity.potentials`), summed over the elements with the
+tractions as weights: directly for points anywhere, by FFT for grids of points
+below the element centres. With the combinations of Boussinesq and Cerruti for a
+unit point force along x,
 
     4 pi G u = (2 phi - z chi_xx + 2 nu omega_xx,  -z chi_xy + 2 nu omega_xy,  -z phi_x + (1 - 2 nu) chi_x),
 
@@ -11,8 +14,9 @@ and along z
 
     4 pi G u = (-z phi_x - (1 - 2 nu) chi_x,  -z phi_y - (1 - 2 nu) chi_y,  2 (1 - nu) phi - z phi_z).
 
-Stresses are combined by themselves, without G: they do not suffer where a body is nearly rigid or
-incompressible, and they satisfy the surface's conditions exactly.
+Stresses are combined by themselves, without G: they do not suffer where a body
+is nearly rigid or incompressible, and they satisfy the surface's conditions
+exactly.
 """
 
 from __future__ import annotations
@@ -66,7 +70,8 @@ def field_at(
     tractions : ndarray, shape (3, ny, nx)
         On the half-space, x, y, z [force/area].
     G, nu : float
-        Modulus of rigidity (``inf``: no displacements) and Poisson's ratio of the body.
+        Modulus of rigidity (``inf``: no displacements) and Poisson's ratio of
+        the body.
     reference : float
         In line contact the length in the logarithms of the displacements.
 

@@ -1,10 +1,13 @@
 """Influence numbers of viscoelastic bodies in steady rolling and in time: standard linear solids.
 
-The creep compliance is ``J(t) = J0 (1 + sum f (1 - exp(-t/tau)))`` with constant Poisson's ratio. A particle now at x
-was at x + s when the bodies had rolled a distance s less, so that with ``l = V tau`` displacements are elastic ones and
-means of these over what lies ahead: ``u(x) = u_e(x) + sum f integral_0^inf u_e(x + s) exp(-s/l) ds/l``.
+The creep compliance is ``J(t) = J0 (1 + sum f (1 - exp(-t/tau)))`` with
+constant Poisson's ratio. A particle now at x was at x + s when the bodies had
+rolled a distance s less, so that with ``l = V tau`` displacements are elastic
+ones and means of these over what lies ahead:
+``u(x) = u_e(x) + sum f integral_0^inf u_e(x + s) exp(-s/l) ds/l``.
 
-In a history particles remember tractions P, ``tau dP/dt = p - P``, and ``u = u_e(p) + sum f u_e(P)``.
+In a history particles remember tractions P, ``tau dP/dt = p - P``, and
+``u = u_e(p) + sum f u_e(P)``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Scenes from the input files of CONTACT, module 3: basic contacts, Hertzian or not.
 
-The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, chapters 2 and 4 and
-appendix A). Lengths are in mm, forces in N.
+The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech
+CMCC report 20-01, chapters 2 and 4 and appendix A). Lengths are in mm, forces
+in N.
 """
 
 from __future__ import annotations
@@ -41,9 +42,10 @@ speed), "bodies", "potential" and "distance" (`words.Given`), "grid", "row" (`wo
 def read_contact_input(path: str | Path) -> list[Scene]:
     """The cases of an input file of CONTACT, module 3, as scenes on the same elements.
 
-    A sequence of cases that continue each other (P = 0 after a shift or transient rolling) becomes one scene, whose
-    motion is a `Transient` with a step for each case. Everything else becomes a scene of its own, in the order of the
-    file.
+    A sequence of cases that continue each other (P = 0 after a shift or
+    transient rolling) becomes one scene, whose motion is a `Transient` with a
+    step for each case. Everything else becomes a scene of its own, in the order
+    of the file.
 
     Parameters
     ----------
@@ -58,8 +60,9 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     Raises
     ------
     SceneError
-        If the file cannot be read, or asks for what has no counterpart here: with the line, the digit, its value, and
-        those that are supported (docs/from_contact.md has all of them).
+        If the file cannot be read, or asks for what has no counterpart here:
+        with the line, the digit, its value, and those that are supported
+        (docs/from_contact.md has all of them).
 
     Notes
     -----

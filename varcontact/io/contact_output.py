@@ -1,7 +1,8 @@
 """Tables of forces from CONTACT's output files ``<experiment>.out``.
 
-The layout is that of the open-source release of 2025 (the subroutines ``soutpt`` and ``wr_output`` of its source): a
-line of names, and below it a line with as many numbers.
+The layout is that of the open-source release of 2025 (the subroutines
+``soutpt`` and ``wr_output`` of its source): a line of names, and below it a
+line with as many numbers.
 """
 
 from __future__ import annotations
@@ -38,11 +39,14 @@ class ContactOutput:
     side : str or None
         "left" or "right" wheel of module 1; None of module 3.
     values : dict of str to float
-        The numbers of the case by CONTACT's names: of module 1 FX(TR), FY(TR), FZ(TR), FX(WS), ..., S_WS, Y_WS, Z_WS,
-        GG(R), ...; of module 3 all its tables. NaN where CONTACT printed asterisks.
+        The numbers of the case by CONTACT's names: of module 1 FX(TR), FY(TR),
+        FZ(TR), FX(WS), ..., S_WS, Y_WS, Z_WS, GG(R), ...; of module 3 all its
+        tables. NaN where CONTACT printed asterisks.
     patches : tuple of dict of str to float
-        The same by contact patch: XCP(TR), ..., CKSI, CETA, CPHI, FN, FX, FS, MN, ELAST.EN., FRIC.POWER, APPROACH,
-        PMAX, NCON, ...; of module 3 one, which is `values`, with FY, MZ, and CREEP X or SHIFT X where FX was given.
+        The same by contact patch: XCP(TR), ..., CKSI, CETA, CPHI, FN, FX, FS,
+        MN, ELAST.EN., FRIC.POWER, APPROACH, PMAX, NCON, ...; of module 3 one,
+        which is `values`, with FY, MZ, and CREEP X or SHIFT X where FX was
+        given.
     """
 
     case: int
@@ -52,7 +56,8 @@ class ContactOutput:
 
 
 def read_contact_output(path: str | Path) -> list[ContactOutput]:
-    """The forces, moments, creepages and approaches that CONTACT printed, from its file ``<experiment>.out``.
+    """The forces, moments, creepages and approaches that CONTACT printed, from
+    its file ``<experiment>.out``.
 
     Parameters
     ----------
@@ -67,8 +72,9 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
     Raises
     ------
     SceneError
-        If the file cannot be read, or is not of this layout: with the line. A case without its forces is refused, too:
-        the program stopped there, or the file was cut short.
+        If the file cannot be read, or is not of this layout: with the line. A
+        case without its forces is refused, too: the program stopped there, or
+        the file was cut short.
 
     Examples
     --------

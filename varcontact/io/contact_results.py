@@ -1,7 +1,10 @@
-"""Tractions from the results of CONTACT: its files ``<experiment>.<case>.mat``, which are tables in text.
+"""Tractions from the results of CONTACT: its files ``<experiment>.<case>.mat``,
+which are tables in text.
 
-The columns are found by their names, in the layout of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC
-report 20-01, appendix A) as in that of the open-source release of 2025 (the subroutine ``writmt`` of its source).
+The columns are found by their names, in the layout of the user guide
+(Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, appendix A) as in
+that of the open-source release of 2025 (the subroutine ``writmt`` of its
+source).
 """
 
 from __future__ import annotations
@@ -55,10 +58,11 @@ class ContactResult:
     dq : float
         Step of rolling [mm].
     values : dict of str to float
-        The numbers above the table by CONTACT's names in capitals: GG1, POISS1, VELOC, FSTAT, X_CP(R), NPATCH, ...
+        The numbers above the table by CONTACT's names in capitals: GG1, POISS1,
+        VELOC, FSTAT, X_CP(R), NPATCH, ...
     columns : dict of str to ndarray, shape (ny, nx)
-        All columns of the table by CONTACT's names: H, MU, UN, UX, UY, SREL or SHFT, TAUCRT, TEMP1, ...; NaN at
-        elements that are not in the file.
+        All columns of the table by CONTACT's names: H, MU, UN, UX, UY, SREL or
+        SHFT, TAUCRT, TEMP1, ...; NaN at elements that are not in the file.
     """
 
     grid: Grid
@@ -164,10 +168,11 @@ class ContactResult:
 
 
 def read_contact_result(path: str | Path) -> ContactResult:
-    """Pressures and tractions of a case that CONTACT solved, from its file ``<experiment>.<case>.mat``.
+    """Pressures and tractions of a case that CONTACT solved, from its file
+    ``<experiment>.<case>.mat``.
 
-    The file has no creepages: where forces were prescribed, put those that CONTACT found into the scene before it is
-    certified.
+    The file has no creepages: where forces were prescribed, put those that
+    CONTACT found into the scene before it is certified.
 
     Parameters
     ----------

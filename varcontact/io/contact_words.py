@@ -1,6 +1,8 @@
-"""The text of CONTACT's input files: groups of values, control digits, and what of them has a counterpart here.
+"""The text of CONTACT's input files: groups of values, control digits, and what
+of them has a counterpart here.
 
-The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, appendix A).
+The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech
+CMCC report 20-01, appendix A).
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Histories as files to which steps are added.
 
-A step is written behind the last one and forced to the disk, and only then counted: whatever ends the program in
-between, and whoever reads beside it, the file holds every finished step and no other. Nothing else of the file changes,
+A step is written behind the last one and forced to the disk, and only then
+counted: whatever ends the program in between, and whoever reads beside it, the
+file holds every finished step and no other. Nothing else of the file changes,
 and nothing of it is kept in memory.
 """
 

@@ -1,14 +1,17 @@
-"""Files of records, of a history's steps and a sweep's scenes: libraries make and read them, bytes are put in here.
+"""Files of records, of a history's steps and a sweep's scenes: libraries make
+and read them, bytes are put in here.
 
-No library adds a record safely. scipy's own mode for that rewrites the whole file for every step (1 ms for the first of
-40 x 40 elements, 800 ms for the four hundredth), and of 20 files whose program was killed 8 could not be read. HDF5
-groups lost 4 of 14 such files, and HDF5 datasets that grow while others read them (SWMR) lost none of 20, but none of
-these could be extended.
+No library adds a record safely. scipy's own mode for that rewrites the whole
+file for every step (1 ms for the first of 40 x 40 elements, 800 ms for the four
+hundredth), and of 20 files whose program was killed 8 could not be read. HDF5
+groups lost 4 of 14 such files, and HDF5 datasets that grow while others read
+them (SWMR) lost none of 20, but none of these could be extended.
 
-The steps of a history are appended to a classic netCDF file, and counted when they are on the disk. The file of a sweep
-is the netCDF-4 file of its dataset, of full length from the beginning. The values of a scene are written over those of
-none, in any order, and count if their checksum fits: the same sweep gives the same bytes, and no disk is too full
-for it later on.
+The steps of a history are appended to a classic netCDF file, and counted when
+they are on the disk. The file of a sweep is the netCDF-4 file of its dataset,
+of full length from the beginning. The values of a scene are written over those
+of none, in any order, and count if their checksum fits: the same sweep gives
+the same bytes, and no disk is too full for it later on.
 """
 
 from __future__ import annotations

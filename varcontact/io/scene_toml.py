@@ -74,8 +74,8 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     Raises
     ------
     SceneError
-        If the file cannot be read, is no TOML, or says something a scene cannot be; unknown keys come with the
-        nearest right one.
+        If the file cannot be read, is no TOML, or says something a scene cannot
+        be; unknown keys come with the nearest right one.
 
     Examples
     --------

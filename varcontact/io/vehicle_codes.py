@@ -41,7 +41,8 @@ BETWEEN = " Between them, the largest difference from exact solutions\n * at 127
 def write_c(
     folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
 ) -> list[Path]:
-    """Write a table book as C99 source without dependencies, with the wrappers of MATLAB and Modelica.
+    """Write a table book as C99 source without dependencies, with the wrappers
+    of MATLAB and Modelica.
 
     Parameters
     ----------
@@ -57,8 +58,8 @@ def write_c(
     Returns
     -------
     list of Path
-        ``vc_forces.c``, ``vc_forces.h``, which documents arguments, units and return codes, ``vc_forces.m``, and
-        ``VcForces.mo``.
+        ``vc_forces.c``, ``vc_forces.h``, which documents arguments, units and
+        return codes, ``vc_forces.m``, and ``VcForces.mo``.
 
     Raises
     ------
@@ -78,7 +79,8 @@ def write_c(
 def write_fmu(
     folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
 ) -> list[Path]:
-    """Write a table book as source-code FMUs of FMI 2.0 and 3.0, for model exchange and co-simulation.
+    """Write a table book as source-code FMUs of FMI 2.0 and 3.0, for model
+    exchange and co-simulation.
 
     Parameters
     ----------
@@ -88,7 +90,8 @@ def write_fmu(
     Returns
     -------
     list of Path
-        ``vc_forces_fmi2.fmu`` and ``vc_forces_fmi3.fmu``; with the binary of this platform, where gcc or cc is found.
+        ``vc_forces_fmi2.fmu`` and ``vc_forces_fmi3.fmu``; with the binary of
+        this platform, where gcc or cc is found.
 
     Raises
     ------

@@ -1,6 +1,8 @@
-"""Rigid bodies that move against each other: distance, rigid slip, creepages (paper, sections 1.1 to 1.5 and 2.2).
+"""Rigid bodies that move against each other: distance, rigid slip, creepages
+(paper, sections 1.1 to 1.5 and 2.2).
 
-Positions and velocities are arrays of three components in one global frame, in any consistent units.
+Positions and velocities are arrays of three components in one global frame, in
+any consistent units.
 """
 
 from varcontact.kinematics.rigid import (

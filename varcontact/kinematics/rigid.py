@@ -17,7 +17,8 @@ UNIT = 1e-9
 
 
 def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndarray:
-    """The matrix of a body that is pitched about y, then yawed about z, then rolled about x, axes at rest.
+    """The matrix of a body that is pitched about y, then yawed about z, then
+    rolled about x, axes at rest.
 
     Parameters
     ----------
@@ -27,7 +28,8 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     Returns
     -------
     ndarray, shape (3, 3)
-        ``Rx(roll) Rz(yaw) Ry(pitch)``; its columns are the body's axes in the global frame.
+        ``Rx(roll) Rz(yaw) Ry(pitch)``; its columns are the body's axes in the
+        global frame.
 
     Examples
     --------
@@ -86,7 +88,8 @@ class RigidBody(_Placed, path="body", position=_vector, rotation=_rotation, velo
     Raises
     ------
     SceneError
-        If a shape is wrong, a number is not finite, or the matrix is no rotation.
+        If a shape is wrong, a number is not finite, or the matrix is no
+        rotation.
 
     Examples
     --------
@@ -151,7 +154,8 @@ class Frame(_Placed, path="frame", origin=_vector, axes=_rotation):
 
 @dataclass(frozen=True)
 class Creepages:
-    """Rigid slip of body 1 over body 2 by rolling velocity: ``(vx - spin y, vy + spin x)`` near the origin, (75).
+    """Rigid slip of body 1 over body 2 by rolling velocity:
+    ``(vx - spin y, vy + spin x)`` near the origin, (75).
 
     Attributes
     ----------
@@ -170,7 +174,8 @@ class Creepages:
 
 
 def distance(point1: np.ndarray, point2: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Distance from body 2 to body 1 along the outer normal of body 2, (10); negative where they penetrate.
+    """Distance from body 2 to body 1 along the outer normal of body 2, (10);
+    negative where they penetrate.
 
     Parameters
     ----------
@@ -207,8 +212,8 @@ def creepages(
 ) -> Creepages:
     """Creepages and spin of two rigid bodies in a contact frame.
 
-    The rolling velocity (23) is the speed at which the material of both, on average, runs through the frame against
-    its x-axis.
+    The rolling velocity (23) is the speed at which the material of both, on
+    average, runs through the frame against its x-axis.
 
     Parameters
     ----------
@@ -216,10 +221,12 @@ def creepages(
     frame : Frame
         Its z-axis points into body 1.
     frame_velocity : array_like, shape (3,), optional
-        Velocity of the contact, which moves along with the frame; at rest if not given.
+        Velocity of the contact, which moves along with the frame; at rest if
+        not given.
     at1, at2 : array_like, shape (3,), optional
-        The undeformed surface points of the two bodies that meet there; the frame's origin if not given. They are
-        some hundredths of a millimetre apart, which counts where creepages are as small as that by the radius.
+        The undeformed surface points of the two bodies that meet there; the
+        frame's origin if not given. They are some hundredths of a millimetre
+        apart, which counts where creepages are as small as that by the radius.
 
     Returns
     -------

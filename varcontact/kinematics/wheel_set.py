@@ -23,14 +23,16 @@ class WheelSetMotion(
     radii=lambda field, value: _pair(field, positives(field, value)),
     angles=_pair,
 ):
-    """The linearised motion of a wheel set on straight rails (section 2.2.3): z up, x forward, y to the left.
+    """The linearised motion of a wheel set on straight rails (section 2.2.3): z
+    up, x forward, y to the left.
 
     Parameters
     ----------
     speed : float
         V, along the track [length/time].
     angular_velocity : float
-        omega, about the axle [rad/time]; `speed` by the mean radius in pure rolling.
+        omega, about the axle [rad/time]; `speed` by the mean radius in pure
+        rolling.
     radii : tuple of float
         Rolling radii of the left and the right wheel [length].
     half_gauge : float
@@ -45,7 +47,8 @@ class WheelSetMotion(
     Raises
     ------
     SceneError
-        If a number is not finite, a length or the speed is not positive, or radii or angles are not two.
+        If a number is not finite, a length or the speed is not positive, or
+        radii or angles are not two.
 
     Examples
     --------
@@ -87,7 +90,8 @@ class WheelSetMotion(
 
 
 def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> float:
-    """Wavelength of Klingel's motion of a conical wheel set (section 2.2.1), ``2 pi sqrt(R b / gamma)``.
+    """Wavelength of Klingel's motion of a conical wheel set (section 2.2.1),
+    ``2 pi sqrt(R b / gamma)``.
 
     Parameters
     ----------
@@ -118,10 +122,11 @@ def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> flo
 
 
 def ball_between_planes(force: float, angle: float, nu: float) -> float:
-    """Lateral force on a ball that rolls between two planes at an angle (section 2.2.2, Johnson 1959).
+    """Lateral force on a ball that rolls between two planes at an angle
+    (section 2.2.2, Johnson 1959).
 
-    The sum of the components of the two normal forces and of what spin makes by the linear theory, with the
-    lateral creepage held at zero.
+    The sum of the components of the two normal forces and of what spin makes by
+    the linear theory, with the lateral creepage held at zero.
 
     Parameters
     ----------

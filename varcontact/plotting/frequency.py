@@ -51,7 +51,8 @@ def plot_growth(
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
-    """Picture of the growth of corrugation over the wavelength: above zero waves grow; with speeds a map of it.
+    """Picture of the growth of corrugation over the wavelength: above zero
+    waves grow; with speeds a map of it.
 
     Parameters
     ----------

@@ -40,7 +40,8 @@ def plot_stress(
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
-    """Contours of a stress in a section of both bodies, the upper above the surface, or at one depth of one body.
+    """Contours of a stress in a section of both bodies, the upper above the
+    surface, or at one depth of one body.
 
     The largest is marked, of a component the largest in size.
 
@@ -48,14 +49,19 @@ def plot_stress(
     ----------
     sol : Solution
     quantity : str
-        "von_mises", "tresca", "ideal_stress", "first_invariant", or a component: "xx", "yy", "zz", "xy", "xz", "yz".
+        "von_mises", "tresca", "ideal_stress", "first_invariant", or a
+        component: "xx", "yy", "zz", "xy", "xz", "yz".
     plane : str
-        "xz": a section along x; "yz": a section across it; "xy": a plane parallel to the surface.
+        "xz": a section along x; "yz": a section across it; "xy": a plane
+        parallel to the surface.
     x, y : float, optional
-        Of the section across the other axis [length]; where the pressure is largest if not given.
+        Of the section across the other axis [length]; where the pressure is
+        largest if not given.
     depth : float, optional
-        Of a section: shown in either body [length]; three quarters of the contact's length in it if not given. Of the
-        plane "xy": its distance from the surface [length]; a quarter of the contact's length along x if not given.
+        Of a section: shown in either body [length]; three quarters of the
+        contact's length in it if not given. Of the plane "xy": its distance
+        from the surface [length]; a quarter of the contact's length along x if
+        not given.
     body : 1, 2, "upper" or "lower"
         Of the plane "xy".
     ax, figsize
@@ -68,8 +74,9 @@ def plot_stress(
     Raises
     ------
     SceneError
-        For what is no Solution with contact, a quantity or a plane that does not exist, a depth that is not positive,
-        a place that does not belong to the plane, or another plane than "xz" in line contact.
+        For what is no Solution with contact, a quantity or a plane that does
+        not exist, a depth that is not positive, a place that does not belong to
+        the plane, or another plane than "xz" in line contact.
     """
     if not checks.kind("solution", sol, Solution, more=ONE).pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")

@@ -59,15 +59,17 @@ def plot_curve(
     Parameters
     ----------
     solutions : sequence of Solution, or dict of str to such, or xarray.Dataset
-        As `scan` gives them; several curves by name; or as `creep_curve` gives them, whose values are plain numbers
-        without units.
+        As `scan` gives them; several curves by name; or as `creep_curve` gives
+        them, whose values are plain numbers without units.
     against : str
-        "vx", "vy" or "spin" (of a shift ux, uy or the rotation); "auto": the one that changes most.
+        "vx", "vy" or "spin" (of a shift ux, uy or the rotation); "auto": the
+        one that changes most.
     normalised : bool
-        Whether forces are shown as parts of what friction can carry, ``sum(f pz) dx dy`` (without slip: of the normal
-        force).
+        Whether forces are shown as parts of what friction can carry,
+        ``sum(f pz) dx dy`` (without slip: of the normal force).
     total : bool
-        Whether the size of the force is shown, too, where it has both components.
+        Whether the size of the force is shown, too, where it has both
+        components.
     ax, figsize
         As for `Solution.plot`.
 
@@ -78,7 +80,8 @@ def plot_curve(
     Raises
     ------
     SceneError
-        For what are no solutions with a motion, or not all rolling or all shifts, or a creepage that there is not.
+        For what are no solutions with a motion, or not all rolling or all
+        shifts, or a creepage that there is not.
 
     Examples
     --------
@@ -171,7 +174,8 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
 
 
 def plot_comparison(table: pd.DataFrame) -> Figure:
-    """Picture of a comparison: error of the tractions against time, a point for each scene and method.
+    """Picture of a comparison: error of the tractions against time, a point for
+    each scene and method.
 
     Parameters
     ----------

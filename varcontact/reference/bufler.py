@@ -1,7 +1,8 @@
-"""Bufler's rolling of two unlike cylinders without slip and without tangential force (paper, section 6.1.2).
+"""Bufler's rolling of two unlike cylinders without slip and without tangential
+force (paper, section 6.1.2).
 
-Sources: H. Bufler, Zur Theorie der rollenden Reibung, Ing.-Arch. 27 (1959); K. L. Johnson, Contact Mechanics,
-Cambridge University Press 1985.
+Sources: H. Bufler, Zur Theorie der rollenden Reibung, Ing.-Arch. 27 (1959); K.
+L. Johnson, Contact Mechanics, Cambridge University Press 1985.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ class Bufler:
     creepage : float
         Longitudinal creepage vx, ``-2 eta a / R``.
     eta : float
-        Exponent of the oscillation at the edges, ``ln((1 + beta)/(1 - beta)) / (2 pi)``.
+        Exponent of the oscillation at the edges,
+        ``ln((1 + beta)/(1 - beta)) / (2 pi)``.
     R : float
         Combined radius, ``1/R = 1/R1 + 1/R2`` [length].
     bodies : Bodies
@@ -64,7 +66,8 @@ class Bufler:
 
 
 def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a: float | None = None) -> Bufler:
-    """Free rolling of unlike cylinders in the direction of x, with friction so large that nothing slips.
+    """Free rolling of unlike cylinders in the direction of x, with friction so
+    large that nothing slips.
 
     Parameters
     ----------
@@ -73,7 +76,8 @@ def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a
     bodies : Bodies
         Elastic constants; like bodies give Hertz's contact without tractions.
     force, a : float
-        Exactly one of the two: normal force per unit length, or half-width of the contact [length].
+        Exactly one of the two: normal force per unit length, or half-width of
+        the contact [length].
 
     Returns
     -------
@@ -82,7 +86,8 @@ def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a
     Raises
     ------
     SceneError
-        If a number is not positive and finite, or not exactly one of force and half-width is given.
+        If a number is not positive and finite, or not exactly one of force and
+        half-width is given.
 
     Notes
     -----
@@ -91,18 +96,23 @@ def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a
 
         (1/pi) PV int P(t)/(x - t) dt + i beta P(x) = G/(2 (1 - nu)) (x/R - i vx),    |x| < a.
 
-    Its solution that is bounded at both edges exists for one creepage, ``vx = -2 eta a / R``, and is
-    ``P = G/(2 (1 - nu) R) cosh(pi eta) sqrt(a^2 - x^2) exp(i eta ln((a + x)/(a - x)))``, with
-    ``cosh(pi eta) = 1/sqrt(1 - beta^2)``. Its normal force is ``pi a^2 G (1 + 4 eta^2) / (4 (1 - nu) R)``, its
-    tangential force zero (Bufler 1959; Johnson 1985).
+    Its solution that is bounded at both edges exists for one creepage,
+    ``vx = -2 eta a / R``, and is
+    ``P = G/(2 (1 - nu) R) cosh(pi eta) sqrt(a^2 - x^2) exp(i eta ln((a + x)/(a - x)))``,
+    with ``cosh(pi eta) = 1/sqrt(1 - beta^2)``. Its normal force is
+    ``pi a^2 G (1 + 4 eta^2) / (4 (1 - nu) R)``, its tangential force zero
+    (Bufler 1959; Johnson 1985).
 
     Very near the edges the pressure changes its sign without end, first where
-    ``1 - |x|/a`` is about ``2 exp(-pi / (2 |eta|))``: for one rigid body and nu = 0 at 2.5e-4, else nearer.
+    ``1 - |x|/a`` is about ``2 exp(-pi / (2 |eta|))``: for one rigid body and nu
+    = 0 at 2.5e-4, else nearer.
 
-    With a tangential force P is singular at the trailing edge, like ``(a + x)^(-1/2 + i eta)``. The pressure then
-    oscillates there without bound between both signs, whatever the width; the two forces are two real equations for
-    three unknowns (half-width, middle of the contact, creepage), and neither boundedness nor ``pz >= 0`` can be the
-    third. That case is therefore not offered.
+    With a tangential force P is singular at the trailing edge, like
+    ``(a + x)^(-1/2 + i eta)``. The pressure then oscillates there without bound
+    between both signs, whatever the width; the two forces are two real
+    equations for three unknowns (half-width, middle of the contact, creepage),
+    and neither boundedness nor ``pz >= 0`` can be the third. That case is
+    therefore not offered.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """Carter's steady rolling of two like cylinders (paper, section 6.1.1).
 
-Sources: F. W. Carter, On the action of a locomotive driving wheel, Proc. R. Soc. Lond. A 112 (1926) 151-157;
-K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+Sources: F. W. Carter, On the action of a locomotive driving wheel, Proc. R.
+Soc. Lond. A 112 (1926) 151-157; K. L. Johnson, Contact Mechanics, Cambridge
+University Press 1985.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from varcontact.reference.line_contact import LineContact, friction_limit, part_
 
 @dataclass(frozen=True)
 class Carter:
-    """Steady rolling of like cylinders: one stick area at the leading edge, one slip area behind it.
+    """Steady rolling of like cylinders: one stick area at the leading edge, one
+    slip area behind it.
 
     Attributes
     ----------
@@ -28,9 +30,11 @@ class Carter:
     creepage : float
         Longitudinal creepage vx.
     force : float
-        Tangential force on body 1 along x, per unit length; opposite to the creepage.
+        Tangential force on body 1 along x, per unit length; opposite to the
+        creepage.
     stick_half_width : float
-        c; the stick area is ``a - 2 c <= x <= a`` [length]; zero in full sliding.
+        c; the stick area is ``a - 2 c <= x <= a`` [length]; zero in full
+        sliding.
     """
 
     contact: LineContact
@@ -72,8 +76,8 @@ def carter(
     friction : float
         Coefficient of friction.
     creepage, force : float
-        Exactly one of the two: longitudinal creepage, or tangential force on body 1 per unit length, below
-        ``friction * contact.force`` in size.
+        Exactly one of the two: longitudinal creepage, or tangential force on
+        body 1 per unit length, below ``friction * contact.force`` in size.
 
     Returns
     -------
@@ -82,7 +86,8 @@ def carter(
     Raises
     ------
     SceneError
-        For unlike bodies, friction that is not positive, or not exactly one of creepage and force.
+        For unlike bodies, friction that is not positive, or not exactly one of
+        creepage and force.
     Saturated
         If the force is not below the limit of friction.
 

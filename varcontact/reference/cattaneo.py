@@ -1,7 +1,9 @@
-"""Cattaneo's and Mindlin's shift of two like spheres or cylinders (paper, sections 6.2.1 and 6.4.1).
+"""Cattaneo's and Mindlin's shift of two like spheres or cylinders (paper,
+sections 6.2.1 and 6.4.1).
 
-Source: R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech. 16 (1949) 259-268; K. L. Johnson,
-Contact Mechanics, Cambridge University Press 1985.
+Source: R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech.
+16 (1949) 259-268; K. L. Johnson, Contact Mechanics, Cambridge University Press
+1985.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ class CattaneoMindlin:
     stick_radius : float
         Radius of the stick area, ``a (1 - |F|/(f Fz))^(1/3)`` [length].
     shift : float
-        Rigid shift of body 1 over body 2 along x, opposite to the force [length].
+        Rigid shift of body 1 over body 2 along x, opposite to the force
+        [length].
     """
 
     contact: HertzContact
@@ -146,7 +149,8 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
     friction : float
         Coefficient of friction.
     force : float
-        Tangential force on body 1 per unit length, below ``friction * contact.force`` in size.
+        Tangential force on body 1 per unit length, below
+        ``friction * contact.force`` in size.
 
     Returns
     -------

@@ -15,7 +15,8 @@ from varcontact.checks import broadcasting, poisson, positives
 
 @dataclass(frozen=True)
 class CreepageCoefficients:
-    """Coefficients of ``Fx = -G ab C11 vx`` and so on, (118)-(119); ``C32 = -C23``. Pure numbers (or arrays).
+    """Coefficients of ``Fx = -G ab C11 vx`` and so on, (118)-(119);
+    ``C32 = -C23``. Pure numbers (or arrays).
 
     Attributes
     ----------
@@ -30,7 +31,8 @@ class CreepageCoefficients:
 
 
 def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
-    """Creepage and spin coefficients of an elliptic contact, for any axial ratio and Poisson's ratio.
+    """Creepage and spin coefficients of an elliptic contact, for any axial
+    ratio and Poisson's ratio.
 
     Parameters
     ----------
@@ -47,8 +49,9 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     Raises
     ------
     SceneError
-        If a ratio is not positive and finite, or nu is out of its range (in an array the first of these is named by
-        its index), or their shapes do not broadcast.
+        If a ratio is not positive and finite, or nu is out of its range (in an
+        array the first of these is named by its index), or their shapes do not
+        broadcast.
 
     Notes
     -----
@@ -57,17 +60,21 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     it. Compared with what it is made from, and that with twice as many polynomials, the error is below 2e-5 for a/b
     from 0.01 to 100, and below 1e-4 from 1e-3 to 1e3 (of C23 where it passes through 0: of the terms it consists of).
 
-    Beyond the table the coefficients follow their asymptotes, joined to its last entries. With
-    ``L = ln(16 max(a/b, b/a)^2)``, wide contacts (a/b to 0) have ``C11 = pi^2/(4 (1 - nu))``, ``C22 = pi^2/4``,
-    ``C33 = pi^2/(16 (1 - nu)) b/a``, and C23 by sqrt(a/b) grows like ``pi nu L/(6 (1 - nu))``. Slender ones have
+    Beyond the table the coefficients follow their asymptotes, joined to its
+    last entries. With ``L = ln(16 max(a/b, b/a)^2)``, wide contacts (a/b to 0)
+    have ``C11 = pi^2/(4 (1 - nu))``, ``C22 = pi^2/4``,
+    ``C33 = pi^2/(16 (1 - nu)) b/a``, and C23 by sqrt(a/b) grows like
+    ``pi nu L/(6 (1 - nu))``. Slender ones have
 
         C11 = 2 pi (a/b)/(L - 3 + ln 4 - 2 nu)               C23 = 2 pi (a/b)^1.5/(3 D)
         C22 = 2 pi (a/b)/((1 - nu) (L - 3 + ln 4) + 2 nu)    C33 = pi/4 (1 - nu (L - 4)/D)^2
 
-    where ``D = (1 - nu) L - 2 + 4 nu``. In wide contacts with nu < 0, C23 may be negative.
+    where ``D = (1 - nu) L - 2 + 4 nu``. In wide contacts with nu < 0, C23 may
+    be negative.
 
-    Kalker's Table 3, of 1967, has three digits, of which the last is often off: the largest difference is 1.3 %, of C33
-    at a/b = 0.1. The reference manual of this package compares all its entries.
+    Kalker's Table 3, of 1967, has three digits, of which the last is often off:
+    the largest difference is 1.3 %, of C33 at a/b = 0.1. The reference manual
+    of this package compares all its entries.
 
     Examples
     --------

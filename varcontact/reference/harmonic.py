@@ -1,8 +1,11 @@
-"""Creepages that swing, without slip: complex creepage coefficients of an ellipse and of line contact.
+"""Creepages that swing, without slip: complex creepage coefficients of an
+ellipse and of line contact.
 
-After A. Gross-Thebing, Frequency-dependent creep coefficients for three-dimensional rolling contact problems, Vehicle
-System Dynamics 18 (1989) 359-374. With creepages ``v exp(i omega t)`` and rolling velocity V all fields swing with
-``exp(i omega t)``; without slip ``v - du/dx + i kappa u = 0``, kappa = omega/V.
+After A. Gross-Thebing, Frequency-dependent creep coefficients for
+three-dimensional rolling contact problems, Vehicle System Dynamics 18 (1989)
+359-374. With creepages ``v exp(i omega t)`` and rolling velocity V all fields
+swing with ``exp(i omega t)``; without slip ``v - du/dx + i kappa u = 0``, kappa
+= omega/V.
 """
 
 from __future__ import annotations
@@ -39,14 +42,17 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     nu : float
         Combined Poisson's ratio, in (-1, 0.5].
     kappa_a : float
-        ``omega a/V``, angular frequency by the time in which half the contact is rolled, in [0, 20].
+        ``omega a/V``, angular frequency by the time in which half the contact
+        is rolled, in [0, 20].
 
     Returns
     -------
     ndarray of complex, shape (3, 3)
-        C, with ``(Fx, Fy, Mz) = -C @ (vx, vy, spin)`` where G = 1 and ab = 1, all times ``exp(i omega t)``: C11 at
-        [0, 0], C22, C23, C32 and C33 in the lower block. ``Im C11 < 0``: the force lags behind the creepage. C32 = -C23
-        at every frequency; that is not built in, so their difference tells the error.
+        C, with ``(Fx, Fy, Mz) = -C @ (vx, vy, spin)`` where G = 1 and ab = 1,
+        all times ``exp(i omega t)``: C11 at [0, 0], C22, C23, C32 and C33 in
+        the lower block. ``Im C11 < 0``: the force lags behind the creepage. C32
+        = -C23 at every frequency; that is not built in, so their difference
+        tells the error.
 
     Raises
     ------
@@ -116,12 +122,14 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     nu : float
         Combined Poisson's ratio, in (-1, 0.5].
     depth_over_a : float
-        Depth from which displacements count, by the half length of the contact, at least 2.
+        Depth from which displacements count, by the half length of the contact,
+        at least 2.
 
     Returns
     -------
     complex
-        c, with ``Fx = -c G a vx`` by length. At zero frequency it is ``pi/(2 (1 - nu))``, whatever the depth.
+        c, with ``Fx = -c G a vx`` by length. At zero frequency it is
+        ``pi/(2 (1 - nu))``, whatever the depth.
 
     Raises
     ------

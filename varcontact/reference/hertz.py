@@ -1,6 +1,7 @@
 """Hertz's contact of two paraboloids in closed form (paper, section 2.1).
 
-Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew. Math. 92 (1882) 156-171.
+Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew.
+Math. 92 (1882) 156-171.
 """
 
 from __future__ import annotations
@@ -53,12 +54,14 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     Parameters
     ----------
     axial_ratio : float
-        m' = (minor / major semi-axis), in (0, 1]; the modulus is ``m = sqrt(1 - m'^2)``.
+        m' = (minor / major semi-axis), in (0, 1]; the modulus is
+        ``m = sqrt(1 - m'^2)``.
 
     Returns
     -------
     EllipticIntegrals
-        Each to rounding: Carlson's symmetric forms take m'^2 itself, so nothing cancels at m' -> 0.
+        Each to rounding: Carlson's symmetric forms take m'^2 itself, so nothing
+        cancels at m' -> 0.
 
     Raises
     ------
@@ -122,7 +125,8 @@ class HertzContact:
     def mean_pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Mean of the pressure over each rectangle between lines.
 
-        Zero where less than 1e-14 of the force falls on a rectangle. Together they carry the force to rounding.
+        Zero where less than 1e-14 of the force falls on a rectangle. Together
+        they carry the force to rounding.
 
         Parameters
         ----------
@@ -220,9 +224,11 @@ def hertz(
     Rx, Ry : float
         Combined radii of curvature [length].
     bodies : Bodies
-        Elastic constants; friction and unlikeness (K) have no part in Hertz's theory.
+        Elastic constants; friction and unlikeness (K) have no part in Hertz's
+        theory.
     force, approach : float
-        Exactly one of the two: normal force, or approach of the bodies [length].
+        Exactly one of the two: normal force, or approach of the bodies
+        [length].
 
     Returns
     -------
@@ -231,7 +237,8 @@ def hertz(
     Raises
     ------
     SceneError
-        If a length is not positive and finite, or not exactly one of force and approach is given.
+        If a length is not positive and finite, or not exactly one of force and
+        approach is given.
 
     Notes
     -----
@@ -320,7 +327,8 @@ def hertz_ellipse(
     Raises
     ------
     SceneError
-        If a value is not positive, or not exactly one of force and approach is given.
+        If a value is not positive, or not exactly one of force and approach is
+        given.
 
     Examples
     --------

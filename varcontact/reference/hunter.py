@@ -1,7 +1,8 @@
 """Rolling resistance of a viscoelastic cylinder without friction (Hunter 1961).
 
-Source: S. C. Hunter, The rolling contact of a rigid cylinder with a viscoelastic half space, Journal of Applied
-Mechanics 28 (1961) 611-617; the formulas are derived anew, for a standard linear solid with one relaxation.
+Source: S. C. Hunter, The rolling contact of a rigid cylinder with a
+viscoelastic half space, Journal of Applied Mechanics 28 (1961) 611-617; the
+formulas are derived anew, for a standard linear solid with one relaxation.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ class Hunter:
     a : float
         Half length of the contact [length].
     centre : float
-        Where its middle is, in the rolling direction from the lowest point [length].
+        Where its middle is, in the rolling direction from the lowest point
+        [length].
     force : float
         Normal force [force/length].
     moment : float
-        Of the pressure about the lowest point; positive: the pressure acts ahead of it [force].
+        Of the pressure about the lowest point; positive: the pressure acts
+        ahead of it [force].
     """
 
     a: float
@@ -44,9 +47,11 @@ def hunter(a: float, R: float, G: float, nu: float, part: float, relaxation_leng
     R : float
         Combined radius [length].
     G, nu : float
-        Combined constants at once (glassy) [force/area] and [-], of two bodies that are alike.
+        Combined constants at once (glassy) [force/area] and [-], of two bodies
+        that are alike.
     part, relaxation_length : float
-        The compliance is ``(1 + part (1 - exp(-t/tau)))/G``; relaxation length ``V tau`` [length].
+        The compliance is ``(1 + part (1 - exp(-t/tau)))/G``; relaxation length
+        ``V tau`` [length].
 
     Returns
     -------

@@ -71,10 +71,11 @@ def line_contact(
     bodies : Bodies
         Elastic constants; unlikeness (K) has no part in Hertz's theory.
     force, a, approach : float
-        Exactly one of the three: normal force per unit length, half-width of the contact [length], or approach of
-        the bodies [length].
+        Exactly one of the three: normal force per unit length, half-width of
+        the contact [length], or approach of the bodies [length].
     depth : float, optional
-        With the approach: the depth from which displacements count, see `LineContact.approach`.
+        With the approach: the depth from which displacements count, see
+        `LineContact.approach`.
 
     Returns
     -------
@@ -83,7 +84,8 @@ def line_contact(
     Raises
     ------
     SceneError
-        If a number is not positive and finite, or not exactly one of force, half-width and approach is given.
+        If a number is not positive and finite, or not exactly one of force,
+        half-width and approach is given.
 
     Notes
     -----

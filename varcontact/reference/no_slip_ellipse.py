@@ -1,7 +1,10 @@
-"""Rolling without slip on an ellipse, by polynomials: Kalker's linear theory to as many digits as are wanted.
+"""Rolling without slip on an ellipse, by polynomials: Kalker's linear theory to
+as many digits as are wanted.
 
-Source of the idea: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies in the Presence of Dry Friction, thesis,
-Delft 1967, after L. A. Galin: in an ellipse, polynomials over a root carry polynomial displacements of the same degree.
+Source of the idea: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies
+in the Presence of Dry Friction, thesis, Delft 1967, after L. A. Galin: in an
+ellipse, polynomials over a root carry polynomial displacements of the same
+degree.
 """
 
 from __future__ import annotations
@@ -34,9 +37,10 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     Returns
     -------
     ndarray, shape (3, 3)
-        C, with ``(Fx, Fy, Mz) = -C @ (vx, vy, spin)`` where G = 1 and ab = 1: ``C11`` at [0, 0], ``C22``, ``C23``,
-        ``C32`` and ``C33`` in the lower block. Reciprocity demands ``C32 = -C23``; that is not built in, so their
-        difference tells the error.
+        C, with ``(Fx, Fy, Mz) = -C @ (vx, vy, spin)`` where G = 1 and ab = 1:
+        ``C11`` at [0, 0], ``C22``, ``C23``, ``C32`` and ``C33`` in the lower
+        block. Reciprocity demands ``C32 = -C23``; that is not built in, so
+        their difference tells the error.
 
     Raises
     ------
@@ -49,21 +53,27 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     k(y)``, with a ``k`` that is free, and the traction vanishes at the leading edge, t in (-pi/2, pi/2). It may be
     singular at the trailing one.
 
-    On the unit disk take ``Y_n^m / sqrt(1 - r^2)``, spherical harmonics with n - m even, seen from above. Their Fourier
-    transform is a spherical Bessel function, and the elastic half-space multiplies it by ``h(s) (I - nu e e')/q``,
-    with ``h = (cos^2 s/a^2 + sin^2 s/b^2)^(-1/2)`` and ``e`` the direction of the physical wave. As ``int j_n j_k dq``
-    vanishes for n - k even, each degree n is by itself: a Hermitian block Toeplitz matrix with the Fourier
-    coefficients of that symbol, of size 2 (n + 1). A displacement ``P_n(cos(t - c))``, Legendre's polynomial in the
-    direction c, then has the traction with ``p sqrt(1 - r^2) = 2 G K_n(t, c)`` on the edge, where K_n is the
-    Christoffel-Darboux kernel of the symbol. So the leading edge demands::
+    On the unit disk take ``Y_n^m / sqrt(1 - r^2)``, spherical harmonics with n
+    - m even, seen from above. Their Fourier transform is a spherical Bessel
+    function, and the elastic half-space multiplies it by
+    ``h(s) (I - nu e e')/q``, with ``h = (cos^2 s/a^2 + sin^2 s/b^2)^(-1/2)``
+    and ``e`` the direction of the physical wave. As ``int j_n j_k dq`` vanishes
+    for n - k even, each degree n is by itself: a Hermitian block Toeplitz
+    matrix with the Fourier coefficients of that symbol, of size 2 (n + 1). A
+    displacement ``P_n(cos(t - c))``, Legendre's polynomial in the direction c,
+    then has the traction with ``p sqrt(1 - r^2) = 2 G K_n(t, c)`` on the edge,
+    where K_n is the Christoffel-Darboux kernel of the symbol. So the leading
+    edge demands::
 
         sum_n K_n(t, pi/2) k_n = - the same of the rigid part (n = 1, 2)  for t in (-pi/2, pi/2),
 
-    for the Legendre coefficients k_n of k(y); it is collocated at ``degree + 1`` points. One Cholesky factor has all
-    the K_n. For a circle with nu = 0 they are ``sin((n + 1) t)/(2 pi sin t)``, and the equations those of a sine
-    series. Forces and moment are the parts of degree 0 and 1.
+    for the Legendre coefficients k_n of k(y); it is collocated at
+    ``degree + 1`` points. One Cholesky factor has all the K_n. For a circle
+    with nu = 0 they are ``sin((n + 1) t)/(2 pi sin t)``, and the equations
+    those of a sine series. Forces and moment are the parts of degree 0 and 1.
 
-    The error falls with the fourth power of the degree: 1e-6 at degree 64 for a/b in [0.1, 100], 2e-4 at a/b = 0.01.
+    The error falls with the fourth power of the degree: 1e-6 at degree 64 for
+    a/b in [0.1, 100], 2e-4 at a/b = 0.01.
 
     Examples
     --------

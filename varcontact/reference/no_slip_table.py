@@ -1,6 +1,8 @@
-"""The table of creepage coefficients that the package ships: ``python -m varcontact.reference.no_slip_table FILE.csv``.
+"""The table of creepage coefficients that the package ships:
+``python -m varcontact.reference.no_slip_table FILE.csv``.
 
-It takes some minutes. Ratios a/b have 20 to the decade; Poisson's ratios are Chebyshev's points of [-1, 0.5].
+It takes some minutes. Ratios a/b have 20 to the decade; Poisson's ratios are
+Chebyshev's points of [-1, 0.5].
 """
 
 from __future__ import annotations

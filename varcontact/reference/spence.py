@@ -1,6 +1,7 @@
 """Stick in the compression of unlike bodies with friction: Spence's ratio (paper, section 6.2.4).
 
-Sources: D. A. Spence, J. Elasticity 5 (1975); K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+Sources: D. A. Spence, J. Elasticity 5 (1975); K. L. Johnson, Contact Mechanics,
+Cambridge University Press 1985.
 """
 
 from __future__ import annotations
@@ -21,12 +22,14 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
     friction : float
         Coefficient of friction.
     shape : str
-        ``"circle"`` (axisymmetric: radii), or ``"line"`` (plane strain: half-widths).
+        ``"circle"`` (axisymmetric: radii), or ``"line"`` (plane strain:
+        half-widths).
 
     Returns
     -------
     float
-        c/a, which depends on ``beta/f`` alone, ``beta = |K| / (1 - nu)``; 0 or 1 where it is so to rounding.
+        c/a, which depends on ``beta/f`` alone, ``beta = |K| / (1 - nu)``; 0 or
+        1 where it is so to rounding.
 
     Raises
     ------
@@ -41,9 +44,11 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
         line:    K'(k) / K(k) = beta / f
         circle:  (1 / (2 k)) ln((1 + k)/(1 - k)) = (f / beta) K'(k)
 
-    Both follow for a flat punch from traction that is bounded at the edge of the stick area. As the force grows,
-    a convex indenter is a sequence of growing flat punches, in which slip always was outside the present stick
-    area. So the ratio is the same for all of them, Hertz's contact included (Spence 1975; Johnson 1985).
+    Both follow for a flat punch from traction that is bounded at the edge of
+    the stick area. As the force grows, a convex indenter is a sequence of
+    growing flat punches, in which slip always was outside the present stick
+    area. So the ratio is the same for all of them, Hertz's contact included
+    (Spence 1975; Johnson 1985).
 
     Examples
     --------

@@ -1,7 +1,9 @@
-"""What a grid leaves open: an estimate of how far an answer is from the continuum, and what defect correction found.
+"""What a grid leaves open: an estimate of how far an answer is from the
+continuum, and what defect correction found.
 
-Files of earlier versions have corrections of shifts, too (slips and corrections are lengths then), and of steps of
-histories (corrections then have what the particles bring along).
+Files of earlier versions have corrections of shifts, too (slips and corrections
+are lengths then), and of steps of histories (corrections then have what the
+particles bring along).
 """
 
 from __future__ import annotations
@@ -32,19 +34,23 @@ class Solve:
 class ErrorEstimate:
     """How far an answer is from the continuum, as far as can be told from the answer itself.
 
-    It is no bound, and says nothing of how exactly the grid's own equations are solved: that is the certificate's.
+    It is no bound, and says nothing of how exactly the grid's own equations are
+    solved: that is the certificate's.
 
     Attributes
     ----------
     values : dict of str to float
-        Values of the answer that the estimate is for, in the scene's units: forces and moment; creepages (of a shift
-        the shifts) where forces are prescribed; of normal contact the approach (or the normal force) and the largest
-        pressure.
+        Values of the answer that the estimate is for, in the scene's units:
+        forces and moment; creepages (of a shift the shifts) where forces are
+        prescribed; of normal contact the approach (or the normal force) and the
+        largest pressure.
     errors : dict of str to float
-        Estimated error of each [-]: of a force by f Fz, of the moment by f Fz sqrt(ab), of a creepage by the
-        saturation creepage, of the rest by the value itself. Of a history by the largest f Fz of its steps, corrected
-        by that of the step. With infinite friction the tangential force takes the place of f Fz. A corrected solution
-        has those of shifts that are known but for a constant, and have no value, too.
+        Estimated error of each [-]: of a force by f Fz, of the moment by f Fz
+        sqrt(ab), of a creepage by the saturation creepage, of the rest by the
+        value itself. Of a history by the largest f Fz of its steps, corrected
+        by that of the step. With infinite friction the tangential force takes
+        the place of f Fz. A corrected solution has those of shifts that are
+        known but for a constant, and have no value, too.
     how : str
         How it was estimated, in words.
     solves : tuple of Solve
@@ -52,8 +58,8 @@ class ErrorEstimate:
     accuracy, time_budget : float or None
         What was asked for.
     on_grid : dict of str to float
-        Of the finest grid's own answer, whose fields the solution has: the values before they were extrapolated. Empty
-        where nothing was.
+        Of the finest grid's own answer, whose fields the solution has: the
+        values before they were extrapolated. Empty where nothing was.
     bars : dict of str to float
         The errors in the units of the values: error bars.
 
@@ -144,7 +150,8 @@ def with_bar(value: float, bar: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A field on parts of the elements, near the continuum's (docs/refinement.md). In the scene's units.
+    """A field on parts of the elements, near the continuum's
+    (docs/refinement.md). In the scene's units.
 
     Attributes
     ----------
@@ -155,20 +162,25 @@ class Refinement:
     traction : ndarray, shape (2, ny, nx)
         On body 1, on the parts [force/area].
     slip : ndarray, shape (2, ny, nx)
-        The continuum's slip under it by rolling velocity [-], means over the parts; zero outside the contact.
+        The continuum's slip under it by rolling velocity [-], means over the
+        parts; zero outside the contact.
     correction : ndarray
-        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip.
-        The solution's fields and its certificate are those of the coarse problem with this correction.
+        What was added to the rigid slip of the coarse elements, (2, ny, nx) of
+        the coarse grid, in the unit of slip. The solution's fields and its
+        certificate are those of the coarse problem with this correction.
     share : ndarray, shape (ny, nx)
-        What the traction bound of the coarse elements was multiplied by [-]; one, but in files of earlier versions.
+        What the traction bound of the coarse elements was multiplied by [-];
+        one, but in files of earlier versions.
     forces : ndarray, shape (passes + 1, 3)
-        Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
+        Fx, Fy and Mz: of the coarse elements without correction, then of the
+        field after each pass.
     creepages : ndarray, shape (passes + 1, 2)
         vx and vy then: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
-        Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
-        what late passes changed or left out, or how far they are from those prescribed, whichever is most. Fx and Fy
-        have the same, of the vector. No bound.
+        Estimated error of the last Fx, Fy and Mz: how much they differ from
+        those on half as many elements each way, what late passes changed or
+        left out, or how far they are from those prescribed, whichever is most.
+        Fx and Fy have the same, of the vector. No bound.
     creepage_estimate : ndarray, shape (2,)
         The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float

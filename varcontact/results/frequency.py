@@ -29,10 +29,12 @@ POLE_STEPS = 30
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Complex derivatives of forces by creepages, load and roughness that swing with ``exp(i k q)``.
+    """Complex derivatives of forces by creepages, load and roughness that swing
+    with ``exp(i k q)``.
 
-    q is the distance rolled, so ``k = omega/V`` by the circular frequency and the rolling velocity. The derivatives by
-    the creepages are at a constant load, and the other way round.
+    q is the distance rolled, so ``k = omega/V`` by the circular frequency and
+    the rolling velocity. The derivatives by the creepages are at a constant
+    load, and the other way round.
 
     Attributes
     ----------
@@ -41,10 +43,12 @@ class FrequencyResponse:
     values : ndarray of complex, shape (n, outputs, inputs)
         Derivative of each output by each input, in the units of the scene.
     outputs : tuple of str
-        "Fx", "Fy", in three dimensions "Mz"; with the pressure "Fz" and "approach".
+        "Fx", "Fy", in three dimensions "Mz"; with the pressure "Fz" and
+        "approach".
     inputs : tuple of str
-        "vx", "vy", in three dimensions "spin"; on a grid whose elements count by their centres, and unless friction is
-        infinite, "normal_force" (or "approach", where the scene prescribes that), and "roughness": a height
+        "vx", "vy", in three dimensions "spin"; on a grid whose elements count
+        by their centres, and unless friction is infinite, "normal_force" (or
+        "approach", where the scene prescribes that), and "roughness": a height
         ``r exp(i k (x + q))`` [length] that closes the gap.
     scene : Scene
         That of the solution.
@@ -101,14 +105,17 @@ class FrequencyResponse:
         inputs: Sequence[str] = ("vx",),
         speed: float = 1.0,
     ) -> StateSpace:
-        """Linear system of low order with about this response, for models of vehicles, by a rational fit.
+        """Linear system of low order with about this response, for models of
+        vehicles, by a rational fit.
 
         Parameters
         ----------
         order : int
-            Number of poles, which all derivatives share; the system has this many states for each input.
+            Number of poles, which all derivatives share; the system has this
+            many states for each input.
         outputs, inputs : sequence of str
-            Of the system. Roughness acts before it enters the contact: no such system follows it.
+            Of the system. Roughness acts before it enters the contact: no such
+            system follows it.
         speed : float
             Rolling velocity [length/time]; with 1 time is the distance rolled.
 
@@ -120,7 +127,8 @@ class FrequencyResponse:
         Raises
         ------
         SceneError
-            For names that there are not, and with fewer wave numbers than the order.
+            For names that there are not, and with fewer wave numbers than the
+            order.
 
         Notes
         -----
@@ -160,7 +168,8 @@ def frequency_response(sol: Solution, wave_number: Any) -> FrequencyResponse:
 
 @dataclass(frozen=True, eq=False)
 class HarmonicSolution:
-    """What swings with ``exp(i k q)`` by the distance rolled q, without slip, under creepages of a `Harmonic`.
+    """What swings with ``exp(i k q)`` by the distance rolled q, without slip,
+    under creepages of a `Harmonic`.
 
     Attributes
     ----------
@@ -171,9 +180,11 @@ class HarmonicSolution:
     traction : ndarray of complex, shape (2, ny, nx)
         Amplitudes of the tangential tractions on body 1 [force/area].
     pressure : ndarray of complex, shape (ny, nx)
-        Those of the pressure, which tractions change where the bodies differ [force/area].
+        Those of the pressure, which tractions change where the bodies differ
+        [force/area].
     Fx, Fy, Mz : complex
-        Amplitudes of the forces, and of the moment about z, on body 1; no moment in line contact.
+        Amplitudes of the forces, and of the moment about z, on body 1; no
+        moment in line contact.
 
     Examples
     --------
@@ -245,36 +256,43 @@ def corrugation_growth(
     track: Receptance = None,
     speed: Any = None,
 ) -> xr.Dataset:
-    """Growth of a corrugation ``r exp(i k X)`` of the rail by wavelength, by the linear theory of small waves.
+    """Growth of a corrugation ``r exp(i k X)`` of the rail by wavelength, by
+    the linear theory of small waves.
 
-    Wear is taken in proportion to the work of friction (Archard): the height changes by -(k/H) times that work.
+    Wear is taken in proportion to the work of friction (Archard): the height
+    changes by -(k/H) times that work.
 
     Parameters
     ----------
     sol : Solution
-        The smooth contact, rolling steadily with slip. What it prescribes (creepages or forces) stays constant.
+        The smooth contact, rolling steadily with slip. What it prescribes
+        (creepages or forces) stays constant.
     wavelengths : array_like, shape (n,)
         Wavelengths along the track [length], each of two elements or more.
     wheel, track : callable or (frequencies, receptances), optional
-        Complex vertical receptance [length/force] of each by the circular frequency [1/time]; of a table it is
-        interpolated. Not given: rigid. Without both the load is constant.
+        Complex vertical receptance [length/force] of each by the circular
+        frequency [1/time]; of a table it is interpolated. Not given: rigid.
+        Without both the load is constant.
     speed : float or array_like, shape (s,), optional
-        Rolling velocity [length/time], with receptances; of several the answer is a map.
+        Rolling velocity [length/time], with receptances; of several the answer
+        is a map.
 
     Returns
     -------
     xarray.Dataset
-        By wavelength, and by speed where there are several: `growth`, of the wave by the mean depth worn off, relative
-        to its height [1/length]; `shift`, phase by which it moves towards +X by that depth [1/length]; `load_swing`,
-        complex, by height [force/length].
-        `wear` (wavelength, y) is the complex work of the wave by its height and by area of the rail, `smooth` (y) that
-        without the wave, by rows of elements.
+        By wavelength, and by speed where there are several: `growth`, of the
+        wave by the mean depth worn off, relative to its height [1/length];
+        `shift`, phase by which it moves towards +X by that depth [1/length];
+        `load_swing`, complex, by height [force/length]. `wear` (wavelength, y)
+        is the complex work of the wave by its height and by area of the rail,
+        `smooth` (y) that without the wave, by rows of elements.
 
     Raises
     ------
     SceneError
-        For wavelengths the elements do not resolve, receptances that are not finite or do not cover the frequencies,
-        without slip, and for solutions that `Solution.frequency_response` refuses.
+        For wavelengths the elements do not resolve, receptances that are not
+        finite or do not cover the frequencies, without slip, and for solutions
+        that `Solution.frequency_response` refuses.
 
     Notes
     -----

@@ -61,7 +61,8 @@ def _series(name: str, words: str, *shape: int) -> property:
 
 @dataclass(frozen=True, eq=False)
 class History(Reported, Sequence[Solution]):
-    """The steps of a transient scene that are solved: ``history[k]`` is the Solution of step k, from 0.
+    """The steps of a transient scene that are solved: ``history[k]`` is the
+    Solution of step k, from 0.
 
     Attributes
     ----------
@@ -72,7 +73,8 @@ class History(Reported, Sequence[Solution]):
     solutions : sequence of Solution
         In memory, or read from a file one by one when asked for.
     settings : dict
-        Tolerance, polish and refinement that it was solved with: who goes on with it has to ask for the same.
+        Tolerance, polish and refinement that it was solved with: who goes on
+        with it has to ask for the same.
 
     Examples
     --------
@@ -132,9 +134,11 @@ class History(Reported, Sequence[Solution]):
         return series_of(self, "friction_work") * np.where(dq > 0, dq, 1.0)
 
     def temperature(self, k: int = -1) -> np.ndarray:
-        """Temperature of the surfaces of body 1 and body 2 at the end of a step, followed along the material.
+        """Temperature of the surfaces of body 1 and body 2 at the end of a
+        step, followed along the material.
 
-        A start in steady rolling went on for ever; of another one only its own step has heated.
+        A start in steady rolling went on for ever; of another one only its own
+        step has heated.
 
         Parameters
         ----------
@@ -158,16 +162,20 @@ class History(Reported, Sequence[Solution]):
         return temperatures_in_time(path, self.grid.sides[0], thermal)
 
     def work_along(self, period: float | None = None) -> xr.DataArray:
-        """Work lost by friction where it was lost on the bodies: by area, along the way X that they have rolled.
+        """Work lost by friction where it was lost on the bodies: by area, along
+        the way X that they have rolled.
 
-        The work of a step lies where its particles were in the middle of the step, on elements of the grid's length;
-        the sum is that of `dissipation`, whatever the steps are. By a law of wear (a depth k/(f H) times the work by
-        Archard's, for a coefficient of friction f) it is what `Carried.worn` takes off.
+        The work of a step lies where its particles were in the middle of the
+        step, on elements of the grid's length; the sum is that of
+        `dissipation`, whatever the steps are. By a law of wear (a depth k/(f H)
+        times the work by Archard's, for a coefficient of friction f) it is what
+        `Carried.worn` takes off.
 
         Parameters
         ----------
         period : float, optional
-            Length after which the way repeats [length], a whole number of elements, as a wheel's circumference.
+            Length after which the way repeats [length], a whole number of
+            elements, as a wheel's circumference.
 
         Returns
         -------

@@ -112,10 +112,12 @@ def rolling_resistance(sol: Solution) -> float:
 
 @dataclass(frozen=True)
 class Normalised:
-    """What a solution has, without dimension, so that contacts of all sizes and loads fall on the same curves.
+    """What a solution has, without dimension, so that contacts of all sizes and
+    loads fall on the same curves.
 
-    With the friction limit ``L = sum(f pz) dx dy`` (of bodies that do not slip, or without friction, the normal force),
-    ``c = sqrt(a b)`` of Hertz's ellipse (of other contacts ``c^2`` is their area by pi; in line contact c is half
+    With the friction limit ``L = sum(f pz) dx dy`` (of bodies that do not slip,
+    or without friction, the normal force), ``c = sqrt(a b)`` of Hertz's ellipse
+    (of other contacts ``c^2`` is their area by pi; in line contact c is half
     their width), and the combined modulus of rigidity G.
 
     Attributes
@@ -125,13 +127,16 @@ class Normalised:
     Mz : float
         Twisting moment / (L c).
     vx, vy : float
-        Creepage * G c^2 / L (line contact: G c / L). Small ones give ``Fx = -C11 vx``, with Kalker's coefficient of
-        the creepage. Of a shift: u G c / L (line contact: u G / L).
+        Creepage * G c^2 / L (line contact: G c / L). Small ones give
+        ``Fx = -C11 vx``, with Kalker's coefficient of the creepage. Of a shift:
+        u G c / L (line contact: u G / L).
     spin : float
-        Spin * G c^3 / L (line contact: G c^2 / L); small ones give ``Fy = -C23 spin``. Of a shift: rotation * G c^2 / L
-        (line contact: G c / L).
+        Spin * G c^3 / L (line contact: G c^2 / L); small ones give
+        ``Fy = -C23 spin``. Of a shift: rotation * G c^2 / L (line contact: G c
+        / L).
     max_pressure : float
-        Largest / mean pressure in the contact: 3/2 of an ellipse of Hertz, 4/pi of a line.
+        Largest / mean pressure in the contact: 3/2 of an ellipse of Hertz, 4/pi
+        of a line.
     """
 
     Fx: float

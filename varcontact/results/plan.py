@@ -16,14 +16,16 @@ from varcontact.theories.on_grid import THEORIES, Theory
 
 @dataclass(frozen=True)
 class Matrix:
-    """One block of influence numbers that a plan assembles, as estimated from the number of elements.
+    """One block of influence numbers that a plan assembles, as estimated from
+    the number of elements.
 
     Attributes
     ----------
     name : str
         As in "A_zz" or "A_tt - C_tt": t is along x and y, z normal.
     kind : {"table", "dense"}
-        By offset, for products by FFT, with its transform; or element by element.
+        By offset, for products by FFT, with its transform; or element by
+        element.
     rows, columns : int
         Of a table: numbers of offsets along y and x.
     bytes : int
@@ -50,18 +52,21 @@ class Sizes:
     grid : (int, int)
         Rows and columns of the potential contact, (ny, nx).
     sides : (float, float), optional
-        Of an element [length]; None where the contact has to be looked for first.
+        Of an element [length]; None where the contact has to be looked for
+        first.
     elements : dict
         By problem, "normal" and "tangential": the elements that enter it.
     unknowns : dict
         By problem: pressures, or traction components.
     mirrored : bool
-        Whether the tangential problem is solved on one side of its line of symmetry only.
+        Whether the tangential problem is solved on one side of its line of
+        symmetry only.
     matrices : tuple of Matrix
     memory : dict
         Bytes at the peak of each problem, "normal" and "tangential".
     exact : bool
-        Whether elements are known; otherwise they, and what follows from them, are upper bounds.
+        Whether elements are known; otherwise they, and what follows from them,
+        are upper bounds.
     """
 
     grid: tuple[int, int]
@@ -92,44 +97,55 @@ class Cost:
 
 @dataclass(frozen=True)
 class Plan(Reported):
-    """What a scene requires: its kind and the methods chosen; of `varcontact.plan` also how large the problems are.
+    """What a scene requires: its kind and the methods chosen; of
+    `varcontact.plan` also how large the problems are.
 
     Attributes
     ----------
     normal : str
         "hertz", or the solver of the normal problem.
     tangential : str
-        The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
+        The solver of the tangential problem; "none" where there is none,
+        "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos",
-        "joint" or "newton".
+        "none" for quasi-identical bodies and without friction, else "johnson",
+        "panagiotopoulos", "joint" or "newton".
     formulation : str
-        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
+        The programs that are solved: "complementary", "potential", "gap" or
+        "marching"; "none" without one.
     reasons : dict
-        Why, in one line each: of the methods; of `varcontact.plan` also of bodies, and what is special.
+        Why, in one line each: of the methods; of `varcontact.plan` also of
+        bodies, and what is special.
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
         "quasi-identical" (K = 0), "unlike" or "conformal".
     surface : str
-        "Hertzian", "sampled", or "analytic" where the surface has a formula and the bodies are no half-spaces.
+        "Hertzian", "sampled", or "analytic" where the surface has a formula and
+        the bodies are no half-spaces.
     motion : str
-        "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
+        "none", "shift", "steady" (one problem), "marching" (steps until nothing
+        changes) or "transient".
     friction : str
-        "given" (numbers, known beforehand), "none", or the law that the coefficient follows, by its kind in a scene
-        file: then an outer loop finds it; "several" where a history has more than one of these.
+        "given" (numbers, known beforehand), "none", or the law that the
+        coefficient follows, by its kind in a scene file: then an outer loop
+        finds it; "several" where a history has more than one of these.
     special : tuple of str
-        What is simpler than the general case: "frictionless", "no slip"; "no grid" where one is chosen by `solve`.
+        What is simpler than the general case: "frictionless", "no slip"; "no
+        grid" where one is chosen by `solve`.
     sizes : Sizes, optional
         Grid, elements, matrices and memory; of `varcontact.plan` only.
     fallback : str
-        The solver of programs that takes over where active sets, chosen by "auto", miss the tolerance; else "none".
+        The solver of programs that takes over where active sets, chosen by
+        "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
     costs : tuple of Cost
-        Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
+        Seconds and memory of this plan, then those of other methods; of
+        `varcontact.plan` only.
     doubts : tuple of str
-        Likely mistakes in the scene, see `Scene.doubts`; of `varcontact.plan` only.
+        Likely mistakes in the scene, see `Scene.doubts`; of `varcontact.plan`
+        only.
     """
 
     normal: str
@@ -155,7 +171,8 @@ class Plan(Reported):
         return self.normal == "hertz"
 
     def cells(self, scene: Scene) -> Cells:
-        """Parts of an element along y and x on which the pressure is solved for; (1, 1): on the elements, or nowhere.
+        """Parts of an element along y and x on which the pressure is solved
+        for; (1, 1): on the elements, or nowhere.
 
         Parameters
         ----------

@@ -1,8 +1,10 @@
-"""How errors against the continuum are measured: which values of an answer count, and in which units.
+"""How errors against the continuum are measured: which values of an answer
+count, and in which units.
 
-Forces count by the friction limit f Fz, the moment by f Fz sqrt(ab), creepages that follow from prescribed forces by
-the saturation creepage; of normal contact the approach and the largest pressure count, relative to themselves. The
-error of an answer is the largest of these.
+Forces count by the friction limit f Fz, the moment by f Fz sqrt(ab), creepages
+that follow from prescribed forces by the saturation creepage; of normal contact
+the approach and the largest pressure count, relative to themselves. The error
+of an answer is the largest of these.
 """
 
 from __future__ import annotations
@@ -45,11 +47,13 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
     Returns
     -------
     dict of str to float
-        In the scene's units. With friction: ``Fx`` and ``Fy``, or the creepages ``vx`` and ``vy`` (of a shift the
-        shifts ``ux`` and ``uy``) where the force is prescribed, and ``Mz``, except in line contact. Without:
-        ``approach`` (``normal_force`` where the approach is prescribed) and ``peak_pressure``. Of a history each with
-        its step, as ``Fx[3]``. What has no value, as the approach of a line contact without reference depth, is left
-        out.
+        In the scene's units. With friction: ``Fx`` and ``Fy``, or the creepages
+        ``vx`` and ``vy`` (of a shift the shifts ``ux`` and ``uy``) where the
+        force is prescribed, and ``Mz``, except in line contact. Without:
+        ``approach`` (``normal_force`` where the approach is prescribed) and
+        ``peak_pressure``. Of a history each with its step, as ``Fx[3]``. What
+        has no value, as the approach of a line contact without reference depth,
+        is left out.
 
     Examples
     --------
@@ -81,14 +85,16 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     Parameters
     ----------
     answer : Solution or History
-        Any answer of the scene: of Hertzian scenes the units do not depend on it, of others on its area of contact.
+        Any answer of the scene: of Hertzian scenes the units do not depend on
+        it, of others on its area of contact.
     steps : sequence of int, optional
         As for `values`.
 
     Returns
     -------
     dict of str to float
-        With the names of `values`, in the scene's units, all positive. In a history the largest f Fz of its steps.
+        With the names of `values`, in the scene's units, all positive. In a
+        history the largest f Fz of its steps.
 
     Raises
     ------
@@ -137,7 +143,8 @@ def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping
     Parameters
     ----------
     found, exact : mapping of str to float
-        Values of the answer, and those it should have; every exact value must have been found.
+        Values of the answer, and those it should have; every exact value must
+        have been found.
     units : mapping of str to float
         What an error of one is, see `units`.
 

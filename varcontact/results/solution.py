@@ -61,48 +61,62 @@ class Solution(Reported):
     traction : ndarray, shape (2, ny, nx)
         Tangential traction on body 1, x and y [force/area].
     slip : ndarray, shape (2, ny, nx)
-        Relative slip of body 1 over body 2: slip velocity by rolling velocity [-]; in a shift, and a step that does not
-        roll, the local shift [length]. Zero outside the contact.
+        Relative slip of body 1 over body 2: slip velocity by rolling velocity
+        [-]; in a shift, and a step that does not roll, the local shift
+        [length]. Zero outside the contact.
     power_density : ndarray, shape (ny, nx)
-        Frictional work by area: by distance rolled [force/area], in a shift [force/length]. In rolling the mean over a
-        step (docs/theory.md), negative where the grid is too coarse, or a theory too rough, see `negative_work`.
+        Frictional work by area: by distance rolled [force/area], in a shift
+        [force/length]. In rolling the mean over a step (docs/theory.md),
+        negative where the grid is too coarse, or a theory too rough, see
+        `negative_work`.
     distance : ndarray, shape (ny, nx)
         Deformed distance at the elements' centres [length].
     state : int8 ndarray, shape (ny, nx)
         0 exterior, 1 stick, 2 slip, 3 plastic: a third body flows.
     approach : float
-        Approach of the bodies [length]; NaN in line contact without a reference depth.
+        Approach of the bodies [length]; NaN in line contact without a reference
+        depth.
     creepage : tuple of float
-        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where it is not unique, and without contact.
+        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where it is not
+        unique, and without contact.
     certificate : Certificate
     converged : bool
         Whether the tolerance was reached.
     iterations, status, solved_by : dict
-        By problem: iterations, the solver's status, and the solver whose answer it is.
+        By problem: iterations, the solver's status, and the solver whose answer
+        it is.
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
         Of each pass of a loop: relative change, and residual after it.
     branch : str
-        Under a law of friction: where the search began, "stick", "slip", a "solution" or a "history".
+        Under a law of friction: where the search began, "stick", "slip", a
+        "solution" or a "history".
     calls : dict of dict of Calls
         By problem and solver: number of calls, iterations and seconds.
     note : str
-        Of a solution from a file: what is to be known of its certificate, see `varcontact.load`.
+        Of a solution from a file: what is to be known of its certificate, see
+        `varcontact.load`.
     warnings : tuple of str
         Faults of the scene that rule the solution: noise of a sampled surface.
     error_estimate : ErrorEstimate or None
-        Estimated error against the continuum; forces are then those of the estimate, fields those of the grid.
+        Estimated error against the continuum; forces are then those of the
+        estimate, fields those of the grid.
     refinement : Refinement or None
-        With ``refine``: the field on parts of the elements that has these forces.
+        With ``refine``: the field on parts of the elements that has these
+        forces.
     pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
-        Where elements at the edge count in part, see `Grid`: the pressure on equal parts of the elements [force/area].
+        Where elements at the edge count in part, see `Grid`: the pressure on
+        equal parts of the elements [force/area].
     weakening : ndarray, shape (ny, nx), or None
-        In a history under a law of friction: the part of ``static - kinetic`` that particles have lost by slip [-].
+        In a history under a law of friction: the part of ``static - kinetic``
+        that particles have lost by slip [-].
     memory : ndarray, shape (relaxations, 3, rows, columns), or None
-        Of viscoelastic bodies, in a history: tractions that particles on and around the grid remember [force/area].
+        Of viscoelastic bodies, in a history: tractions that particles on and
+        around the grid remember [force/area].
     plastic : ndarray, shape (3, ny, nx), or None
-        Of a third body that yields: plastic displacement of the particles [length], and yield stress [force/area].
+        Of a third body that yields: plastic displacement of the particles
+        [length], and yield stress [force/area].
 
     Examples
     --------
@@ -337,12 +351,14 @@ class Solution(Reported):
         self.save(path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
-        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), (2, 3), from the problem linearised at the solution.
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), (2, 3), from
+        the problem linearised at the solution.
 
-        ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas as they
-        are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave. Unlike bodies:
-        with the change of the pressures. Line contact has no spin: zeros. SceneError without a motion, or for an
-        approximate theory.
+        ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force
+        length], with the stick and slip areas as they are; of a shift by (ux,
+        uy, rotation). Where forces are prescribed, by the creepages they gave.
+        Unlike bodies: with the change of the pressures. Line contact has no
+        spin: zeros. SceneError without a motion, or for an approximate theory.
 
         Examples
         --------
@@ -377,26 +393,32 @@ class Solution(Reported):
         figsize: tuple[float, float] | None = None,
         y: float | None = None,
     ) -> Figure:
-        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x.
+        """Picture of the pressure, of tractions over stick and slip areas, and
+        of a section along x.
 
-        Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and
-        slip areas. Without a motion: the pressure, and its section. Numbers are in MPa, mm and kN by their size where
-        the scene's `units` are metric, else in its own.
+        Of a line contact: the tractions within the traction bound, and below
+        them the slip, both over the stick and slip areas. Without a motion: the
+        pressure, and its section. Numbers are in MPa, mm and kN by their size
+        where the scene's `units` are metric, else in its own.
 
         Parameters
         ----------
         what : str or sequence of str, optional
-            Other panels: "pressure", "traction", "slip", "distance", "power_density", "temperature", "section".
+            Other panels: "pressure", "traction", "slip", "distance",
+            "power_density", "temperature", "section".
         ax, figsize : matplotlib Axes, or pair of float, optional
             Where to draw one panel, or the size of a new figure [inch].
         y : float, optional
-            Of the section [length]; the row with the largest pressure if not given.
+            Of the section [length]; the row with the largest pressure if not
+            given.
 
         Returns
         -------
         matplotlib Figure
-            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot. SceneError
-            for a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
+            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a
+            window give an `ax` of pyplot. SceneError for a panel that there is
+            not, several panels in one `ax`, a size that is none, or a `y` off
+            the grid.
         """
         from varcontact.plotting.solution import plot
 

@@ -39,8 +39,8 @@ class SubsurfaceStress:
     points : ndarray, shape (3, ...)
         x, y, z [length]; the trailing shape is that of all fields.
     displacement : ndarray, shape (3, ...)
-        Of the particles [length]; zero in a rigid body, NaN in line contact without a reference depth or with layers,
-        and on a smooth base.
+        Of the particles [length]; zero in a rigid body, NaN in line contact
+        without a reference depth or with layers, and on a smooth base.
     gradient : ndarray, shape (3, 3, ...)
         ``du_i/dx_j`` at ``[i, j]`` [-].
     stress : ndarray, shape (3, 3, ...)
@@ -95,7 +95,8 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     ----------
     solution : Solution
     points : array_like, shape (3, ...)
-        x, y, z [length]; ``z >= 0`` in the upper body, ``z <= 0`` in the lower. In line contact y does not matter.
+        x, y, z [length]; ``z >= 0`` in the upper body, ``z <= 0`` in the lower.
+        In line contact y does not matter.
     body : 1, 2, "upper" or "lower"
 
     Returns
@@ -105,8 +106,8 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     Raises
     ------
     SceneError
-        For what is no Solution, a rigid or viscoelastic body of a pair, and points that are not finite, beyond
-        `FARTHEST` or outside the body.
+        For what is no Solution, a rigid or viscoelastic body of a pair, and
+        points that are not finite, beyond `FARTHEST` or outside the body.
 
     Notes
     -----
@@ -147,7 +148,8 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
 
 
 def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
-    """The elastic field below all element centres at some depths: by FFT, much faster than point by point.
+    """The elastic field below all element centres at some depths: by FFT, much
+    faster than point by point.
 
     Parameters
     ----------
@@ -164,7 +166,8 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
     Raises
     ------
     SceneError
-        For what is no Solution, and depths that are negative, not finite or beyond `FARTHEST`.
+        For what is no Solution, and depths that are negative, not finite or
+        beyond `FARTHEST`.
     TooLarge
         If the memory does not suffice.
 

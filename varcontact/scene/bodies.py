@@ -43,14 +43,16 @@ class Bodies(Checked):
     Parameters
     ----------
     G : float or pair
-        Modulus of rigidity [force/area]; one value for both bodies, or (upper, lower). ``inf`` is rigid.
+        Modulus of rigidity [force/area]; one value for both bodies, or (upper,
+        lower). ``inf`` is rigid.
     nu : float or pair
         Poisson's ratio in (-1, 0.5].
 
     Raises
     ------
     SceneError
-        For moduli that are not positive, ratios out of range, or two rigid bodies.
+        For moduli that are not positive, ratios out of range, or two rigid
+        bodies.
 
     Examples
     --------
@@ -146,14 +148,16 @@ class Layer(Checked, path="layer", h=positive, G=positive, nu=poisson_ratio, rel
     Parameters
     ----------
     h, G, nu : float
-        Thickness [length], modulus of rigidity [force/area], and Poisson's ratio in (-1, 0.5].
+        Thickness [length], modulus of rigidity [force/area], and Poisson's
+        ratio in (-1, 0.5].
     relaxations : sequence of (f, tau), optional
         Those of its own `Viscoelastic` solid, in line contact.
 
     Raises
     ------
     SceneError
-        For thickness, modulus, parts or times that are not positive and finite, or a ratio out of range.
+        For thickness, modulus, parts or times that are not positive and finite,
+        or a ratio out of range.
     """
 
     h: float
@@ -171,16 +175,18 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
     layers : sequence of Layer
         From the surface downwards; one at least.
     base : (G, nu), (G, nu, relaxations), "rigid" or "smooth"
-        A half-space that the last layer is bonded to, a rigid one, or a rigid one without friction: also the middle of
-        a strip that is loaded alike from both sides.
+        A half-space that the last layer is bonded to, a rigid one, or a rigid
+        one without friction: also the middle of a strip that is loaded alike
+        from both sides.
     relaxations : sequence of (f, tau), optional
-        Those of a `Viscoelastic` solid, which all layers, and a base that gives way, are of; left out where layers
-        have their own.
+        Those of a `Viscoelastic` solid, which all layers, and a base that gives
+        way, are of; left out where layers have their own.
 
     Raises
     ------
     SceneError
-        If there is no layer, the base is none of these, or parts or times are not positive.
+        If there is no layer, the base is none of these, or parts or times are
+        not positive.
 
     Examples
     --------
@@ -211,7 +217,8 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
 
 @dataclass(frozen=True)
 class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxations=partial(_relaxations, least=1)):
-    """A homogeneous half-space of a standard linear solid: rolls by ``Steady(speed=...)`` or ``Transient(dt=...)``.
+    """A homogeneous half-space of a standard linear solid: rolls by
+    ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
     Parameters
     ----------
@@ -220,13 +227,15 @@ class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxat
     nu : float
         Poisson's ratio in (-1, 0.5], the same at all times.
     relaxations : sequence of (f, tau)
-        The compliance at a time t is ``(1 + sum f (1 - exp(-t/tau)))/G``: parts f that come with relaxation times tau
-        [time]. In CONTACT's terms ``FG = f`` and ``TC = tau``.
+        The compliance at a time t is ``(1 + sum f (1 - exp(-t/tau)))/G``: parts
+        f that come with relaxation times tau [time]. In CONTACT's terms
+        ``FG = f`` and ``TC = tau``.
 
     Raises
     ------
     SceneError
-        For a modulus, parts or times that are not positive and finite, no relaxation, or a ratio out of range.
+        For a modulus, parts or times that are not positive and finite, no
+        relaxation, or a ratio out of range.
 
     Examples
     --------
@@ -244,7 +253,8 @@ Body = Bodies | Layered | Viscoelastic
 
 @dataclass(frozen=True)
 class BodyPair:
-    """Two bodies of which one at least is no homogeneous half-space, as ``Scene(bodies=(upper, lower))`` has them.
+    """Two bodies of which one at least is no homogeneous half-space, as
+    ``Scene(bodies=(upper, lower))`` has them.
 
     Parameters
     ----------

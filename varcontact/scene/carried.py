@@ -18,27 +18,32 @@ AROUND = 8
 
 @dataclass(frozen=True, eq=False)
 class Carried(checks.Checked, path="carried", period=checks.positive):
-    """Height of the surface of a body that rolls, by samples along the way: `Transient` carries it through the contact.
+    """Height of the surface of a body that rolls, by samples along the way:
+    `Transient` carries it through the contact.
 
-    Either body may have it, as both roll over the same distance q: the particle at X passes ``x = X - q``, and the
-    undeformed distance there is less by its height. Between samples it is interpolated as `SampledDistance` is; beyond
+    Either body may have it, as both roll over the same distance q: the particle
+    at X passes ``x = X - q``, and the undeformed distance there is less by its
+    height. Between samples it is interpolated as `SampledDistance` is; beyond
     them the body is smooth; samples all around a period go on into the next.
 
     Parameters
     ----------
     height : array_like, shape (n,) or (ny, n)
-        Height [length], positive towards the other body; one row is the same for all y.
+        Height [length], positive towards the other body; one row is the same
+        for all y.
     x : array_like, shape (n,)
         Where the samples are along the way, X [length], ascending.
     y : array_like, shape (ny,), optional
         Where the rows are [length], ascending.
     period : float, optional
-        The length after which it repeats [length], as a wheel's circumference does; longer than the samples reach.
+        The length after which it repeats [length], as a wheel's circumference
+        does; longer than the samples reach.
 
     Raises
     ------
     SceneError
-        If a sample is not finite, the shapes do not fit, or the period is shorter than the samples.
+        If a sample is not finite, the shapes do not fit, or the period is
+        shorter than the samples.
 
     Examples
     --------
@@ -76,11 +81,13 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         length : float
             Along the circumference [length].
         radius : float
-            Of the wheel [length]: a fresh flat is a chord of depth ``length^2/(8 radius)``.
+            Of the wheel [length]: a fresh flat is a chord of depth
+            ``length^2/(8 radius)``.
         at : float
             X of its middle [length].
         worn : bool
-            Whether its edges are rounded: a cosine of the same depth over its length.
+            Whether its edges are rounded: a cosine of the same depth over its
+            length.
         samples : int
 
         Returns
@@ -90,7 +97,8 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         Raises
         ------
         SceneError
-            If a length is not positive, a flat no chord of its wheel, or an entry of another kind.
+            If a length is not positive, a flat no chord of its wheel, or an
+            entry of another kind.
 
         Examples
         --------

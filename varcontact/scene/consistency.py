@@ -1,6 +1,7 @@
 """Cross-checks between the entries of a scene, and likely mistakes in scenes that can be solved.
 
-A history is expanded into its steps, and each step has to meet the rules of one problem.
+A history is expanded into its steps, and each step has to meet the rules of one
+problem.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Laws of friction by slip: a static and a kinetic coefficient (37), coefficients that fall with slip, and memory.
+"""Laws of friction by slip: a static and a kinetic coefficient (37),
+coefficients that fall with slip, and memory.
 
-With a memory distance d a particle's coefficient goes over to that of the law by the distance it slides:
-``df/dt = (law(s) - f) max(s, s0)/d``. Source: E. Vollebregt, H. Schuttelaars, J. Sound Vib. 331 (2012) 2141-2155.
+With a memory distance d a particle's coefficient goes over to that of the law
+by the distance it slides: ``df/dt = (law(s) - f) max(s, s0)/d``. Source: E.
+Vollebregt, H. Schuttelaars, J. Sound Vib. 331 (2012) 2141-2155.
 """
 
 from __future__ import annotations
@@ -75,7 +77,8 @@ class Law(
 
 @dataclass(frozen=True)
 class StaticKinetic(Law):
-    """Two coefficients of friction (37): ``|p| <= static pz`` where it sticks, ``|p| = kinetic pz`` where it slips.
+    """Two coefficients of friction (37): ``|p| <= static pz`` where it sticks,
+    ``|p| = kinetic pz`` where it slips.
 
     Parameters
     ----------
@@ -84,11 +87,13 @@ class StaticKinetic(Law):
     kinetic : float
         Coefficient where it slips, in [0, static].
     memory_distance : float
-        Distance of sliding d in which a particle's coefficient goes over to the law's, by a part of 1 - 1/e [length],
-        zero (default: at once) or positive.
+        Distance of sliding d in which a particle's coefficient goes over to the
+        law's, by a part of 1 - 1/e [length], zero (default: at once) or
+        positive.
     memory_velocity : float
-        Least slip velocity s0 by which it does: at this rate particles that stick regain the static coefficient,
-        zero (default) or positive; by the rolling velocity [-].
+        Least slip velocity s0 by which it does: at this rate particles that
+        stick regain the static coefficient, zero (default) or positive; by the
+        rolling velocity [-].
 
     Raises
     ------
@@ -141,7 +146,9 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
 
 
 class LinearFalling(_Falling):
-    """A coefficient that falls linearly: ``max(kinetic, static - (static - kinetic) s/(2 h))`` at the slip velocity s.
+    """A coefficient that falls linearly:
+    ``max(kinetic, static - (static - kinetic) s/(2 h))`` at the slip velocity
+    s.
 
     Parameters
     ----------
@@ -150,18 +157,22 @@ class LinearFalling(_Falling):
     kinetic : float
         Coefficient at high slip velocity, in [0, static].
     half_velocity : float
-        h, slip velocity at which half of ``static - kinetic`` is lost [length/time], positive; of the linear law
-        all is lost at 2 h.
+        h, slip velocity at which half of ``static - kinetic`` is lost
+        [length/time], positive; of the linear law all is lost at 2 h.
     velocity : float
-        Rolling velocity V in the same unit, positive: the slip velocity is V times the relative slip
-        `Solution.slip`. 1 if not given: then `half_velocity` is a relative slip [-]. In a shift slip is a length,
-        and V one by its duration; if that is not given, `half_velocity` is a length.
+        Rolling velocity V in the same unit, positive: the slip velocity is V
+        times the relative slip `Solution.slip`. 1 if not given: then
+        `half_velocity` is a relative slip [-]. In a shift slip is a length, and
+        V one by its duration; if that is not given, `half_velocity` is a
+        length.
     memory_distance : float
-        Distance of sliding d in which a particle's coefficient goes over to the law's, by a part of 1 - 1/e [length],
-        zero (default: at once) or positive.
+        Distance of sliding d in which a particle's coefficient goes over to the
+        law's, by a part of 1 - 1/e [length], zero (default: at once) or
+        positive.
     memory_velocity : float
-        Least slip velocity s0 by which it does: at this rate particles that stick regain the static coefficient,
-        zero (default) or positive; in the unit of `half_velocity`.
+        Least slip velocity s0 by which it does: at this rate particles that
+        stick regain the static coefficient, zero (default) or positive; in the
+        unit of `half_velocity`.
 
     Raises
     ------
@@ -179,7 +190,8 @@ class LinearFalling(_Falling):
 
 
 class RationalFalling(_Falling):
-    """A coefficient that falls as ``kinetic + (static - kinetic)/(1 + s/h)`` with the slip velocity s.
+    """A coefficient that falls as ``kinetic + (static - kinetic)/(1 + s/h)``
+    with the slip velocity s.
 
     Parameters
     ----------
@@ -202,7 +214,8 @@ class RationalFalling(_Falling):
 
 
 class ExponentialFalling(_Falling):
-    """A coefficient that falls as ``kinetic + (static - kinetic) exp(-ln 2 s/h)`` with the slip velocity s.
+    """A coefficient that falls as
+    ``kinetic + (static - kinetic) exp(-ln 2 s/h)`` with the slip velocity s.
 
     Parameters
     ----------

@@ -42,14 +42,17 @@ class LocalLaw(Law):
 
 @dataclass(frozen=True)
 class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive):
-    """A coefficient that falls linearly with the temperature of the surface, in steady rolling and histories.
+    """A coefficient that falls linearly with the temperature of the surface, in
+    steady rolling and histories.
 
     Parameters
     ----------
     static, kinetic : float
-        Coefficients of cold surfaces, positive, and of hot ones, in [0, static].
+        Coefficients of cold surfaces, positive, and of hot ones, in [0,
+        static].
     reference, over : float
-        It falls from the temperature `reference` on, over a range `over` (positive).
+        It falls from the temperature `reference` on, over a range `over`
+        (positive).
     memory_distance, memory_velocity : float
         As of `StaticKinetic`.
 
@@ -76,15 +79,17 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
 
 @dataclass(frozen=True)
 class PressureFalling(LocalLaw, strength=checks.positive):
-    """A coefficient that falls with the pressure: the surfaces shear at a stress ``strength + kinetic p``.
+    """A coefficient that falls with the pressure: the surfaces shear at a
+    stress ``strength + kinetic p``.
 
-    It is ``min(static, kinetic + strength/p)``. Source: B. J. Briscoe, D. Tabor, J. Adhesion 9 (1978) 145-155, of
-    films between surfaces.
+    It is ``min(static, kinetic + strength/p)``. Source: B. J. Briscoe, D.
+    Tabor, J. Adhesion 9 (1978) 145-155, of films between surfaces.
 
     Parameters
     ----------
     static, kinetic : float
-        Coefficients at low pressure, positive, and at high pressure, in [0, static].
+        Coefficients at low pressure, positive, and at high pressure, in [0,
+        static].
     strength : float
         Shear strength without pressure, positive [stress].
     memory_distance, memory_velocity : float
@@ -116,21 +121,26 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
     Parameters
     ----------
     static, kinetic : float
-        The largest and the least coefficient that the product has: searches begin there, from stick and from slip.
+        The largest and the least coefficient that the product has: searches
+        begin there, from stick and from slip.
     factors : law, array_like of shape (ny, nx), array (nx,) in line contact, callable, or sequence of these
-        Laws that change continuously, without memory; coefficients by place; functions
-        ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of those of these arguments that they name, all arrays
-        (ny, nx), which return a number or such an array. Where it sticks the slip velocity is zero.
+        Laws that change continuously, without memory; coefficients by place;
+        functions ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of
+        those of these arguments that they name, all arrays (ny, nx), which
+        return a number or such an array. Where it sticks the slip velocity is
+        zero.
     velocity : float
-        Rolling velocity for the functions, positive: slip velocity by relative slip, 1 (default) as of `LinearFalling`.
+        Rolling velocity for the functions, positive: slip velocity by relative
+        slip, 1 (default) as of `LinearFalling`.
     memory_distance, memory_velocity : float
         As of `LinearFalling`; for the product.
 
     Raises
     ------
     SceneError
-        For entries out of range; for factors that give no number or a negative one, in another shape; from `solve` for
-        a product outside of [kinetic, static].
+        For entries out of range; for factors that give no number or a negative
+        one, in another shape; from `solve` for a product outside of [kinetic,
+        static].
 
     Examples
     --------

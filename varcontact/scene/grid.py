@@ -31,7 +31,8 @@ class Grid(
     margin=partial(whole, least=0),
     edge=partial(choice, options=EDGES),
 ):
-    """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
+    """The potential contact, divided into ``ny`` rows of ``nx`` equal
+    rectangles; in line contact into ``nx`` strips.
 
     Two forms (the third is the word ``"auto"`` in its place):
 
@@ -39,13 +40,15 @@ class Grid(
       on every side;
     - ``Grid(nx=, ny=, dx=, dy=, x0=, y0=)``: the lattice itself, ``(x0, y0)`` its lower left corner.
 
-    Line contact has no ny, dy, y0: ``Grid(nx=)`` or ``Grid(nx=, dx=, x0=)``. Its lattice is one row of unit width
-    along y, so that forces are per unit length.
+    Line contact has no ny, dy, y0: ``Grid(nx=)`` or ``Grid(nx=, dx=, x0=)``.
+    Its lattice is one row of unit width along y, so that forces are per unit
+    length.
 
     Parameters
     ----------
     nx, ny : int
-        Numbers of elements along x (rolling direction) and y; ny is left out in line contact.
+        Numbers of elements along x (rolling direction) and y; ny is left out in
+        line contact.
     dx, dy : float, optional
         Side lengths of an element [length].
     x0, y0 : float, optional
@@ -53,18 +56,22 @@ class Grid(
     margin : int, optional
         Elements added on every side in the first form.
     edge : {"centres", "touched", "softened"}
-        Which elements that the contact's edge cuts belong to it: those with their centre inside, as in CONTACT, with
-        the pressure at the centre; or every one that the contact touches, with the pressure averaged over the whole
-        element: Hertz's in closed form, any other solved for on equal parts of the elements, 3 by 3, in line contact 7.
-        "softened" has the second, and elements that are covered in part give way more to their own traction: with
-        ``Steady(slip_difference="second-order")`` it is for accurate forces on coarse grids, see `Scene.second_order`.
-        "touched" and "softened" are for pressures that tractions do not change, and not for samples without
-        coordinates.
+        Which elements that the contact's edge cuts belong to it: those with
+        their centre inside, as in CONTACT, with the pressure at the centre; or
+        every one that the contact touches, with the pressure averaged over the
+        whole element: Hertz's in closed form, any other solved for on equal
+        parts of the elements, 3 by 3, in line contact 7. "softened" has the
+        second, and elements that are covered in part give way more to their own
+        traction: with ``Steady(slip_difference="second-order")`` it is for
+        accurate forces on coarse grids, see `Scene.second_order`. "touched" and
+        "softened" are for pressures that tractions do not change, and not for
+        samples without coordinates.
 
     Raises
     ------
     SceneError
-        For lengths that are not positive and finite, or a form that is neither of the two.
+        For lengths that are not positive and finite, or a form that is neither
+        of the two.
 
     Notes
     -----
@@ -191,7 +198,8 @@ class Grid(
         Parameters
         ----------
         cells : tuple of int
-            (rows, columns): parts of an element along y and x; one row in line contact.
+            (rows, columns): parts of an element along y and x; one row in line
+            contact.
 
         Returns
         -------

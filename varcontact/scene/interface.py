@@ -13,9 +13,11 @@ from varcontact.errors import SceneError
 class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=positive, tau_c0=positive_or_infinite):
     """An elastic-plastic layer between the bodies: leaves, sand, oxides, wear debris.
 
-    It shears by ``h/G`` times the traction. From the yield stress on it flows along the traction, and hardens:
-    ``tau_c = tau_c0 + k_tau u``, with the length u of the plastic displacement. Where the bodies touch, tractions are
-    also within friction. Sources: Hou, Kalousek, Magel, Wear 211 (1997) 134-140; Vollebregt, Wear 314 (2014) 87-95.
+    It shears by ``h/G`` times the traction. From the yield stress on it flows
+    along the traction, and hardens: ``tau_c = tau_c0 + k_tau u``, with the
+    length u of the plastic displacement. Where the bodies touch, tractions are
+    also within friction. Sources: Hou, Kalousek, Magel, Wear 211 (1997)
+    134-140; Vollebregt, Wear 314 (2014) 87-95.
 
     Parameters
     ----------
@@ -24,10 +26,12 @@ class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=pos
     G : float
         Modulus of rigidity, positive [stress].
     tau_c0 : float
-        Yield stress of fresh material, positive [stress]; ``inf`` (default): elastic only.
+        Yield stress of fresh material, positive [stress]; ``inf`` (default):
+        elastic only.
     k_tau : float
-        Hardening, [stress/length]; 0 (default): perfectly plastic; negative: softening, in histories only. From the
-        stiffness k of elastic and plastic shear together it is ``k G/h / (G/h - k)``.
+        Hardening, [stress/length]; 0 (default): perfectly plastic; negative:
+        softening, in histories only. From the stiffness k of elastic and
+        plastic shear together it is ``k G/h / (G/h - k)``.
 
     Raises
     ------
@@ -68,8 +72,10 @@ class Thermal(
 ):
     """Thermal data of a body, for the temperature of its surface.
 
-    Heat is work by time, in the scene's units: only ``conductivity`` [work/(time length temperature)] and the product
-    ``density * heat_capacity`` [work/(length^3 temperature)] count. For steel in N, mm and seconds 50 and 3.53.
+    Heat is work by time, in the scene's units: only ``conductivity``
+    [work/(time length temperature)] and the product ``density * heat_capacity``
+    [work/(length^3 temperature)] count. For steel in N, mm and seconds 50 and
+    3.53.
 
     Parameters
     ----------

@@ -42,24 +42,31 @@ class Steady(
     Parameters
     ----------
     vx, vy : float
-        Longitudinal and lateral creepage [-]: rigid slip of body 1 over body 2 by rolling velocity (75).
+        Longitudinal and lateral creepage [-]: rigid slip of body 1 over body 2
+        by rolling velocity (75).
     spin : float
         Spin creepage [1/length].
     Fx, Fy : float, optional
-        Tangential force on body 1 in place of the creepage of the same direction [force].
+        Tangential force on body 1 in place of the creepage of the same
+        direction [force].
     dq : float, optional
-        Distance rolled in the step that discretises the slip [length]; the element's dx if not given.
+        Distance rolled in the step that discretises the slip [length]; the
+        element's dx if not given.
     spin_offset : float, optional
-        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in [0, 1]. If not given, 1/6, which is
-        CONTACT's, or 0 with the difference of second order. With that of first order 0 keeps the discrete
-        C23 = -C32 exact, and 1/2 is the path's middle.
+        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in
+        [0, 1]. If not given, 1/6, which is CONTACT's, or 0 with the difference
+        of second order. With that of first order 0 keeps the discrete C23 =
+        -C32 exact, and 1/2 is the path's middle.
     slip_difference : {"first-order", "second-order"}
-        The elastic slip: between an element and a step ahead, as in CONTACT; or also with a step behind and two ahead,
-        exact for displacements that are quadratic along x. The second: see `Scene.second_order`.
+        The elastic slip: between an element and a step ahead, as in CONTACT; or
+        also with a step behind and two ahead, exact for displacements that are
+        quadratic along x. The second: see `Scene.second_order`.
     rigid_slip : array_like, shape (2, ny, nx), optional
-        Rigid slip at the samples of a `SampledDistance` [-], added to that of the creepages.
+        Rigid slip at the samples of a `SampledDistance` [-], added to that of
+        the creepages.
     speed : float, optional
-        Rolling velocity [length/time], with viscoelastic bodies, and with these only: nothing else depends on time.
+        Rolling velocity [length/time], with viscoelastic bodies, and with these
+        only: nothing else depends on time.
     """
 
     _words: ClassVar = {
@@ -104,14 +111,16 @@ class Steady(
 
 @dataclass(frozen=True, kw_only=True)
 class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)):
-    """Rolling without slip (``friction=inf``) under creepages that swing: ``v exp(i k q)`` by the distance rolled q.
+    """Rolling without slip (``friction=inf``) under creepages that swing:
+    ``v exp(i k q)`` by the distance rolled q.
 
     `solve` gives a `HarmonicSolution`, of complex amplitudes.
 
     Parameters
     ----------
     wave_number : float
-        k, circular frequency by rolling velocity [1/length]; up to that of a wave of two elements.
+        k, circular frequency by rolling velocity [1/length]; up to that of a
+        wave of two elements.
     vx, vy, spin : float
         Amplitudes of the creepages, as of `Steady`.
     dq, spin_offset, slip_difference
@@ -152,7 +161,8 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
     rotation : float
         Its rotation about the z-axis [rad].
     Fx, Fy : float, optional
-        Tangential force on body 1 in place of the shift of the same direction [force].
+        Tangential force on body 1 in place of the shift of the same direction
+        [force].
     """
 
     _words: ClassVar = {"vx": "ux, or Steady for a creepage", "vy": "uy, or Steady for a creepage", "spin": "rotation"}
@@ -184,7 +194,8 @@ class TimeStep:
     Parameters
     ----------
     dq, direction, vx, vy, spin, ux, uy, rotation, Fx, Fy, spin_offset, dt
-        Those of one step of `Transient`; with a `dq` of 0 it is shifted in place.
+        Those of one step of `Transient`; with a `dq` of 0 it is shifted in
+        place.
     """
 
     dq: float

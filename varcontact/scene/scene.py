@@ -57,26 +57,33 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     Parameters
     ----------
     bodies : Bodies, Layered, Viscoelastic or a pair (upper, lower)
-        Half-spaces by their elastic constants, or bodies of other kinds: one that both are of, or a pair, in which a
-        half-space is ``Bodies(G, nu)`` and a rigid body "rigid".
+        Half-spaces by their elastic constants, or bodies of other kinds: one
+        that both are of, or a pair, in which a half-space is ``Bodies(G, nu)``
+        and a rigid body "rigid".
     surface : Paraboloids, Ellipse, Cylinders or SampledDistance
         Undeformed distance.
     normal_force, approach : float
-        Exactly one of the two (in a history at most): compressive force [force; in line contact per unit length], or
-        approach of the bodies [length].
+        Exactly one of the two (in a history at most): compressive force [force;
+        in line contact per unit length], or approach of the bodies [length].
     friction : float, law or array_like, shape (ny, nx), or (nx,) in line contact
-        Coefficient of friction; a number (``inf``: no slip at all), a law (`StaticKinetic`, `LinearFalling`,
-        `RationalFalling`, `ExponentialFalling`, `TemperatureFalling`, `PressureFalling`, `FrictionLaw`), or one number
-        per element of an explicit grid. Needed where there is a motion.
+        Coefficient of friction; a number (``inf``: no slip at all), a law
+        (`StaticKinetic`, `LinearFalling`, `RationalFalling`,
+        `ExponentialFalling`, `TemperatureFalling`, `PressureFalling`,
+        `FrictionLaw`), or one number per element of an explicit grid. Needed
+        where there is a motion.
     third_body : ThirdBody, optional
         A layer between the bodies, which shears and yields.
     thermal : Thermal or pair (upper, lower), optional
-        Thermal data of both bodies, of one kind or two: steady rolling then has a speed, a history times of its steps.
+        Thermal data of both bodies, of one kind or two: steady rolling then has
+        a speed, a history times of its steps.
     motion : Steady, Shift, Transient or Harmonic, optional
-        None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
+        None: normal contact only. A history (`Transient`) may give load,
+        friction and surface of its steps itself.
     grid : Grid or "auto"
-        The potential contact and its elements; ``"auto"``: chosen by `solve` for an accuracy, 1 % if none is given;
-        where that cannot be (see `solve`), 24 elements across the contact either way, 100 in line contact.
+        The potential contact and its elements; ``"auto"``: chosen by `solve`
+        for an accuracy, 1 % if none is given; where that cannot be (see
+        `solve`), 24 elements across the contact either way, 100 in line
+        contact.
     units : Units, optional
         Names of the units, for reports, files and pictures.
 
@@ -196,11 +203,13 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return self.grid.edge if isinstance(self.grid, Grid) else "centres"
 
     def second_order(self) -> Scene:
-        """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
+        """The same steady rolling, discretised for accurate forces on coarse
+        grids in place of as CONTACT does.
 
-        ``Steady(slip_difference="second-order")`` with the spin offset that goes with it, and ``Grid(edge="softened")``
-        where tractions do not change the pressure, but for samples without coordinates; without a grid, 24 by 24
-        elements. See docs/sampling.md.
+        ``Steady(slip_difference="second-order")`` with the spin offset that
+        goes with it, and ``Grid(edge="softened")`` where tractions do not
+        change the pressure, but for samples without coordinates; without a
+        grid, 24 by 24 elements. See docs/sampling.md.
 
         Returns
         -------
@@ -318,8 +327,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def doubts(self) -> tuple[str, ...]:
         """Likely mistakes, in words: plans and reports say them, too.
 
-        A modulus softer or stiffer than solids are in the units named, or that looks like pascals beside lengths in
-        millimetres; a contact of half a radius of curvature; a creepage above 0.1.
+        A modulus softer or stiffer than solids are in the units named, or that
+        looks like pascals beside lengths in millimetres; a contact of half a
+        radius of curvature; a creepage above 0.1.
 
         Examples
         --------
@@ -339,7 +349,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         Raises
         ------
         SceneError
-            For a history with a start, which is a solution, and a scene too large for a scene file.
+            For a history with a start, which is a solution, and a scene too
+            large for a scene file.
 
         Examples
         --------

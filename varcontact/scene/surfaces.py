@@ -100,17 +100,20 @@ class Ellipse(Checked, path="surface", a=positive, b=positive):
 
 @dataclass(frozen=True)
 class Cylinders(Checked, path="surface", R=positive, reference_depth=positive):
-    """Line contact of cylinders with axes along y: undeformed distance ``x^2/(2 R)``, forces per unit length.
+    """Line contact of cylinders with axes along y: undeformed distance
+    ``x^2/(2 R)``, forces per unit length.
 
     Parameters
     ----------
     R : float
         Combined radius [length], ``1/R = 1/R1 + 1/R2``, positive and finite.
     reference_depth : float, optional
-        d in the logarithm of plane strain, ``-ln(|x|/d)`` [length]: displacements count from the points of the
-        surface at that distance from a line load. In plane strain they grow without end, and approaches and shifts
-        mean something only with it; needed where one is prescribed. Tractions by prescribed forces, and all of
-        steady rolling, do not depend on it.
+        d in the logarithm of plane strain, ``-ln(|x|/d)`` [length]:
+        displacements count from the points of the surface at that distance from
+        a line load. In plane strain they grow without end, and approaches and
+        shifts mean something only with it; needed where one is prescribed.
+        Tractions by prescribed forces, and all of steady rolling, do not depend
+        on it.
 
     Examples
     --------
@@ -136,15 +139,18 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
     h : array_like, shape (ny, nx), or (nx,) in line contact
         Undeformed distance [length], indexed [iy, ix].
     x, y : array_like, shape (nx,) and (ny,), optional
-        Where the samples were taken [length], ascending. Given, they serve any grid within them, by
-        interpolation (`distance`); not given, the samples are those at the element centres of the scene's
-        explicit grid. Line contact has no y.
+        Where the samples were taken [length], ascending. Given, they serve any
+        grid within them, by interpolation (`distance`); not given, the samples
+        are those at the element centres of the scene's explicit grid. Line
+        contact has no y.
     reference_depth : float, optional
         In line contact only, see `Cylinders`.
     inclination : array_like, shape (ny,), optional
-        Conformal contact: the reference surface, halfway between the bodies, is curved along y. Its inclination at each
-        y of the samples [rad], positive where it turns from y to z; y is then the length of its arc, h the distance
-        along its normals, tractions act in the frames of the elements, and forces are along the axes of the plane.
+        Conformal contact: the reference surface, halfway between the bodies, is
+        curved along y. Its inclination at each y of the samples [rad], positive
+        where it turns from y to z; y is then the length of its arc, h the
+        distance along its normals, tractions act in the frames of the elements,
+        and forces are along the axes of the plane.
 
     Raises
     ------
@@ -272,10 +278,12 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return Interpolation.of(self.x, self.y, self.h)
 
     def smoothed(self, wavelength: float) -> SampledDistance:
-        """The surface without waves shorter than a wavelength: for measured samples whose noise rules the pressure.
+        """The surface without waves shorter than a wavelength: for measured
+        samples whose noise rules the pressure.
 
-        A wave of length L keeps the part ``1/(1 + (wavelength/L)^6)`` of its amplitude, along x and along y; what is
-        long stays as it is, parabolas exactly. Beside steps of the samples it swings.
+        A wave of length L keeps the part ``1/(1 + (wavelength/L)^6)`` of its
+        amplitude, along x and along y; what is long stays as it is, parabolas
+        exactly. Beside steps of the samples it swings.
 
         Parameters
         ----------
@@ -289,7 +297,8 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         Raises
         ------
         SceneError
-            If the wavelength is not positive, or the samples have no coordinates.
+            If the wavelength is not positive, or the samples have no
+            coordinates.
 
         Examples
         --------

@@ -33,46 +33,60 @@ class Transient(
     interpolate=checks.flag,
     spin_offset=offset,
 ):
-    """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
+    """Rolling in time: a history of steps, each of which begins with the
+    tractions of the step before.
 
-    Entries from `dq` to `friction` are one number for all steps or a sequence of one for each; None in a sequence of
-    forces leaves the step its creepage, None in one of the load or of friction leaves it the scene's.
+    Entries from `dq` to `friction` are one number for all steps or a sequence
+    of one for each; None in a sequence of forces leaves the step its creepage,
+    None in one of the load or of friction leaves it the scene's.
 
     Parameters
     ----------
     steps : int
     dq : float or sequence, optional
-        Distance rolled in each step [length]; 0: a shift in place; the element's dx if not given.
+        Distance rolled in each step [length]; 0: a shift in place; the
+        element's dx if not given.
     dt : float or sequence, optional
-        Time that each step takes [time], with viscoelastic bodies, and with these only; 0: a step at once.
+        Time that each step takes [time], with viscoelastic bodies, and with
+        these only; 0: a step at once.
     direction : int or sequence
         1: rolling towards positive x; -1: towards negative x.
     vx, vy, spin, ux, uy, rotation : float or sequence
-        Creepages, as of `Steady`, by the distance rolled, whatever its direction; and a rigid shift in place in each
-        step, as of `Shift`, added to theirs.
+        Creepages, as of `Steady`, by the distance rolled, whatever its
+        direction; and a rigid shift in place in each step, as of `Shift`, added
+        to theirs.
     Fx, Fy : float or sequence, optional
-        Tangential force on body 1 in place of creepage and shift of the same direction.
+        Tangential force on body 1 in place of creepage and shift of the same
+        direction.
     normal_force, approach : float or sequence, optional
-        The load in place of the scene's, at most one of the two in a step. A force of 0, or an approach at which the
-        bodies are apart, is no contact: all tractions vanish.
+        The load in place of the scene's, at most one of the two in a step. A
+        force of 0, or an approach at which the bodies are apart, is no contact:
+        all tractions vanish.
     friction : float, law or sequence, optional
         Coefficient of friction, or law of it, in place of the scene's.
     surface : sequence, optional
-        Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
+        Undeformed distance of each step in place of the scene's: a contact that
+        moves over the grid.
     carried : Carried or sequence, optional
-        Heights that the bodies carry through the contact: roughness, flats, corrugation.
+        Heights that the bodies carry through the contact: roughness, flats,
+        corrugation.
     rolled : float, optional
-        Where the contact is before the first step on the way X of the `carried` heights [length]; 0 if not given.
+        Where the contact is before the first step on the way X of the `carried`
+        heights [length]; 0 if not given.
     control : callable, optional
-        ``control(k, before)`` gives creepages, shifts, forces or the load of step k as a mapping, in place of those
-        given here; `before` is the Solution of the step before, or None. So wheel, track or drive move with the
-        contact. The history that is returned has its numbers; a `store` cannot have a function.
+        ``control(k, before)`` gives creepages, shifts, forces or the load of
+        step k as a mapping, in place of those given here; `before` is the
+        Solution of the step before, or None. So wheel, track or drive move with
+        the contact. The history that is returned has its numbers; a `store`
+        cannot have a function.
     start : Solution, optional
         What the first step goes on from; not given: bodies without tractions.
     interpolate : bool
-        Whether a start on another grid is interpolated; otherwise it is refused.
+        Whether a start on another grid is interpolated; otherwise it is
+        refused.
     spin_offset : float
-        The rigid slip of spin is sampled at ``x + spin_offset * direction * dq``, as of `Steady`: then a long
+        The rigid slip of spin is sampled at
+        ``x + spin_offset * direction * dq``, as of `Steady`: then a long
         history tends to the steady solution.
 
     Raises

@@ -1,12 +1,15 @@
 """Douglas and Rachford's splitting: contact problems by linear systems and projections in turn.
 
-Normal and tangential problem alike ask for zeros of ``W + M p + N(p)``, N the normal cone of what p may be: pressures
-that are not negative, tractions within their disks. A round solves with ``M + weight``, always the same factors, then
-projects. Wherever M is monotone the rounds converge from any start, without a guess of contact, stick or slip. From
-an interior-point answer some tens of rounds reach rounding (docs/speed.md).
+Normal and tangential problem alike ask for zeros of ``W + M p + N(p)``, N the
+normal cone of what p may be: pressures that are not negative, tractions within
+their disks. A round solves with ``M + weight``, always the same factors, then
+projects. Wherever M is monotone the rounds converge from any start, without a
+guess of contact, stick or slip. From an interior-point answer some tens of
+rounds reach rounding (docs/speed.md).
 
-Sources: J. Douglas and H. H. Rachford, Trans. Am. Math. Soc. 82 (1956) 421-439; P.-L. Lions and B. Mercier, SIAM J.
-Numer. Anal. 16 (1979) 964-979; J. Eckstein and D. P. Bertsekas, Math. Program. 55 (1992) 293-318.
+Sources: J. Douglas and H. H. Rachford, Trans. Am. Math. Soc. 82 (1956) 421-439;
+P.-L. Lions and B. Mercier, SIAM J. Numer. Anal. 16 (1979) 964-979; J. Eckstein
+and D. P. Bertsekas, Math. Program. 55 (1992) 293-318.
 """
 
 from __future__ import annotations

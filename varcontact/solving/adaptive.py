@@ -1,9 +1,13 @@
-"""Solutions to an accuracy, or within a time: finer and finer grids until the estimated error is small enough.
+"""Solutions to an accuracy, or within a time: finer and finer grids until the
+estimated error is small enough.
 
-One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the contact (line contact begins with 48). The
-last three tell the error: Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of the two pairs,
-as they stand on the finest grid, give ``1.25 max |s| + 0.4 n^-1.5``, and the value is that of the finest grid plus half
-its step. ``python -m tests.benchmarks accuracy random`` measures on random scenes what this keeps.
+One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the
+contact (line contact begins with 48). The last three tell the error:
+Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of
+the two pairs, as they stand on the finest grid, give
+``1.25 max |s| + 0.4 n^-1.5``, and the value is that of the finest grid plus
+half its step. ``python -m tests.benchmarks accuracy random`` measures on random
+scenes what this keeps.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Many scenes at once: those whose tangential problems are of one kind on lattices of one shape, solved side by side.
+"""Many scenes at once: those whose tangential problems are of one kind on
+lattices of one shape, solved side by side.
 
-These are Hertzian contacts of like half-spaces under a coefficient of friction or a law by slip, in steady rolling or
-in a shift, with creepages or forces given: most of tables, sweeps and time series. On grids across the contact the
+These are Hertzian contacts of like half-spaces under a coefficient of friction
+or a law by slip, in steady rolling or in a shift, with creepages or forces
+given: most of tables, sweeps and time series. On grids across the contact the
 pressure on the elements is that of the unit circle, scaled.
 """
 

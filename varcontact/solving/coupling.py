@@ -1,7 +1,8 @@
-"""Pressure and tractions that depend on each other, friction on slip: passes until a field stays, or Newton's method.
+"""Pressure and tractions that depend on each other, friction on slip: passes
+until a field stays, or Newton's method.
 
-A fixed point that is approached slowly, or not at all, is accelerated by Anderson's method. Source: D. G. Anderson,
-J. ACM 12 (1965) 547-560.
+A fixed point that is approached slowly, or not at all, is accelerated by
+Anderson's method. Source: D. G. Anderson, J. ACM 12 (1965) 547-560.
 """
 
 from __future__ import annotations

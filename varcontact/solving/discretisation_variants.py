@@ -1,6 +1,8 @@
-"""Ways to answer a scene: a rule for the grid or an accuracy, options of the solver, extrapolation from two grids.
+"""Ways to answer a scene: a rule for the grid or an accuracy, options of the
+solver, extrapolation from two grids.
 
-A method is exact for its grid; a way is what an accuracy against the continuum belongs to.
+A method is exact for its grid; a way is what an accuracy against the continuum
+belongs to.
 """
 
 from __future__ import annotations
@@ -33,28 +35,33 @@ class Way:
     Parameters
     ----------
     cells : int
-        Elements across the contact along y, and along x unless `along` says otherwise; in line contact `STRIPS` times
-        as many along x. 0: the grid is found for an `accuracy`.
+        Elements across the contact along y, and along x unless `along` says
+        otherwise; in line contact `STRIPS` times as many along x. 0: the grid
+        is found for an `accuracy`.
     along : float
         Elements along x by those along y, except in line contact.
     edge : str
         As of `Grid`.
     coarser : int
-        Elements across of a second, coarser grid, from which the values are extrapolated; 0: they are not.
+        Elements across of a second, coarser grid, from which the values are
+        extrapolated; 0: they are not.
     order : float
         Order of the error, for the extrapolation.
     motion : tuple of (str, value)
-        Entries of `Steady` that differ from the scene's, as ``(("spin_offset", 0.0),)``; other motions lack them.
+        Entries of `Steady` that differ from the scene's, as
+        ``(("spin_offset", 0.0),)``; other motions lack them.
     options : tuple of (str, value)
         Arguments of `solve`, as ``(("tangential", "fastsim"),)``.
     accuracy : float, optional
-        In place of `cells` and what else belongs to a grid: the argument of `solve`.
+        In place of `cells` and what else belongs to a grid: the argument of
+        `solve`.
 
     Raises
     ------
     SceneError
-        For numbers that are not positive, a second grid that is not coarser, an accuracy beside a grid, and options
-        that are no pairs of names and values.
+        For numbers that are not positive, a second grid that is not coarser, an
+        accuracy beside a grid, and options that are no pairs of names and
+        values.
 
     Examples
     --------
@@ -129,7 +136,8 @@ class Way:
         return f" by order {self.order:g}" if self.coarser and self.order != 1.0 else ""
 
     def of(self, scene: Scene, cells: int) -> Scene:
-        """The scene on the way's grid with a number of elements across; as it is, where there is an accuracy.
+        """The scene on the way's grid with a number of elements across; as it
+        is, where there is an accuracy.
 
         Parameters
         ----------
@@ -147,7 +155,8 @@ class Way:
         return replace(scene, grid=grid, motion=motion)
 
     def why_not(self, scene: Scene) -> str:
-        """Why it does not serve a scene; empty where it does, as far as can be said without solving.
+        """Why it does not serve a scene; empty where it does, as far as can be
+        said without solving.
 
         Parameters
         ----------
@@ -180,12 +189,14 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, but for the margin; where the way is an accuracy, it has none of its own.
+        Its grid is replaced, but for the margin; where the way is an accuracy,
+        it has none of its own.
     way : Way
     steps : sequence of int, optional
         Of a history: the steps that count, from 0; all of them if not given.
     **options
-        More arguments of `solve`, as ``certify=None``; those of the way come first.
+        More arguments of `solve`, as ``certify=None``; those of the way come
+        first.
 
     Returns
     -------
@@ -194,7 +205,8 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     Raises
     ------
     SceneError
-        If the way does not serve the scene, or the history lacks a step; and all that `solve` raises.
+        If the way does not serve the scene, or the history lacks a step; and
+        all that `solve` raises.
     """
     reason = way.why_not(scene)
     if reason:

@@ -1,13 +1,18 @@
-"""Friction laws: an outer loop of problems with a given coefficient of friction in each element (paper, 1.7).
+"""Friction laws: an outer loop of problems with a given coefficient of friction
+in each element (paper, 1.7).
 
-A pass solves the contact with the coefficients as they are, then gives each element that slips the coefficient that
-the law has at its slip. An element that sticks keeps its own: where ``|p| <= f pz`` and nothing slips, any larger
+A pass solves the contact with the coefficients as they are, then gives each
+element that slips the coefficient that the law has at its slip. An element that
+sticks keeps its own: where ``|p| <= f pz`` and nothing slips, any larger
 coefficient has the same tractions, the static one too.
 
-The less friction, the more slip, and the less friction: solutions may be several. From stick all over (the static
-coefficient) the passes come down to one with much friction, from slip all over (the kinetic one) they rise to one with
-little. With a static and a kinetic coefficient an element changes from static to kinetic once and for all, so that the
-passes are no more than there are elements; and the solution for the kinetic one alone is always one of the solutions.
+The less friction, the more slip, and the less friction: solutions may be
+several. From stick all over (the static coefficient) the passes come down to
+one with much friction, from slip all over (the kinetic one) they rise to one
+with little. With a static and a kinetic coefficient an element changes from
+static to kinetic once and for all, so that the passes are no more than there
+are elements; and the solution for the kinetic one alone is always one of the
+solutions.
 """
 
 from __future__ import annotations

@@ -1,13 +1,17 @@
-"""The attempts at a problem, in their order: the plan's solver, what refines its answer, and what takes over.
+"""The attempts at a problem, in their order: the plan's solver, what refines
+its answer, and what takes over.
 
-Each kind of problem has one list of attempts. The next is made where the best answer so far misses the tolerance, a
-natural-map residual. Each call of a solver is counted under its own name.
+Each kind of problem has one list of attempts. The next is made where the best
+answer so far misses the tolerance, a natural-map residual. Each call of a
+solver is counted under its own name.
 
 - Normal problem by active sets or Newton's method: the solver. By a program: NORM from a start, the program polished by
-  NORM; or, unpolished, the program asked for a hundredth of the tolerance; by the method "convex" refined by splitting.
+  NORM; or, unpolished, the program asked for a hundredth of the tolerance; by
+  the method "convex" refined by splitting.
 - Tangential problem by active sets or Newton's method: the solver, then the polished program (the plan's fallback).
-  By a program: tractions that stick all over, TANG from a start, the program polished by TANG; or unpolished as above.
-  Where the gap is not convex TANG takes the program's place, or the formulation is refused.
+  By a program: tractions that stick all over, TANG from a start, the program
+  polished by TANG; or unpolished as above. Where the gap is not convex TANG
+  takes the program's place, or the formulation is refused.
 """
 
 from __future__ import annotations

@@ -37,9 +37,10 @@ def plan(
 ) -> Plan:
     """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
 
-    Sizes, memory and seconds are estimated from the number of elements. Where the contact is Hertz's, that is known;
-    where it is found by solving (sampled distances, unlike bodies, a normal program that is asked for), they are upper
-    bounds, and say so.
+    Sizes, memory and seconds are estimated from the number of elements. Where
+    the contact is Hertz's, that is known; where it is found by solving (sampled
+    distances, unlike bodies, a normal program that is asked for), they are
+    upper bounds, and say so.
 
     Parameters
     ----------
@@ -54,11 +55,13 @@ def plan(
     Raises
     ------
     SceneError
-        For a scene that cannot be treated, or a method that does not exist or cannot treat it.
+        For a scene that cannot be treated, or a method that does not exist or
+        cannot treat it.
     SolverUnavailable
         If the package of a method is not installed.
     TooLarge
-        If not even the grid fits into memory. Whether solving does, `sizes.peak` tells; printed, the plan says so.
+        If not even the grid fits into memory. Whether solving does,
+        `sizes.peak` tells; printed, the plan says so.
 
     Examples
     --------

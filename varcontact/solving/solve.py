@@ -90,93 +90,122 @@ def solve(
     ----------
     scene : Scene
     normal : str
-        Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
-        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets; "newton", without a matrix. Hertz's pressure is
-        sampled at the element centres and scaled (by one within the grid's error) so that the elements carry exactly
-        the normal force; or averaged over them, see `Grid`.
+        Method of the normal problem: "auto"; "hertz", closed form; "clarabel",
+        "osqp", "scs", "qpsolvers:<name>" or "cvxpy:<NAME>", a QP; "norm" or
+        "norm-single", active sets; "newton", without a matrix. Hertz's pressure
+        is sampled at the element centres and scaled (by one within the grid's
+        error) so that the elements carry exactly the normal force; or averaged
+        over them, see `Grid`.
     tangential : str
-        Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
-        "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
-        sets; "newton", without a matrix, for many elements; or an approximate theory: "fastsim", "fastsim-elliptic",
-        "linear", "vermeulen-johnson"; or "table", exact forces interpolated.
+        Method of the tangential problem: "auto"; "clarabel", "scs" or
+        "cvxpy:<NAME>", a second-order-cone program; "tang" (rough Newton steps
+        between exchanges), "tang-exact" (as printed) or "tang-safeguarded",
+        active sets; "newton", without a matrix, for many elements; or an
+        approximate theory: "fastsim", "fastsim-elliptic", "linear",
+        "vermeulen-johnson"; or "table", exact forces interpolated.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
-        How the two meet where the bodies differ (K != 0): one pass; both problems in turn; pressure and tractions
-        together with only the traction bound fixed; or both at once by Newton's method without a matrix, and in turn
-        where that fails.
+        How the two meet where the bodies differ (K != 0): one pass; both
+        problems in turn; pressure and tractions together with only the traction
+        bound fixed; or both at once by Newton's method without a matrix, and in
+        turn where that fails.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
-        The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
-        rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
+        The programs: by complementary energy (215), by potential energy (214),
+        by the duality gap; or, in steady rolling, transient steps until nothing
+        changes. Steady rolling has "gap" and "marching", the shift all but
         "marching".
     method : {"auto", "convex", "active-set", "kalker"}
-        The road as one choice; `normal` and `tangential` refine it. "convex": the QP of pressures and the SOCP of
-        tractions, for unlike bodies in Panagiotopoulos's loop, each by a conic solver (Clarabel, if none is named),
-        its answers refined by splitting, without any active set. "active-set": NORM and the safeguarded TANG, and no
-        program. "kalker": NORM and TANG as printed. "auto": the same as "active-set", as the fastest by measurement,
-        but solvers of programs and theories may be named, and a program is asked where active sets fail. Hertz's
-        pressure in closed form is part of all of them, unless another `normal` is named.
+        The road as one choice; `normal` and `tangential` refine it. "convex":
+        the QP of pressures and the SOCP of tractions, for unlike bodies in
+        Panagiotopoulos's loop, each by a conic solver (Clarabel, if none is
+        named), its answers refined by splitting, without any active set.
+        "active-set": NORM and the safeguarded TANG, and no program. "kalker":
+        NORM and TANG as printed. "auto": the same as "active-set", as the
+        fastest by measurement, but solvers of programs and theories may be
+        named, and a program is asked where active sets fail. Hertz's pressure
+        in closed form is part of all of them, unless another `normal` is named.
     tol : float
-        Natural-map residual to reach, relative to the largest traction. Every method reaches the default.
+        Natural-map residual to reach, relative to the largest traction. Every
+        method reaches the default.
     polish : bool, optional
-        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it: done
-        unless it is said to be False, but never by the method "convex". Without polish and refinement an
-        interior-point answer is good to between 1e-6 and 1e-9 in the tractions, and a smaller `tol` is not reached.
-        Active-set methods and theories are never polished.
+        Take the answer of a solver of programs to rounding by NORM and the
+        safeguarded TANG, started from it: done unless it is said to be False,
+        but never by the method "convex". Without polish and refinement an
+        interior-point answer is good to between 1e-6 and 1e-9 in the tractions,
+        and a smaller `tol` is not reached. Active-set methods and theories are
+        never polished.
     start : {"stick", "slip"} or Solution, optional
-        Under a law of friction, which of the solutions is sought: that with much friction, from the static
-        coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
-        over; or that near a solution with as many elements either way, from the coefficients found there. With an
-        accuracy, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
-        tend to the same continuum, but from "slip" faster. In a history each particle goes on as it did in the step
-        before.
+        Under a law of friction, which of the solutions is sought: that with
+        much friction, from the static coefficient all over, which is what is
+        done if nothing is given; that with little, from the kinetic one all
+        over; or that near a solution with as many elements either way, from the
+        coefficients found there. With an accuracy, `time_budget` or `refine`,
+        "slip" if nothing is given: under a static and a kinetic coefficient
+        both tend to the same continuum, but from "slip" faster. In a history
+        each particle goes on as it did in the step before.
     certify : {"auto", "full", "gap", "none"} or None
-        How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
-        "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
-        friction and "gap" beyond. The report says what is left out.
+        How much of the certificate is computed: "full", with guaranteed bounds
+        on the forces; "gap", without them; "none", or None, the residuals
+        alone, which are always there. "auto" is "full" up to 10 000 elements
+        with friction and "gap" beyond. The report says what is left out.
     refine : {"continuum"}, optional
-        Correct steady rolling of like bodies under Hertz's pressure towards the continuum: forces, moment and
-        `Solution.refinement` are then those of a field on parts of the elements, the other fields and the certificate
+        Correct steady rolling of like bodies under Hertz's pressure towards the
+        continuum: forces, moment and `Solution.refinement` are then those of a
+        field on parts of the elements, the other fields and the certificate
         those of the corrected problem on the elements. See docs/refinement.md.
     progress : callable, optional
-        Told the name of each stage as it starts; of a history, how many steps are done.
+        Told the name of each stage as it starts; of a history, how many steps
+        are done.
     store : str or Path, optional
-        Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
-        Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
+        Of a history: the file its steps are added to as they are finished, so
+        that memory does not grow with them. Called again with the same scene,
+        methods and file, an interrupted history goes on where it stopped.
     accuracy : float, optional
-        Largest error against the continuum, below 1: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that
-        follows from a prescribed force by the saturation creepage; without friction of the approach and the largest
-        pressure by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid
-        refined until the estimate is below. The scene has no grid of its own. Without a grid, 0.01 if neither this nor
-        a time is given; but for infinite friction, theories, `refine`, "marching", a `store`, a `Solution` to start
-        from, a history without `dq`, and a motion with `dq` or a slip difference of its own: these take the usual grid,
-        and have no error bar.
+        Largest error against the continuum, below 1: of Fx and Fy by f Fz, of
+        Mz by f Fz sqrt(ab); of a creepage that follows from a prescribed force
+        by the saturation creepage; without friction of the approach and the
+        largest pressure by themselves. The grid is then chosen, the error
+        estimated from the answer itself, and the grid refined until the
+        estimate is below. The scene has no grid of its own. Without a grid,
+        0.01 if neither this nor a time is given; but for infinite friction,
+        theories, `refine`, "marching", a `store`, a `Solution` to start from, a
+        history without `dq`, and a motion with `dq` or a slip difference of its
+        own: these take the usual grid, and have no error bar.
     time_budget : float, optional
-        In place of an accuracy: seconds. The most accurate answer that is expected within them.
+        In place of an accuracy: seconds. The most accurate answer that is
+        expected within them.
 
     Returns
     -------
     Solution, History or HarmonicSolution
-        A History where the motion is `Transient`, a HarmonicSolution where it is `Harmonic`; the methods are then those
-        of the contact in free rolling. With `accuracy` or `time_budget`, the solution on the finest grid
-        that was solved, with its `error_estimate`, whose values are those of the solution.
+        A History where the motion is `Transient`, a HarmonicSolution where it
+        is `Harmonic`; the methods are then those of the contact in free
+        rolling. With `accuracy` or `time_budget`, the solution on the finest
+        grid that was solved, with its `error_estimate`, whose values are those
+        of the solution.
 
     Raises
     ------
     SceneError
-        For arguments or scenes that cannot be treated: no element in contact, or contact beyond the grid.
+        For arguments or scenes that cannot be treated: no element in contact,
+        or contact beyond the grid.
     SolverUnavailable
         If the package of a method is not installed.
     Saturated
         If a prescribed tangential force is beyond what friction can carry.
     Interrupted
-        A history by Ctrl-C; its `partial` is what is finished. The errors above, where a step of a history raises
-        them, have the steps before as their `history`, and the step's number as `step`.
+        A history by Ctrl-C; its `partial` is what is finished. The errors
+        above, where a step of a history raises them, have the steps before as
+        their `history`, and the step's number as `step`.
     NotConverged
-        If the tolerance, or an accuracy that was given, is not reached; its `solution` is the best iterate. Johnson's
-        process is held to the two problems as it poses them; what the whole lacks stands in the certificate.
+        If the tolerance, or an accuracy that was given, is not reached; its
+        `solution` is the best iterate. Johnson's process is held to the two
+        problems as it poses them; what the whole lacks stands in the
+        certificate.
     TooLarge
         If the matrices would not fit into memory.
     OutputError
-        If the store cannot be written, holds something else, or another run adds to it.
+        If the store cannot be written, holds something else, or another run
+        adds to it.
 
     Examples
     --------
@@ -206,17 +235,20 @@ def solve(
 
 @one_blas_thread()
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
-    """Judge tractions from any source by the gap and the residuals of the scene's own problem, by FFT.
+    """Judge tractions from any source by the gap and the residuals of the
+    scene's own problem, by FFT.
 
     Parameters
     ----------
     scene : Scene
-        With an explicit grid, or a Hertzian surface; no prescribed tangential force.
+        With an explicit grid, or a Hertzian surface; no prescribed tangential
+        force.
     traction : array_like, shape (2, ny, nx)
         Tangential tractions on body 1 [force/area].
     pressure : array_like, shape (ny, nx), optional
-        Pressures [force/area]; Hertz's, where the surface is Hertzian and none are given. With elements at the edge
-        that count in part those on the parts, as of `Solution.pressure_on_parts`.
+        Pressures [force/area]; Hertz's, where the surface is Hertzian and none
+        are given. With elements at the edge that count in part those on the
+        parts, as of `Solution.pressure_on_parts`.
 
     Returns
     -------
@@ -225,7 +257,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     Raises
     ------
     SceneError
-        If the arrays are not of the grid's shape, or the scene lacks what is needed.
+        If the arrays are not of the grid's shape, or the scene lacks what is
+        needed.
 
     Examples
     --------

@@ -1,7 +1,9 @@
-"""One step of a history: a problem like that of a shift, from what the step before left (paper, 4.2, 6.2, 6.4).
+"""One step of a history: a problem like that of a shift, from what the step
+before left (paper, 4.2, 6.2, 6.4).
 
-The particle now at x was at ``x + dq`` a step ago and brings its displacement difference along, so the local shift is
-``E = W - u' + A p`` with ``u' = C p'`` known: the operator is symmetric, and each step a convex program.
+The particle now at x was at ``x + dq`` a step ago and brings its displacement
+difference along, so the local shift is ``E = W - u' + A p`` with ``u' = C p'``
+known: the operator is symmetric, and each step a convex program.
 """
 
 from __future__ import annotations

@@ -39,15 +39,18 @@ ANEW = "the certificate that came with the file is not that of its fields: it is
 def load(path: str | Path, certify: bool = True) -> Solution | History:
     """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
 
-    The residuals and gaps are computed again by FFT from pressures, tractions, approach and creepages; of a history
-    step by step as they are asked for, its series are as stored. Where they are larger than the stored certificate
-    says, it is replaced by that of the fields, the solution does not count as converged, and its `note` says so.
+    The residuals and gaps are computed again by FFT from pressures, tractions,
+    approach and creepages; of a history step by step as they are asked for, its
+    series are as stored. Where they are larger than the stored certificate
+    says, it is replaced by that of the fields, the solution does not count as
+    converged, and its `note` says so.
 
     Parameters
     ----------
     path : str or Path
     certify : bool
-        Whether to compute the certificate again. Otherwise it is as stored, and report and `note` say so.
+        Whether to compute the certificate again. Otherwise it is as stored, and
+        report and `note` say so.
 
     Returns
     -------
@@ -57,7 +60,8 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
     Raises
     ------
     OutputError
-        If there is no such file, it was not written by varcontact, or its contents cannot be a solution.
+        If there is no such file, it was not written by varcontact, or its
+        contents cannot be a solution.
 
     Examples
     --------

@@ -65,41 +65,54 @@ def compare(
     Parameters
     ----------
     scenes : Scene, or dict of str to Scene, or list of Scene
-        One scene, or several by name (as `standard_bank()`); those of a list are named "0", "1", ...
+        One scene, or several by name (as `standard_bank()`); those of a list
+        are named "0", "1", ...
     methods : iterable of str
-        Each a `method` of `solve` ("convex", "active-set", "kalker", also with a formulation, as "convex/marching") or
-        ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish", "osqp|scs". A single
-        name stands for both problems where a normal problem has to be solved (with "norm" for "tang"); where Hertz's
-        closed form applies, that is used. Without "+polish" the answer is the method's own.
+        Each a `method` of `solve` ("convex", "active-set", "kalker", also with
+        a formulation, as "convex/marching") or
+        ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap",
+        "clarabel+polish", "osqp|scs". A single name stands for both problems
+        where a normal problem has to be solved (with "norm" for "tang"); where
+        Hertz's closed form applies, that is used. Without "+polish" the answer
+        is the method's own.
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file, written after each scene. Scenes that it holds are not solved again.
+        A CSV file, written after each scene. Scenes that it holds are not
+        solved again.
     progress : callable, optional
         Called with the scene.
     accuracy, time_budget : float, optional
-        As for `solve`, for scenes without a grid of their own: they are compared on the grid that reaches this accuracy
-        (1 %, if neither is given), or that is used within this time.
+        As for `solve`, for scenes without a grid of their own: they are
+        compared on the grid that reaches this accuracy (1 %, if neither is
+        given), or that is used within this time.
     executor, workers
-        Where scenes are solved, as for `sweep`: each by one worker with all methods. The seconds are then those of
-        processes that may share processors.
+        Where scenes are solved, as for `sweep`: each by one worker with all
+        methods. The seconds are then those of processes that may share
+        processors.
 
     Returns
     -------
     Comparison
-        A pandas.DataFrame with one row per scene and method. `outcome` is "solved", "approximate" (a theory, or
-        Hertz's pressure alone), "not converged", "refused" or "unavailable", `reason` why. Forces, moment, creepage and
-        approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the force
-        (relative to the friction limit) and of the tractions (relative to the largest traction bound) from the solution
-        of the smallest residual on that scene, and the number of elements in another state than there; iterations;
-        seconds by stage. `calls` lists the solvers called, and how often, as "normal: norm 1; tangential: clarabel 1 +
-        splitting 1". `repeat_seconds` are those of a second scene with creepages (or forces) one per cent smaller and
-        everything reused that can be, `setup_seconds` the additional time of the first.
+        A pandas.DataFrame with one row per scene and method. `outcome` is
+        "solved", "approximate" (a theory, or Hertz's pressure alone), "not
+        converged", "refused" or "unavailable", `reason` why. Forces, moment,
+        creepage and approach; gap, relative gap, residual and guaranteed bound
+        on the force, all recomputed; distance of the force (relative to the
+        friction limit) and of the tractions (relative to the largest traction
+        bound) from the solution of the smallest residual on that scene, and the
+        number of elements in another state than there; iterations; seconds by
+        stage. `calls` lists the solvers called, and how often, as "normal: norm
+        1; tangential: clarabel 1 + splitting 1". `repeat_seconds` are those of
+        a second scene with creepages (or forces) one per cent smaller and
+        everything reused that can be, `setup_seconds` the additional time of
+        the first.
 
     Raises
     ------
     SceneError
-        For a method that does not exist, a scene that is a history or a store of another study, before any work starts.
+        For a method that does not exist, a scene that is a history or a store
+        of another study, before any work starts.
     OutputError
         If the store cannot be written, or another process writes to it.
     WorkersLost

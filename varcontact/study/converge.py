@@ -50,41 +50,48 @@ def converge(
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, but for margin and edge. Friction must be a number, a sampled distance have coordinates.
+        Its grid is replaced, but for margin and edge. Friction must be a
+        number, a sampled distance have coordinates.
     cells : iterable of int
-        Elements across the contact in both directions, increasing; three grids at least for an order.
+        Elements across the contact in both directions, increasing; three grids
+        at least for an order.
     method : str or iterable of str
         One method or several, as `compare` names them.
     offsets : int
-        Solves of each grid, with the lattice moved by different fractions of an element: their mean has less of the
-        noise of the contact's staircase edge, their spread measures it. 1: the plain grid alone.
+        Solves of each grid, with the lattice moved by different fractions of an
+        element: their mean has less of the noise of the contact's staircase
+        edge, their spread measures it. 1: the plain grid alone.
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file, written after each solve. Solves that it holds are not repeated. More grids, methods or offsets may
-        be added.
+        A CSV file, written after each solve. Solves that it holds are not
+        repeated. More grids, methods or offsets may be added.
     progress : callable, optional
         Called with what is solved next.
     executor, workers
-        As for `sweep`. Solves are then finished in any order, and their seconds are of shared processors.
+        As for `sweep`. Solves are then finished in any order, and their seconds
+        are of shared processors.
 
     Returns
     -------
     Convergence
-        All solves, means over the offsets, orders and extrapolated values. A method that fails on a grid is recorded
-        there with the reason, and the rest go on.
+        All solves, means over the offsets, orders and extrapolated values. A
+        method that fails on a grid is recorded there with the reason, and the
+        rest go on.
 
     Raises
     ------
     SceneError
-        For cells that do not refine, methods that do not exist, scenes that are tied to one grid, or a store of another
-        study, before any work starts.
+        For cells that do not refine, methods that do not exist, scenes that are
+        tied to one grid, or a store of another study, before any work starts.
     Interrupted
         On Ctrl-C: its `partial` is the Convergence of what was finished.
     TooLarge
-        If a method is known to need more memory than there is on one of the grids, before any work starts.
+        If a method is known to need more memory than there is on one of the
+        grids, before any work starts.
     OutputError
-        If the store cannot be written, or another process writes to it; it is left as it was.
+        If the store cannot be written, or another process writes to it; it is
+        left as it was.
 
     Notes
     -----

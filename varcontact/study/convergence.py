@@ -40,20 +40,25 @@ class Convergence(Reported):
     Attributes
     ----------
     runs : pandas.DataFrame
-        A row per solve: method, cells across the contact, offset, outcome and reason as in `compare`; the
-        quantities; the certificate's residual and bounds; iterations; seconds; memory, the largest of arrays during
-        the solve [bytes], without what solvers written in other languages take for themselves (measured at the first
-        offset, which takes longer by that); staircase, what the elements miss of Hertz's ellipse, with its moments.
+        A row per solve: method, cells across the contact, offset, outcome and
+        reason as in `compare`; the quantities; the certificate's residual and
+        bounds; iterations; seconds; memory, the largest of arrays during the
+        solve [bytes], without what solvers written in other languages take for
+        themselves (measured at the first offset, which takes longer by that);
+        staircase, what the elements miss of Hertz's ellipse, with its moments.
     grids : pandas.DataFrame
-        A row per method and grid: numbers of solves and of answers, the quantities' means over the offsets and
-        (``Fx_spread``) standard deviations, the largest residual, bounds and memory, the mean of seconds (of the
-        solves without measured memory, if there are any).
+        A row per method and grid: numbers of solves and of answers, the
+        quantities' means over the offsets and (``Fx_spread``) standard
+        deviations, the largest residual, bounds and memory, the mean of seconds
+        (of the solves without measured memory, if there are any).
     limits : pandas.DataFrame
-        A row per method and quantity: extrapolated `value` with the half width `error` of its 95 % interval, `order`
-        with its interval `order_low` to `order_high`, `finest` (the mean on the finest grid), `finest_error` (its
-        distance from the value, and the error on top), `noise`, the spread of single solves there; `solver_bound`, the
-        certificate's bound on how far that is from the exact solution of the same discrete problem; `reason` where
-        something is missing.
+        A row per method and quantity: extrapolated `value` with the half width
+        `error` of its 95 % interval, `order` with its interval `order_low` to
+        `order_high`, `finest` (the mean on the finest grid), `finest_error`
+        (its distance from the value, and the error on top), `noise`, the spread
+        of single solves there; `solver_bound`, the certificate's bound on how
+        far that is from the exact solution of the same discrete problem;
+        `reason` where something is missing.
     """
 
     runs: pd.DataFrame

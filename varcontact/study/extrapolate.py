@@ -35,7 +35,8 @@ class Limit:
     Attributes
     ----------
     value, error : float
-        Extrapolated value, and half the width of its 95 % interval; infinite where nothing tells how wrong it is.
+        Extrapolated value, and half the width of its 95 % interval; infinite
+        where nothing tells how wrong it is.
     order, order_low, order_high : float
         Best order, and the ends of its 95 % interval, within [1/2, 3].
     reason : str
@@ -51,7 +52,8 @@ class Limit:
 
 
 def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None = None, scale: float = 0.0) -> Limit:
-    """Fit ``Q + C h^p + noise`` to values, several of which may belong to one h, and average over the order p.
+    """Fit ``Q + C h^p + noise`` to values, several of which may belong to one
+    h, and average over the order p.
 
     Parameters
     ----------
@@ -59,8 +61,8 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
         Sizes of the elements, in any unit.
     values : ndarray, shape (n,)
     staircase : ndarray, shape (n, m), optional
-        Known quantities of mean zero that the noise may be proportional to. Left out where fewer than four
-        degrees of freedom would remain.
+        Known quantities of mean zero that the noise may be proportional to.
+        Left out where fewer than four degrees of freedom would remain.
     scale : float
         Size of values of this kind: differences below 1e-12 of it are rounding.
 
@@ -128,9 +130,11 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
 
 
 def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Fit several terms in h to the values of a long series of grids, and average over which terms these are.
+    """Fit several terms in h to the values of a long series of grids, and
+    average over which terms these are.
 
-    Where many fine grids are known, one power of h is too few: what the others leave is larger than the noise.
+    Where many fine grids are known, one power of h is too few: what the others
+    leave is larger than the noise.
 
     Parameters
     ----------

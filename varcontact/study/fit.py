@@ -35,8 +35,9 @@ class CreepCurveFit(Reported):
     Attributes
     ----------
     values, errors : dict of str to float
-        By parameter. The errors assume independent errors of the measurements, of one size unless `sigma` says it; inf
-        where they exceed the range of a parameter: these forces do not determine it.
+        By parameter. The errors assume independent errors of the measurements,
+        of one size unless `sigma` says it; inf where they exceed the range of a
+        parameter: these forces do not determine it.
     correlation : ndarray, shape (k, k)
         Between the parameters.
     rms : float
@@ -86,16 +87,19 @@ def fit_creep_curve(
     scene : Scene
         In steady rolling, with first guesses for whatever is fitted.
     parameters : dict of str to (first guess, least, largest)
-        Entries of the scene as `sweep` names them ("friction", "friction.kinetic", "third_body.h"), or options of the
-        theory ("k_A", "k_S" of Polach's formula, "layer" of FASTSIM).
+        Entries of the scene as `sweep` names them ("friction",
+        "friction.kinetic", "third_body.h"), or options of the theory ("k_A",
+        "k_S" of Polach's formula, "layer" of FASTSIM).
     vx, vy, spin : array_like
         Measured creepages, as for `creep_curve`.
     Fx, Fy : array_like, shape (n,)
-        Measured tangential forces on body 1 at these [force], at least one of them; NaN is left out.
+        Measured tangential forces on body 1 at these [force], at least one of
+        them; NaN is left out.
     method : str
         As `creep_curve` has it: "auto" for the exact theory, or a fast one.
     sigma : float, optional
-        Standard error of a measured force [force]; by default that of the residuals.
+        Standard error of a measured force [force]; by default that of the
+        residuals.
     progress : callable, optional
         Called with one line of text for each curve that is computed.
 
@@ -106,8 +110,8 @@ def fit_creep_curve(
     Raises
     ------
     SceneError
-        Without parameters or forces, for more parameters than forces, shapes that do not agree, unknown entries, and
-        guesses outside their range.
+        Without parameters or forces, for more parameters than forces, shapes
+        that do not agree, unknown entries, and guesses outside their range.
 
     Notes
     -----

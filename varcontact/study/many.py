@@ -47,46 +47,59 @@ def solve_many(
 ) -> xr.Dataset:
     """Forces, moments and creepages of many scenes, with a certificate for each.
 
-    Steady rolling and shifts of Hertzian contacts of like half-spaces, with a coefficient of friction or a law by slip,
-    on lattices of up to 4096 elements, are solved in batches; other scenes, and the few that miss the tolerance, by
-    `solve`. The result does not depend on the order of the scenes, nor on how many there are.
+    Steady rolling and shifts of Hertzian contacts of like half-spaces, with a
+    coefficient of friction or a law by slip, on lattices of up to 4096
+    elements, are solved in batches; other scenes, and the few that miss the
+    tolerance, by `solve`. The result does not depend on the order of the
+    scenes, nor on how many there are.
 
     Parameters
     ----------
     scenes : iterable of Scene
-        Of any kind, mixed as they come; or histories with as many steps each, which march side by side.
+        Of any kind, mixed as they come; or histories with as many steps each,
+        which march side by side.
     tol : float
-        Required natural-map residual, relative to the largest traction, and relative gap.
+        Required natural-map residual, relative to the largest traction, and
+        relative gap.
     accuracy : float, optional
-        Largest error by the friction limit, of scenes without a grid; 0.01 if not given.
+        Largest error by the friction limit, of scenes without a grid; 0.01 if
+        not given.
     certify : {"gap", "full"}
-        Whether there are guaranteed bounds on the errors of Fx, Fy and Mz, as ``Fx_bound``, see `Certificate`: against
-        the exact solution on the grid, so not for scenes without one. They take as long as a few solves.
+        Whether there are guaranteed bounds on the errors of Fx, Fy and Mz, as
+        ``Fx_bound``, see `Certificate`: against the exact solution on the grid,
+        so not for scenes without one. They take as long as a few solves.
     fields : bool
-        Whether the dataset has tractions, traction bounds and element centres; of scenes with grids of their own.
+        Whether the dataset has tractions, traction bounds and element centres;
+        of scenes with grids of their own.
     start : xarray.Dataset, optional
-        Result with `fields` of as many scenes on the same lattices, such as the time step before: a warm start.
+        Result with `fields` of as many scenes on the same lattices, such as the
+        time step before: a warm start.
     failures : {"raise", "keep"}
-        Whether a scene that cannot be solved ends the call, by an error that names it as ``scenes[17]``, or has NaN,
-        and the reason in `message`.
+        Whether a scene that cannot be solved ends the call, by an error that
+        names it as ``scenes[17]``, or has NaN, and the reason in `message`.
     progress : callable, optional
         Called with one line of text for each batch.
 
     Returns
     -------
     xarray.Dataset
-        Over `scene`: normal_force, Fx, Fy, Mz, and vx, vy, spin (of a shift ux, uy, rotation), prescribed or found;
-        `residual` and `gap` (relative); elements in `contact`, `stick` and `slip`, and their areas, as `slip_area`;
-        `max_pressure`; `friction_work`, see `Solution.friction_work`; `iterations`; `approach`; `ok`;
-        `by`, "batched" or "solve"; `message`. Scenes solved to an accuracy have extrapolated values, and error bars
-        `Fx_error`, ... With `fields`: `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
-        `x_centre` (scene, x), `y_centre` (scene, y). Of histories over (scene, step), without `friction_work`.
+        Over `scene`: normal_force, Fx, Fy, Mz, and vx, vy, spin (of a shift ux,
+        uy, rotation), prescribed or found; `residual` and `gap` (relative);
+        elements in `contact`, `stick` and `slip`, and their areas, as
+        `slip_area`; `max_pressure`; `friction_work`, see
+        `Solution.friction_work`; `iterations`; `approach`; `ok`; `by`,
+        "batched" or "solve"; `message`. Scenes solved to an accuracy have
+        extrapolated values, and error bars `Fx_error`, ... With `fields`:
+        `traction` (scene, component, y, x), `traction_bound` (scene, y, x),
+        `x_centre` (scene, x), `y_centre` (scene, y). Of histories over (scene,
+        step), without `friction_work`.
 
     Raises
     ------
     SceneError
-        If there is no scene, one is none, or some are histories of other lengths, for fields of scenes without grids
-        or of histories, or another `start`.
+        If there is no scene, one is none, or some are histories of other
+        lengths, for fields of scenes without grids or of histories, or another
+        `start`.
     SceneError, Saturated
         As `solve`, before any work, with ``failures="raise"``.
     NotConverged, TooLarge, SolverUnavailable

@@ -34,13 +34,14 @@ class ContinuumValues:
     scene : Scene
         Without a grid of its own.
     values : dict of str to float
-        Forces and moment; creepages where forces are prescribed; approach and largest pressure of normal contact;
-        areas. Of a history by step, as ``Fx[5]``. In the scene's units.
+        Forces and moment; creepages where forces are prescribed; approach and
+        largest pressure of normal contact; areas. Of a history by step, as
+        ``Fx[5]``. In the scene's units.
     bars : dict of str to float
         Half the widths of their 95 % intervals.
     units : dict of str to float
-        The size of an error of one, of the values that count (`varcontact.results.quantities_of_interest`); not of
-        areas.
+        The size of an error of one, of the values that count
+        (`varcontact.results.quantities_of_interest`); not of areas.
     kind : str
         Class of the scene.
     how : str
@@ -73,7 +74,8 @@ def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValue
     Parameters
     ----------
     path : str or Path, optional
-        Another file, made by ``python -m tests.benchmarks.references`` in the repository.
+        Another file, made by ``python -m tests.benchmarks.references`` in the
+        repository.
 
     Returns
     -------

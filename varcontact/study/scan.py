@@ -49,26 +49,30 @@ def scan(
     accuracy: float | None = None,
     time_budget: float | None = None,
 ) -> list[Solution]:
-    """Solve a scene for many creepages; influence numbers, pressure and preparations of solvers are computed once.
+    """Solve a scene for many creepages; influence numbers, pressure and
+    preparations of solvers are computed once.
 
-    Each solution is the initial guess of the next, with methods that accept one.
+    Each solution is the initial guess of the next, with methods that accept
+    one.
 
     Parameters
     ----------
     scene : Scene
-        With a motion, whose creepages are replaced; no prescribed tangential force.
+        With a motion, whose creepages are replaced; no prescribed tangential
+        force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
     normal, tangential, coupling, formulation, method, tol, polish, certify
         As for `solve`; bounds on the forces only with `certify` = "full".
     executor, workers
-        Where they are solved, as for `sweep`, in chunks of eight; only within a chunk is a solution the initial guess
-        of another.
+        Where they are solved, as for `sweep`, in chunks of eight; only within a
+        chunk is a solution the initial guess of another.
     progress : callable, optional
-        Called with the name of each stage, or, for other processes, with the number of creepages done.
+        Called with the name of each stage, or, for other processes, with the
+        number of creepages done.
     accuracy, time_budget : float, optional
-        As for `solve`, of each solution; of a scene without a grid 1 %. Each then has a grid of its own, and nothing is
-        shared between them.
+        As for `solve`, of each solution; of a scene without a grid 1 %. Each
+        then has a grid of its own, and nothing is shared between them.
 
     Returns
     -------
@@ -153,26 +157,31 @@ def creep_curve(
     scene : Scene
         In steady rolling, with no prescribed tangential force.
     methods : iterable of str, or dict of str to dict
-        Fast theories by their names in `creep_forces`, which need no grid, and methods as `compare` names them. A dict
-        has the options of each theory, as ``{"polach": {"k_A": 0.3, "k_S": 0.1}, "auto": {}}``. FASTSIM takes the
-        compliance of an elastic third body from the scene. A theory to which the scene's friction (a law) does not
-        apply in this form is evaluated on the grid.
+        Fast theories by their names in `creep_forces`, which need no grid, and
+        methods as `compare` names them. A dict has the options of each theory,
+        as ``{"polach": {"k_A": 0.3, "k_S": 0.1}, "auto": {}}``. FASTSIM takes
+        the compliance of an elastic third body from the scene. A theory to
+        which the scene's friction (a law) does not apply in this form is
+        evaluated on the grid.
     vx, vy, spin : float or array_like, optional
-        Creepages, which broadcast to one dimension, one at least; the scene's own where not given.
+        Creepages, which broadcast to one dimension, one at least; the scene's
+        own where not given.
     progress : callable, optional
         Called with one line of text for each method.
 
     Returns
     -------
     xarray.Dataset
-        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; with the units
-        of the scene, if it has them. As an attribute ``limit``, the friction limit (nan for friction that has no single
-        coefficient). Mz is nan by a theory that has none.
+        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx,
+        vy and spin over `point`; with the units of the scene, if it has them.
+        As an attribute ``limit``, the friction limit (nan for friction that has
+        no single coefficient). Mz is nan by a theory that has none.
 
     Raises
     ------
     SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
-        As `scan` and `creep_forces`; or if creepages do not broadcast to one dimension.
+        As `scan` and `creep_forces`; or if creepages do not broadcast to one
+        dimension.
 
     Examples
     --------

@@ -58,7 +58,8 @@ class Standing:
     Attributes
     ----------
     done, of, failed : int
-        Number of finished scenes, of all scenes, and of finished ones that are not solved.
+        Number of finished scenes, of all scenes, and of finished ones that are
+        not solved.
     left : float or None
         Estimated seconds left; None before the first scene is finished.
 
@@ -99,51 +100,65 @@ def sweep(
     accuracy: float | None = None,
     time_budget: float | None = None,
 ) -> xr.Dataset:
-    """Solve many scenes, in several processes or on a cluster if wanted, and collect their forces and certificates.
+    """Solve many scenes, in several processes or on a cluster if wanted, and
+    collect their forces and certificates.
 
     Parameters
     ----------
     scenes : Scene, sequence of Scene, or mapping of str to Scene
         Of one problem each: no histories.
     over : mapping, optional
-        Values by name of an entry, as in a scene file: ``{"motion.vx": [0.0, 1e-3], "friction": [0.2, 0.3]}``. Each
-        scene is solved for all combinations.
+        Values by name of an entry, as in a scene file:
+        ``{"motion.vx": [0.0, 1e-3], "friction": [0.2, 0.3]}``. Each scene is
+        solved for all combinations.
     normal, tangential, coupling, formulation, method, tol, polish, certify
-        As for `solve`, the same for all scenes; bounds on the forces only with `certify` = "full".
+        As for `solve`, the same for all scenes; bounds on the forces only with
+        `certify` = "full".
     chunk : int
-        Number of scenes that one worker solves one after the other, each with the answers before as initial guesses;
-        with 1, each alone. The last of the entries in `over` varies fastest.
+        Number of scenes that one worker solves one after the other, each with
+        the answers before as initial guesses; with 1, each alone. The last of
+        the entries in `over` varies fastest.
     executor : concurrent.futures.Executor, optional
-        Where the scenes are solved: a pool of processes, MPI's, or that of a dask client (``client.get_executor()``).
-        It stays open.
+        Where the scenes are solved: a pool of processes, MPI's, or that of a
+        dask client (``client.get_executor()``). It stays open.
     workers : int
         Without an executor, the number of processes; 1: this one alone.
     store : str or Path, optional
-        A netCDF file (.nc) to which results are written as they come, which `xarray.open_dataset` opens at any time.
-        Called again with the same scenes and settings, on any executor, the sweep resumes from it.
+        A netCDF file (.nc) to which results are written as they come, which
+        `xarray.open_dataset` opens at any time. Called again with the same
+        scenes and settings, on any executor, the sweep resumes from it.
     progress : callable, optional
-        Called with a `Standing` after every chunk, which as a string says how many scenes are done and the time left.
+        Called with a `Standing` after every chunk, which as a string says how
+        many scenes are done and the time left.
     accuracy, time_budget : float, optional
-        As for `solve`, of each scene. Scenes without a grid are solved to 1 % if neither is given.
+        As for `solve`, of each scene. Scenes without a grid are solved to 1 %
+        if neither is given.
 
     Returns
     -------
     xarray.Dataset
-        Over the entries that vary, and over "scene" where several are given. `outcome` is "solved", "approximate" (by
-        a theory), "not converged", "refused", "unavailable" or "failed", `reason` why; figures are NaN where there is
-        no solution. Forces, moment, creepages (of a shift: shifts) and approach; numbers of elements in contact, stick
-        and slip, and their areas (`slip_area`); `max_pressure` and `friction_work`, as of a `Solution`; gap and
-        residual, and guaranteed bounds on the forces, NaN where they are left out; iterations. Of scenes solved to an
-        accuracy, ``Fx_error`` and others are the error bars. With the units that all scenes have in common.
+        Over the entries that vary, and over "scene" where several are given.
+        `outcome` is "solved", "approximate" (by a theory), "not converged",
+        "refused", "unavailable" or "failed", `reason` why; figures are NaN
+        where there is no solution. Forces, moment, creepages (of a shift:
+        shifts) and approach; numbers of elements in contact, stick and slip,
+        and their areas (`slip_area`); `max_pressure` and `friction_work`, as of
+        a `Solution`; gap and residual, and guaranteed bounds on the forces, NaN
+        where they are left out; iterations. Of scenes solved to an accuracy,
+        ``Fx_error`` and others are the error bars. With the units that all
+        scenes have in common.
 
     Raises
     ------
     SceneError
-        For scenes, entries or settings that cannot be treated, or if no scene suits the methods, before any work.
+        For scenes, entries or settings that cannot be treated, or if no scene
+        suits the methods, before any work.
     OutputError
-        If the store cannot be written, is of another sweep, or is being written by another process.
+        If the store cannot be written, is of another sweep, or is being written
+        by another process.
     WorkersLost
-        If the executor ends early. Its `partial` is what is finished, and the store has it.
+        If the executor ends early. Its `partial` is what is finished, and the
+        store has it.
     Interrupted
         By Ctrl-C, likewise.
 

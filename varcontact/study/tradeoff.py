@@ -87,31 +87,37 @@ def tradeoff(
     scenes : dict of str to ContinuumValues, optional
         Some of `continuum_values()`; all of them, if not given.
     methods : iterable of str or Way, optional
-        Ways, or names of tangential methods and theories, which are tried with each number of elements, or "accuracy",
-        for accuracies of 10 to 0.1 %; if not given, plain and extrapolated grids, the second-order difference, defect
-        correction, the theories, and accuracies.
+        Ways, or names of tangential methods and theories, which are tried with
+        each number of elements, or "accuracy", for accuracies of 10 to 0.1 %;
+        if not given, plain and extrapolated grids, the second-order difference,
+        defect correction, the theories, and accuracies.
     cells : iterable of int
         Elements across the contact, for methods that are named.
     store : str or Path, optional
-        A CSV file, written after each scene. What it holds is not measured again.
+        A CSV file, written after each scene. What it holds is not measured
+        again.
     progress : callable, optional
         Called with the scene.
     executor, workers
-        As for `sweep`. Scenes are then finished in any order, and their seconds are of shared processors.
+        As for `sweep`. Scenes are then finished in any order, and their seconds
+        are of shared processors.
 
     Returns
     -------
     Tradeoff
-        All measurements, the Pareto front of each class of scenes, and advice for a given error.
+        All measurements, the Pareto front of each class of scenes, and advice
+        for a given error.
 
     Raises
     ------
     SceneError
-        For scenes that are no references, or a store of another study, before any work starts.
+        For scenes that are no references, or a store of another study, before
+        any work starts.
     OutputError
         If the store cannot be written, or another process writes to it.
     Interrupted
-        By Ctrl-C; its `partial` is the Tradeoff of the scenes that are finished.
+        By Ctrl-C; its `partial` is the Tradeoff of the scenes that are
+        finished.
 
     Notes
     -----
@@ -236,13 +242,15 @@ class Tradeoff(Reported):
     ----------
     runs : pandas.DataFrame
         A row per scene and way: outcome and reason; error in the norm of
-        `varcontact.results.quantities_of_interest`, and the
-        reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
-        residual and relative gap, which bound the distance from the exact solution on the grid.
+        `varcontact.results.quantities_of_interest`, and the reference's own
+        error bar; seconds, processor seconds, those of a repeat and of the
+        set-up, memory [bytes]; residual and relative gap, which bound the
+        distance from the exact solution on the grid.
     classes : pandas.DataFrame
-        A row per class and way: the requested accuracy, if any; numbers of scenes and answers; median, 90 % quantile
-        and largest error; medians of the seconds; memory; whether it is on the Pareto front: no other way is both
-        faster and more accurate in the worst scene.
+        A row per class and way: the requested accuracy, if any; numbers of
+        scenes and answers; median, 90 % quantile and largest error; medians of
+        the seconds; memory; whether it is on the Pareto front: no other way is
+        both faster and more accurate in the worst scene.
     """
 
     runs: pd.DataFrame

@@ -1,8 +1,10 @@
-"""Files written safely: whole or not at all, by one writer at a time, and never over what is somebody else's.
+"""Files written safely: whole or not at all, by one writer at a time, and never
+over what is somebody else's.
 
 - Only regular files are written. A symbolic link stays, and the file that it names is written.
 - A file that is there already is replaced only if it holds what varcontact wrote, of the same kind: a solution by a
-  solution, a history by a history, a picture by a picture. Stores, to which a study adds, are never replaced.
+  solution, a history by a history, a picture by a picture. Stores, to which a
+  study adds, are never replaced.
 - The new content is written under another name, forced to the disk, and renamed. Killed in between, the program leaves
   the old file as it was, and the next to write that file takes away the rest.
 """

@@ -1,12 +1,15 @@
 """What this process may use of the machine: memory, one BLAS thread, and the time until Ctrl-C.
 
-`need` refuses work before it starts where memory is too little. Active sets make many products and factors of some
-hundred rows: wherever processes share the cores, threads of BLAS lose much on them by waiting for each other
+`need` refuses work before it starts where memory is too little. Active sets
+make many products and factors of some hundred rows: wherever processes share
+the cores, threads of BLAS lose much on them by waiting for each other
 (docs/speed.md has the measurement).
 
-Python looks for signals between its own instructions: not while a solver or LAPACK computes, for a minute perhaps. And
-some solvers (SCS, OSQP) take SIGINT for themselves and return as if they had failed. So what may take long computes in
-a thread beside, for which the main thread waits: Ctrl-C ends the waiting at once, as `KeyboardInterrupt`.
+Python looks for signals between its own instructions: not while a solver or
+LAPACK computes, for a minute perhaps. And some solvers (SCS, OSQP) take SIGINT
+for themselves and return as if they had failed. So what may take long computes
+in a thread beside, for which the main thread waits: Ctrl-C ends the waiting at
+once, as `KeyboardInterrupt`.
 """
 
 from __future__ import annotations

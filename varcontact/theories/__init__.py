@@ -1,6 +1,7 @@
 """Fast approximate theories, all for quasi-identical bodies.
 
-Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, Polach's formula, and a table of exact forces.
+Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, Polach's
+formula, and a table of exact forces.
 """
 
 from varcontact.theories.creep_forces import CreepForces, creep_forces

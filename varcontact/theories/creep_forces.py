@@ -50,7 +50,8 @@ class CreepForces:
     Fx, Fy : float or ndarray
         Tangential force [force].
     Mz : float or ndarray
-        Moment about the contact's centre [force length]; nan by a theory that has none.
+        Moment about the contact's centre [force length]; nan by a theory that
+        has none.
     """
 
     Fx: Any
@@ -74,44 +75,53 @@ def creep_forces(
     slope: Any = 1.0,
     **options: Any,
 ) -> CreepForces:
-    """Forces and moment by a fast theory, for any number of elliptic contacts in steady rolling in one call.
+    """Forces and moment by a fast theory, for any number of elliptic contacts
+    in steady rolling in one call.
 
     Parameters
     ----------
     theory : str
-        ``linear``, ``vermeulen-johnson``, ``polach``, ``strip``, ``fastrip``, ``fastsim``, ``fastsim-elliptic``,
-        ``fastsim-weighted``, ``fastsim-weighted-elliptic`` or ``table``.
+        ``linear``, ``vermeulen-johnson``, ``polach``, ``strip``, ``fastrip``,
+        ``fastsim``, ``fastsim-elliptic``, ``fastsim-weighted``,
+        ``fastsim-weighted-elliptic`` or ``table``.
     a, b : float or array_like
         Semi-axes along the rolling direction and across it [length].
     normal_force, friction : float or array_like
-        Fz [force] and the coefficient of friction [-]; ``linear`` ignores them, and their shapes.
+        Fz [force] and the coefficient of friction [-]; ``linear`` ignores them,
+        and their shapes.
     vx, vy, spin : float or array_like
         Creepages [-], and spin [1/length]. All arrays broadcast.
     bodies : Bodies
         Quasi-identical ones; or, in their place,
     G, nu : float or array_like
-        the combined modulus of rigidity [force/area] and Poisson's ratio, in (-1, 0.5].
+        the combined modulus of rigidity [force/area] and Poisson's ratio, in
+        (-1, 0.5].
     slope : float or array_like
-        By which the creepage coefficients are multiplied, in (0, 1]: below 1 for contaminated rails. Not for ``strip``,
-        which has no coefficients.
+        By which the creepage coefficients are multiplied, in (0, 1]: below 1
+        for contaminated rails. Not for ``strip``, which has no coefficients.
     **options
-        ``m`` and ``n``, the intervals along a strip and the strips (10 each), of FASTSIM, FaStrip and strip theory;
-        ``layer`` of FASTSIM, the elastic compliance h/G of a third body [length^3/force], added to the flexibilities;
-        ``k_A`` and ``k_S`` of Polach's formula; of ``table``: ``book``, a `TableBook` in place of the package's, and
-        ``outside="clamp"``, for an a/b outside the book the ellipse of the same area with the nearest a/b it has.
+        ``m`` and ``n``, the intervals along a strip and the strips (10 each),
+        of FASTSIM, FaStrip and strip theory; ``layer`` of FASTSIM, the elastic
+        compliance h/G of a third body [length^3/force], added to the
+        flexibilities; ``k_A`` and ``k_S`` of Polach's formula; of ``table``:
+        ``book``, a `TableBook` in place of the package's, and
+        ``outside="clamp"``, for an a/b outside the book the ellipse of the same
+        area with the nearest a/b it has.
 
     Returns
     -------
     CreepForces
-        Floats where all arguments are single numbers; else arrays of their common shape.
+        Floats where all arguments are single numbers; else arrays of their
+        common shape.
 
     Raises
     ------
     SceneError
-        If there is no such theory or option, a number is not finite or out of its range (in an array the first of
-        these is named by its index), shapes do not broadcast, the bodies are unlike, there is spin with
-        ``vermeulen-johnson``, there is spin with FASTSIM or FaStrip where C23 is not positive, or a/b or nu
-        is not in the table book.
+        If there is no such theory or option, a number is not finite or out of
+        its range (in an array the first of these is named by its index), shapes
+        do not broadcast, the bodies are unlike, there is spin with
+        ``vermeulen-johnson``, there is spin with FASTSIM or FaStrip where C23
+        is not positive, or a/b or nu is not in the table book.
 
     Notes
     -----

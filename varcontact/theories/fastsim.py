@@ -1,7 +1,9 @@
-"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6), also under laws of friction.
+"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6),
+also under laws of friction.
 
-Sources: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Veh. Syst. Dyn. 11 (1982) 1-13;
-J. J. Kalker and J. Piotrowski, Some new results in rolling contact, Veh. Syst. Dyn. 18 (1989) 223-242.
+Sources: J. J. Kalker, A fast algorithm for the simplified theory of rolling
+contact, Veh. Syst. Dyn. 11 (1982) 1-13; J. J. Kalker and J. Piotrowski, Some
+new results in rolling contact, Veh. Syst. Dyn. 18 (1989) 223-242.
 """
 
 from __future__ import annotations
@@ -43,23 +45,28 @@ def fastsim(
     Parameters
     ----------
     a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
+        Semi-axes along the rolling direction and across it [length], and
+        combined modulus of rigidity [force/area].
     friction_force : float or array_like
         ``f Fz``, the most that friction can carry [force].
     creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin [1/length]. The arguments before it, and the coefficients, broadcast with its
-        leading shape, so that every triple may have a contact of its own.
+        vx, vy [-] and spin [1/length]. The arguments before it, and the
+        coefficients, broadcast with its leading shape, so that every triple may
+        have a contact of its own.
     coefficients : CreepageCoefficients
         From `creepage_coefficients`.
     m, n : int
         Intervals along x in each strip (2 or more), and strips.
     bound : {"parabolic", "elliptic"}
-        Form of the traction bound, (167) or (166). The paper advises the parabolic one.
+        Form of the traction bound, (167) or (166). The paper advises the
+        parabolic one.
     flexibility : {"separate", "weighted"}
-        Each creepage by its own flexibility (161)-(163), or all by the single one of (164), as the paper prints it.
+        Each creepage by its own flexibility (161)-(163), or all by the single
+        one of (164), as the paper prints it.
     division : {"printed", "calibrated"}
-        The paper's division into strips; or one at other points, with factors that make the sums exact in the linear
-        limit and in full slip, for any m and n.
+        The paper's division into strips; or one at other points, with factors
+        that make the sums exact in the linear limit and in full slip, for any m
+        and n.
 
     Returns
     -------
@@ -69,8 +76,9 @@ def fastsim(
     Raises
     ------
     SceneError
-        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, the
-        bound has no such form or the flexibility no such name, or there is spin where C23 is not positive.
+        If a number is not finite (or, where it must be, positive), m or n is no
+        whole number in range, the bound has no such form or the flexibility no
+        such name, or there is spin where C23 is not positive.
 
     Notes
     -----
@@ -79,15 +87,18 @@ def fastsim(
     they are mixed. With the weighted one it is, where a creepage acts alone; else it is too small, by up to a
     factor of ``sqrt(3)``.
 
-    With ``division="printed"`` it is the algorithm as printed: n equal strips, in each m intervals from the exact
-    leading edge ``a(y)`` to the exact trailing edge, rigid slip taken at the middle of an interval, the last point
-    (where the bound is 0) left out. The sum is thus the trapezoidal rule, and in full slip under the parabolic bound a
-    part of about ``1/m^2`` is missing in ``f Fz``; for small vx and vy a part of ``1/m`` of the force is, as the last
-    point carries nothing. The moment is that of the tractions; simplified theory is not fitted to C33, and has no
-    moment by lateral creepage to fit (C32), so take it as an estimate.
+    With ``division="printed"`` it is the algorithm as printed: n equal strips,
+    in each m intervals from the exact leading edge ``a(y)`` to the exact
+    trailing edge, rigid slip taken at the middle of an interval, the last point
+    (where the bound is 0) left out. The sum is thus the trapezoidal rule, and
+    in full slip under the parabolic bound a part of about ``1/m^2`` is missing
+    in ``f Fz``; for small vx and vy a part of ``1/m`` of the force is, as the
+    last point carries nothing. The moment is that of the tractions; simplified
+    theory is not fitted to C33, and has no moment by lateral creepage to fit
+    (C32), so take it as an estimate.
 
-    Only for quasi-identical bodies. Each triple is computed alone: a call with many gives to the last bit what
-    single calls give.
+    Only for quasi-identical bodies. Each triple is computed alone: a call with
+    many gives to the last bit what single calls give.
 
     Examples
     --------
@@ -124,7 +135,8 @@ def fastsim_forces(
 
 @dataclass(frozen=True, eq=False)
 class FastsimField:
-    """The field behind one result of `fastsim`: n strips of m - 1 points, in order of rising x and y.
+    """The field behind one result of `fastsim`: n strips of m - 1 points, in
+    order of rising x and y.
 
     Attributes
     ----------
@@ -133,15 +145,17 @@ class FastsimField:
     y : ndarray, shape (n,)
         The strips' middles [length].
     dx : ndarray, shape (n,)
-        Distance of points in each strip, which is also the length of a point's cell [length].
+        Distance of points in each strip, which is also the length of a point's
+        cell [length].
     dy : float
         Width of a strip [length].
     traction : ndarray, shape (2, n, m - 1)
         On body 1 [force/area].
     slip : ndarray, shape (2, n, m - 1)
-        Relative slip of body 1 over body 2 in the interval ahead of the point [-], opposite to the traction.
-        Separate flexibilities give its size in units of a flexibility; a mean of them is taken for that, with which
-        the rigid slip is right in the mean square over the contact.
+        Relative slip of body 1 over body 2 in the interval ahead of the point
+        [-], opposite to the traction. Separate flexibilities give its size in
+        units of a flexibility; a mean of them is taken for that, with which the
+        rigid slip is right in the mean square over the contact.
     state : ndarray of int, shape (n, m - 1)
         1 stick, 2 slip.
     """
@@ -236,7 +250,8 @@ def fastsim_under_law(
         Fz [force].
     friction : StaticKinetic, LinearFalling, RationalFalling or ExponentialFalling
     start : {"stick", "slip"}
-        Whether a particle that sticks does so up to the static coefficient, or slips wherever the law lets it.
+        Whether a particle that sticks does so up to the static coefficient, or
+        slips wherever the law lets it.
 
     Returns
     -------
@@ -302,8 +317,8 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
     a, b : float
         Semi-axes of the contact ellipse about the origin [length].
     flexibility : float or array_like, shape (3,)
-        L, from `varcontact.theories.flexibility`, or the three for vx, vy and spin, from `flexibilities`
-        [length^3/force].
+        L, from `varcontact.theories.flexibility`, or the three for vx, vy and
+        spin, from `flexibilities` [length^3/force].
     bound : array_like, shape (ny, nx)
         Traction bound at the centres, 0 or more [force/area].
     creepage : array_like, shape (3,)
@@ -317,8 +332,9 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
     Raises
     ------
     SceneError
-        If a length or an L is not positive and finite (the third may be anything without spin), the bound has
-        another shape or a negative entry, or the creepage is no three finite numbers.
+        If a length or an L is not positive and finite (the third may be
+        anything without spin), the bound has another shape or a negative entry,
+        or the creepage is no three finite numbers.
 
     Notes
     -----

@@ -42,7 +42,8 @@ def creepage_for_force(
     a, b, G, friction_force, coefficients, m, n, bound, flexibility
         As for `fastsim`, all single.
     vx, vy : float, optional
-        Creepages that are given [-]; 0 where neither the creepage nor its force is given.
+        Creepages that are given [-]; 0 where neither the creepage nor its force
+        is given.
     spin : float
         Spin [1/length].
     Fx, Fy : float, optional
@@ -51,15 +52,16 @@ def creepage_for_force(
     Returns
     -------
     ndarray, shape (3,)
-        vx, vy, spin. As the weighted L depends on the creepages, another triple may give the same force with it.
+        vx, vy, spin. As the weighted L depends on the creepages, another triple
+        may give the same force with it.
 
     Raises
     ------
     SceneError
         As `fastsim`, or if a creepage and its force are both given.
     Saturated
-        If the prescribed force is not below the sum of the traction bound over the points (near
-        ``friction_force``, see `fastsim`).
+        If the prescribed force is not below the sum of the traction bound over
+        the points (near ``friction_force``, see `fastsim`).
     NotConverged
         If no creepages are found.
 

@@ -1,6 +1,8 @@
-"""Kalker's linear theory: no slip at all, forces proportional to the creepages (paper, section 2.1.1).
+"""Kalker's linear theory: no slip at all, forces proportional to the creepages
+(paper, section 2.1.1).
 
-Source: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies in the Presence of Dry Friction, thesis, Delft 1967.
+Source: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies in the
+Presence of Dry Friction, thesis, Delft 1967.
 """
 
 from __future__ import annotations
@@ -127,9 +129,11 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     Parameters
     ----------
     a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
+        Semi-axes along the rolling direction and across it [length], and
+        combined modulus of rigidity [force/area].
     creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin [1/length]; the other arguments broadcast with its leading shape.
+        vx, vy [-] and spin [1/length]; the other arguments broadcast with its
+        leading shape.
     coefficients : CreepageCoefficients
         From `creepage_coefficients`.
 
@@ -141,7 +145,8 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     Raises
     ------
     SceneError
-        If a, b or G is not positive and finite, or creepages is no finite array (..., 3).
+        If a, b or G is not positive and finite, or creepages is no finite array
+        (..., 3).
 
     Notes
     -----
@@ -178,9 +183,11 @@ def linear_creepage(
     a, b, G, coefficients
         As for `linear_forces`.
     vx, vy, spin : float, optional
-        Creepages that are given; 0 where neither the creepage nor its force is given.
+        Creepages that are given; 0 where neither the creepage nor its force is
+        given.
     Fx, Fy, Mz : float, optional
-        Force on body 1 in place of vx, in place of vy, and moment in place of spin.
+        Force on body 1 in place of vx, in place of vy, and moment in place of
+        spin.
 
     Returns
     -------
@@ -190,7 +197,8 @@ def linear_creepage(
     Raises
     ------
     SceneError
-        If a creepage and its force are both given, or a number is not finite (or, of a, b, G, not positive).
+        If a creepage and its force are both given, or a number is not finite
+        (or, of a, b, G, not positive).
 
     Examples
     --------

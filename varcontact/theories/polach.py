@@ -1,7 +1,8 @@
 """Polach's formula for the creep force, with spin and with reduced slopes for contaminated rails.
 
-Sources: O. Polach, A fast wheel-rail forces calculation computer code, Veh. Syst. Dyn. Suppl. 33 (1999) 728-739;
-O. Polach, Creep forces in simulations of traction vehicles running on adhesion limit, Wear 258 (2005) 992-1000.
+Sources: O. Polach, A fast wheel-rail forces calculation computer code, Veh.
+Syst. Dyn. Suppl. 33 (1999) 728-739; O. Polach, Creep forces in simulations of
+traction vehicles running on adhesion limit, Wear 258 (2005) 992-1000.
 """
 
 from __future__ import annotations
@@ -32,10 +33,13 @@ def polach(
     Parameters
     ----------
     a, b, G, friction_force, creepages, coefficients
-        As of `fastsim`. For friction that falls with the slip velocity, take f at the velocity of ``|(vx, vy)|``.
+        As of `fastsim`. For friction that falls with the slip velocity, take f
+        at the velocity of ``|(vx, vy)|``.
     k_A, k_S : float
-        Factors on the gradient in the areas of adhesion and of slip, ``0 < k_S <= k_A <= 1``. Polach (2005) takes 1
-        and 0.4 for a dry rail, 0.3 and 0.1 for a wet one. The slope at the origin is ``(k_A + k_S)/2`` of Kalker's.
+        Factors on the gradient in the areas of adhesion and of slip,
+        ``0 < k_S <= k_A <= 1``. Polach (2005) takes 1 and 0.4 for a dry rail,
+        0.3 and 0.1 for a wet one. The slope at the origin is ``(k_A + k_S)/2``
+        of Kalker's.
 
     Returns
     -------
@@ -45,7 +49,8 @@ def polach(
     Raises
     ------
     SceneError
-        If a number is not finite (or, where it must be, positive), or the factors are not in that order.
+        If a number is not finite (or, where it must be, positive), or the
+        factors are not in that order.
 
     Notes
     -----
@@ -54,13 +59,15 @@ def polach(
 
         F = 2/pi f Fz [k_A e/(1 + (k_A e)^2) + arctan(k_S e)],    Fx = -F vx/s,    Fy = -F vy/s + F_s.
 
-    For ``k_A = k_S = 1`` without spin that is the simplified theory under the elliptic bound. The part of spin is
+    For ``k_A = k_S = 1`` without spin that is the simplified theory under the
+    elliptic bound. The part of spin is
 
         F_s = 9/16 a f Fz q K spin/s,    q = 1 + 6.3 (1 - exp(-a/b)),    e_s = 8/3 G b (ab)^(1/2) C23 abs(s_y)/(f Fz q),
         K = e_s (d^3/3 - d^2/2 + 1/6) - (1 - d^2)^(3/2)/3,    d = (e_s^2 - 1)/(e_s^2 + 1),
 
-    with the sign that gives pure spin Kalker's slope. A total beyond f Fz is cut to it; the source leaves it as it is.
-    Where spin and creepage mix, the slopes are not those of the linear theory.
+    with the sign that gives pure spin Kalker's slope. A total beyond f Fz is
+    cut to it; the source leaves it as it is. Where spin and creepage mix, the
+    slopes are not those of the linear theory.
 
     Examples
     --------

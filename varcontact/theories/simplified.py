@@ -1,6 +1,8 @@
-"""Simplified theory: displacement = flexibility times traction, in closed form (paper, sections 3.2.2-3.2.5).
+"""Simplified theory: displacement = flexibility times traction, in closed form
+(paper, sections 3.2.2-3.2.5).
 
-Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Report 1 (1973).
+Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress
+Report 1 (1973).
 """
 
 from __future__ import annotations
@@ -23,20 +25,23 @@ FLEXIBILITIES = ("separate", "weighted")
 
 
 def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) -> np.ndarray:
-    """The three flexibilities (161)-(163), each of which gives one creepage the slope of the linear theory.
+    """The three flexibilities (161)-(163), each of which gives one creepage the
+    slope of the linear theory.
 
     Parameters
     ----------
     a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
+        Semi-axes along the rolling direction and across it [length], and
+        combined modulus of rigidity [force/area].
     coefficients : CreepageCoefficients
         From `creepage_coefficients`.
 
     Returns
     -------
     ndarray, shape (..., 3)
-        L1, L2, L3: for vx, vy and spin [length^3/force]. L3 is as negative as C23, which happens in wide contacts
-        (a/b of 0.01) with a negative Poisson's ratio: simplified theory cannot treat spin there.
+        L1, L2, L3: for vx, vy and spin [length^3/force]. L3 is as negative as
+        C23, which happens in wide contacts (a/b of 0.01) with a negative
+        Poisson's ratio: simplified theory cannot treat spin there.
 
     Raises
     ------
@@ -75,8 +80,8 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     Raises
     ------
     SceneError
-        If a, b or G is not positive and finite, creepages is no finite array (..., 3), or there is spin where C23
-        is not positive.
+        If a, b or G is not positive and finite, creepages is no finite array
+        (..., 3), or there is spin where C23 is not positive.
 
     Notes
     -----
@@ -133,7 +138,8 @@ def slip_flexibility(a: float, b: float, L: np.ndarray, creepage: np.ndarray) ->
 
 
 def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarray:
-    """Force of the simplified theory without slip, (157)-(158): what FASTSIM tends to for small creepages.
+    """Force of the simplified theory without slip, (157)-(158): what FASTSIM
+    tends to for small creepages.
 
     Parameters
     ----------
@@ -150,7 +156,8 @@ def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarra
     Raises
     ------
     SceneError
-        If a, b or L is not positive and finite, or creepages is no finite array (..., 3).
+        If a, b or L is not positive and finite, or creepages is no finite array
+        (..., 3).
 
     Examples
     --------
@@ -175,7 +182,8 @@ def simplified_traction(
     vy: float,
     bound: str = "parabolic",
 ) -> np.ndarray:
-    """Traction of the simplified theory without spin (3.2.5): the lesser of no slip (168) and the bound.
+    """Traction of the simplified theory without spin (3.2.5): the lesser of no
+    slip (168) and the bound.
 
     Parameters
     ----------
@@ -237,8 +245,8 @@ def simplified_force(
     Raises
     ------
     SceneError
-        If a length, L or the force is not positive and finite, a creepage is not finite, or the bound has no
-        such form.
+        If a length, L or the force is not positive and finite, a creepage is
+        not finite, or the bound has no such form.
 
     Notes
     -----
@@ -247,11 +255,13 @@ def simplified_force(
 
         F / f Fz = 1 - 16/(3 pi) int_0^arccos(t) (cos s - t)^3 cos s ds,    1 where t >= 1.
 
-    For the elliptic bound it is the same part of every strip, and with ``t = |v| a / (L g0)``
+    For the elliptic bound it is the same part of every strip, and with
+    ``t = |v| a / (L g0)``
 
         F / f Fz = 2/pi (arctan t + t / (1 + t^2)).
 
-    With separate flexibilities vx/L1 and vy/L2 take the places of vx and vy, and 1 that of L.
+    With separate flexibilities vx/L1 and vy/L2 take the places of vx and vy,
+    and 1 that of L.
 
     Examples
     --------

@@ -1,11 +1,15 @@
-"""Contacts cut into strips along the rolling direction: the marching of FASTSIM, strip theory, and FaStrip.
+"""Contacts cut into strips along the rolling direction: the marching of
+FASTSIM, strip theory, and FaStrip.
 
-Strips are those of an ellipse on the unit disk: lengths are in units of a along x, and of b across it.
+Strips are those of an ellipse on the unit disk: lengths are in units of a along
+x, and of b across it.
 
-Sources: D. J. Haines and E. Ollerton, Contact stress distributions on elliptical contact surfaces subjected to radial
-and tangential forces, Proc. Instn Mech. Engrs 177 (1963) 95-114; J. J. Kalker, A strip theory for rolling with slip and
-spin, Proc. Kon. Ned. Akad. Wet. B70 (1967) 10-62; M. Sh. Sichani, R. Enblom and M. Berg, An alternative to FASTSIM for
-tangential solution of the wheel-rail contact, Veh. Syst. Dyn. 54 (2016) 748-764.
+Sources: D. J. Haines and E. Ollerton, Contact stress distributions on
+elliptical contact surfaces subjected to radial and tangential forces, Proc.
+Instn Mech. Engrs 177 (1963) 95-114; J. J. Kalker, A strip theory for rolling
+with slip and spin, Proc. Kon. Ned. Akad. Wet. B70 (1967) 10-62; M. Sh. Sichani,
+R. Enblom and M. Berg, An alternative to FASTSIM for tangential solution of the
+wheel-rail contact, Veh. Syst. Dyn. 54 (2016) 748-764.
 """
 
 from __future__ import annotations
@@ -44,7 +48,8 @@ def strip(
     nu : float or array_like
         Combined Poisson's ratio, in (-1, 0.5].
     m, n : int
-        Intervals along x in each strip, for the slip area with spin, and strips.
+        Intervals along x in each strip, for the slip area with spin, and
+        strips.
 
     Returns
     -------
@@ -65,17 +70,20 @@ def strip(
 
         (1 - P^2) d^2 - 2 P Y d = X^2 + Y^2,
 
-    and the traction in it, in units of the bound's peak, is the difference of two circles (Kalker 1967)
+    and the traction in it, in units of the bound's peak, is the difference of
+    two circles (Kalker 1967)
 
         p = -(n S - n' s),    S^2 = a(y)^2 - x^2,    s^2 = (a(y) - d)^2 - (x - d)^2,    d n = (X, Y + P d),
         n' = n - (0, P).
 
-    With spin the slip is then opposite to the traction n S only nearly. In the slip area the traction is given the
-    direction of ``(X, Y + P x)``, the rigid slip in these units, point by point; without spin that is n. A strip slips
+    With spin the slip is then opposite to the traction n S only nearly. In the
+    slip area the traction is given the direction of ``(X, Y + P x)``, the rigid
+    slip in these units, point by point; without spin that is n. A strip slips
     as a whole if ``d >= a(y)`` or ``|P| >= 1``.
 
-    The theory holds for a contact that is wide against its length, ``a << b``: its slopes are those of `a/b` to 0,
-    ``C11 = pi^2/(4 (1 - nu))``, ``C22 = pi^2/4``, ``C23 = pi/3 (a/b)^(1/2)``. For others see `fastrip`.
+    The theory holds for a contact that is wide against its length, ``a << b``:
+    its slopes are those of `a/b` to 0, ``C11 = pi^2/(4 (1 - nu))``,
+    ``C22 = pi^2/4``, ``C23 = pi/3 (a/b)^(1/2)``. For others see `fastrip`.
 
     Examples
     --------
@@ -99,7 +107,8 @@ def fastrip(
     m: int = 10,
     n: int = 10,
 ) -> Resultants:
-    """Forces and moments by FaStrip: strip theory with Kalker's slopes, and with FASTSIM's directions of slip.
+    """Forces and moments by FaStrip: strip theory with Kalker's slopes, and
+    with FASTSIM's directions of slip.
 
     Parameters
     ----------

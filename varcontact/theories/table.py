@@ -1,6 +1,7 @@
 """Forces by interpolation in a table book of the exact theory.
 
-Source: the table books of Kalker's program CONTACT (USETAB), in variables of our own.
+Source: the table books of Kalker's program CONTACT (USETAB), in variables of
+our own.
 """
 
 from __future__ import annotations
@@ -50,15 +51,18 @@ def table_forces(
     G : float
         Combined modulus of rigidity [force/area].
     friction_force : float or array_like
-        ``f Fz``, the most that friction can carry [force]; broadcasts with the leading shape of `creepages`.
+        ``f Fz``, the most that friction can carry [force]; broadcasts with the
+        leading shape of `creepages`.
     creepages : array_like, shape (..., 3)
         vx, vy [-] and spin [1/length].
     nu : float, optional
-        Combined Poisson's ratio of the bodies, to be held against that of the book.
+        Combined Poisson's ratio of the bodies, to be held against that of the
+        book.
     book : TableBook, optional
         That of the package (nu = 0.28), if none is given.
     outside : {"refuse", "clamp"}
-        What becomes of an a/b outside the book: an error, or the forces at the nearest a/b it has.
+        What becomes of an a/b outside the book: an error, or the forces at the
+        nearest a/b it has.
 
     Returns
     -------
@@ -68,7 +72,8 @@ def table_forces(
     Raises
     ------
     SceneError
-        If a/b is outside the book, nu is not its, or a number is not finite, or not positive where it must be.
+        If a/b is outside the book, nu is not its, or a number is not finite, or
+        not positive where it must be.
 
     Notes
     -----
@@ -123,9 +128,11 @@ def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
-    """Semi-axes of the ellipse that stands for a contact area of another shape, for those who ask for it.
+    """Semi-axes of the ellipse that stands for a contact area of another shape,
+    for those who ask for it.
 
-    It has the area of the contact, and its ratio of the second moments about its centre, along x and across.
+    It has the area of the contact, and its ratio of the second moments about
+    its centre, along x and across.
 
     Parameters
     ----------

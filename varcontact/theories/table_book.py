@@ -63,15 +63,20 @@ def places(t: Any) -> Any:
 class TableBook:
     """Forces of the exact theory for ellipses and creepages, of one Poisson's ratio.
 
-    With ``c = sqrt(ab)`` the reduced creepage is ``u = G ab / (f Fz) (C11 vx, C22 vy, C11 R spin)``, where
-    ``R = sqrt(a^2 + b^2)/2``: a magnitude ``|u|`` and a direction. Forces are in parts of ``f Fz``, the moment of
-    ``f Fz c``. By symmetry Fx is odd in vx and even in (vy, spin), Fy and Mz are the other way round: the directions
-    with vx >= 0 and half of the (vy, spin) stand for all. Magnitudes are ``1.5 t/(1 - t)`` at points of t in (0, 1),
-    equal steps of `places`; t = 0 is the linear theory, t = 1 full slip. The ratios are Chebyshev's points in log(a/b).
+    With ``c = sqrt(ab)`` the reduced creepage is
+    ``u = G ab / (f Fz) (C11 vx, C22 vy, C11 R spin)``, where
+    ``R = sqrt(a^2 + b^2)/2``: a magnitude ``|u|`` and a direction. Forces are
+    in parts of ``f Fz``, the moment of ``f Fz c``. By symmetry Fx is odd in vx
+    and even in (vy, spin), Fy and Mz are the other way round: the directions
+    with vx >= 0 and half of the (vy, spin) stand for all. Magnitudes are
+    ``1.5 t/(1 - t)`` at points of t in (0, 1), equal steps of `places`; t = 0
+    is the linear theory, t = 1 full slip. The ratios are Chebyshev's points in
+    log(a/b).
 
-    With the linear theory's forces L(u), what is interpolated is S in ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines
-    in log(a/b), in the place of t (see `places`), and in the two angles of the direction (that from vx, and that of
-    (vy, spin)).
+    With the linear theory's forces L(u), what is interpolated is S in
+    ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines in log(a/b), in the place
+    of t (see `places`), and in the two angles of the direction (that from vx,
+    and that of (vy, spin)).
 
     Attributes
     ----------
@@ -82,7 +87,8 @@ class TableBook:
     directions : ndarray, shape (d, 3)
         Of reduced creepage, unit vectors.
     values : ndarray, shape (r, m, d, 3)
-        Fx, Fy, Mz of the entries, normalised, by ratio, magnitude and direction.
+        Fx, Fy, Mz of the entries, normalised, by ratio, magnitude and
+        direction.
     accuracy : ndarray, shape (r, m, d)
         Estimated error of each entry, in parts of f Fz.
     splines : ndarray, shape (h, i, j, k, 3)

@@ -1,7 +1,8 @@
-"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin.
+"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section
+2.1.2): creepage without spin.
 
-Source: P. J. Vermeulen and K. L. Johnson, Contact of nonspherical elastic bodies transmitting tangential forces,
-J. Appl. Mech. 31 (1964) 338-340.
+Source: P. J. Vermeulen and K. L. Johnson, Contact of nonspherical elastic
+bodies transmitting tangential forces, J. Appl. Mech. 31 (1964) 338-340.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ from varcontact.theories.linear import (
 
 @dataclass(frozen=True)
 class VermeulenJohnsonCoefficients:
-    """The slope of Vermeulen and Johnson's own line at the origin, as coefficients like Kalker's C11 and C22.
+    """The slope of Vermeulen and Johnson's own line at the origin, as
+    coefficients like Kalker's C11 and C22.
 
     Attributes
     ----------
@@ -65,10 +67,12 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     it in its foremost point, gives a ``du/dx`` that is constant in the smaller ellipse, as stick requires. With
     ``g = b/a`` and ``N = g^2 sin^2 s + cos^2 s``, the displacement of a semi-ellipsoidal traction gives
 
-        pi / C11 = g int_0^(pi/2) [(1 - 3 nu) sin^2 s + 3 nu sin^4 s] N^(-1/2) ds
-        pi / C22 = g int_0^(pi/2) [(1 - nu) sin^2 s N^(-1/2) + nu g^2 sin^4 s N^(-3/2)] ds.
+        pi / C11 = g int_0^(pi/2) [(1 - 3 nu) sin^2 s + 3 nu sin^4 s] N^(-1/2)
+        ds pi / C22 = g int_0^(pi/2) [(1 - nu) sin^2 s N^(-1/2) + nu g^2 sin^4 s
+        N^(-3/2)] ds.
 
-    For a circle that is ``16/(4 - 3 nu)`` and ``16/(4 - nu)``, Johnson's of 1958.
+    For a circle that is ``16/(4 - 3 nu)`` and ``16/(4 - nu)``, Johnson's of
+    1958.
 
     Examples
     --------
@@ -105,7 +109,8 @@ def vermeulen_johnson(
     a, b, G, friction_force, creepages
         As of `fastsim`; the spin must be 0.
     coefficients : CreepageCoefficients or VermeulenJohnsonCoefficients
-        Kalker's line with `creepage_coefficients`, the original one with `vermeulen_johnson_coefficients`.
+        Kalker's line with `creepage_coefficients`, the original one with
+        `vermeulen_johnson_coefficients`.
 
     Returns
     -------
@@ -115,7 +120,8 @@ def vermeulen_johnson(
     Raises
     ------
     SceneError
-        If there is spin, a number is not finite, or one that must be positive is not.
+        If there is spin, a number is not finite, or one that must be positive
+        is not.
 
     Examples
     --------
@@ -167,7 +173,8 @@ def vermeulen_johnson_creepage(
     a, b, G, friction_force, coefficients
         As for `vermeulen_johnson`, all single.
     vx, vy : float, optional
-        Creepages that are given [-]; 0 where neither the creepage nor its force is given.
+        Creepages that are given [-]; 0 where neither the creepage nor its force
+        is given.
     Fx, Fy : float, optional
         Force on body 1 in place of vx and of vy.
 
@@ -213,7 +220,8 @@ def vermeulen_johnson_traction(
     creepage: Any,
     coefficients: CreepageCoefficients | VermeulenJohnsonCoefficients,
 ) -> np.ndarray:
-    """Tractions that Vermeulen and Johnson assume: the bound, less one of its form over the ellipse of stick.
+    """Tractions that Vermeulen and Johnson assume: the bound, less one of its
+    form over the ellipse of stick.
 
     Parameters
     ----------
@@ -227,7 +235,8 @@ def vermeulen_johnson_traction(
     Returns
     -------
     ndarray, shape (2, ...)
-        px, py on body 1 [force/area]; their total is that of `vermeulen_johnson`.
+        px, py on body 1 [force/area]; their total is that of
+        `vermeulen_johnson`.
 
     Raises
     ------

@@ -1,6 +1,7 @@
 """From measured profiles and a moving wheel set to contact patches, creepages and forces.
 
-Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in radians, velocities in mm/s.
+Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in
+radians, velocities in mm/s.
 """
 
 from varcontact.wheel_rail.contact_input import read_contact_input

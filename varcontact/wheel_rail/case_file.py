@@ -80,10 +80,13 @@ def read_case(path: str | Path) -> CaseFile:
     Parameters
     ----------
     path : str or Path
-        A TOML file with the entries of `WheelOnRail`, in mm, N, rad and mm/s. ``track.rail`` and ``wheelset.wheel`` are
-        "60e1", "s1002", the name of a file beside this one, or a table with ``file`` and options of `Profile.read`.
-        ``side`` may be "both", or "set": a `WheelSetOnTrack`, with its loads and ``free``. Numbers in ``[position]``
-        and ``[velocity]``, and loads may be lists of one length, or ranges ``{from, to, count}``: the sequence.
+        A TOML file with the entries of `WheelOnRail`, in mm, N, rad and mm/s.
+        ``track.rail`` and ``wheelset.wheel`` are "60e1", "s1002", the name of a
+        file beside this one, or a table with ``file`` and options of
+        `Profile.read`. ``side`` may be "both", or "set": a `WheelSetOnTrack`,
+        with its loads and ``free``. Numbers in ``[position]`` and
+        ``[velocity]``, and loads may be lists of one length, or ranges
+        ``{from, to, count}``: the sequence.
 
     Returns
     -------
@@ -194,30 +197,36 @@ def solve_cases(
     ----------
     file : CaseFile
     store : str or Path, optional
-        A table (.csv), written after each wheel; wheels already in it are not solved again.
+        A table (.csv), written after each wheel; wheels already in it are not
+        solved again.
     progress : callable, optional
-        Called with the progress before each wheel; of many with `dx` or `dy`, which are solved side by side, after it.
+        Called with the progress before each wheel; of many with `dx` or `dy`,
+        which are solved side by side, after it.
     solved : callable, optional
-        Called with each solution, but for wheels that the table has already; not with processes.
+        Called with each solution, but for wheels that the table has already;
+        not with processes.
     workers, executor
         As for `varcontact.sweep`.
 
     Returns
     -------
     DataFrame
-        A row for each patch, with the columns `COLUMNS` (of wheel sets `OF_SETS`): outcome is "solved"; where a wheel
-        of several is not, it has one row without figures, "not converged" or "refused", and the reason.
+        A row for each patch, with the columns `COLUMNS` (of wheel sets
+        `OF_SETS`): outcome is "solved"; where a wheel of several is not, it has
+        one row without figures, "not converged" or "refused", and the reason.
 
     Raises
     ------
     SceneError
-        If the table is of other cases; if there is one wheel alone and it cannot be solved.
+        If the table is of other cases; if there is one wheel alone and it
+        cannot be solved.
     NotConverged
         If there is one wheel alone and it is not solved.
     OutputError
         If the table cannot be written.
     Interrupted
-        By Ctrl-C. Its `partial` is the table of the finished wheels, and the store has it.
+        By Ctrl-C. Its `partial` is the table of the finished wheels, and the
+        store has it.
     """
     import pandas as pd
 

@@ -1,7 +1,8 @@
 """Wheels on rails from the input files of CONTACT, module 1.
 
-The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01) and of the
-open-source release (the module ``m_wr_input`` of its source). Lengths are in mm, forces in N, velocities in mm/s.
+The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech
+CMCC report 20-01) and of the open-source release (the module ``m_wr_input`` of
+its source). Lengths are in mm, forces in N, velocities in mm/s.
 """
 
 from __future__ import annotations
@@ -56,18 +57,21 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     Parameters
     ----------
     path : str or Path
-        A file ``<experiment>.inp``. Profiles that it names are looked for from its folder.
+        A file ``<experiment>.inp``. Profiles that it names are looked for from
+        its folder.
 
     Returns
     -------
     list of WheelOnRail
-        In the order of the file. Given forces are all forces on the rail, those of friction included, as FZ is.
+        In the order of the file. Given forces are all forces on the rail, those
+        of friction included, as FZ is.
 
     Raises
     ------
     SceneError
-        If the file or a profile cannot be read, or the file has what has no counterpart here: with the line, the entry,
-        its value, and those that are supported (docs/from_contact.md has all of them).
+        If the file or a profile cannot be read, or the file has what has no
+        counterpart here: with the line, the entry, its value, and those that
+        are supported (docs/from_contact.md has all of them).
 
     Examples
     --------

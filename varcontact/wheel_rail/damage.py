@@ -23,7 +23,8 @@ SAMPLE = 0.1
 
 @dataclass(frozen=True)
 class Shakedown:
-    """Place of a patch in the shakedown diagram, with estimated errors (NaN where forces have none).
+    """Place of a patch in the shakedown diagram, with estimated errors (NaN
+    where forces have none).
 
     Attributes
     ----------
@@ -32,8 +33,9 @@ class Shakedown:
     load_factor : float
         Peak pressure by the yield stress in shear [-].
     index : float
-        Surface fatigue index, ``utilised - 1/load_factor``: positive where the surface flows with each passage.
-        A. Ekberg, E. Kabo, H. Andersson, Fatigue Fract. Eng. Mater. Struct. 25 (2002) 899-909.
+        Surface fatigue index, ``utilised - 1/load_factor``: positive where the
+        surface flows with each passage. A. Ekberg, E. Kabo, H. Andersson,
+        Fatigue Fract. Eng. Mater. Struct. 25 (2002) 899-909.
     utilised_error, index_error : float
         [-]
     """
@@ -97,7 +99,8 @@ def worn_profile(
     passages : float
         Of each wheel over the rail; of a wheel, its revolutions.
     smoothing : float
-        Length over which the depth is averaged along the profile, as wheels pass beside each other [mm]; 0: none.
+        Length over which the depth is averaged along the profile, as wheels
+        pass beside each other [mm]; 0: none.
 
     Returns
     -------
@@ -176,7 +179,8 @@ def wear_down(
     Raises
     ------
     SceneError, NotConverged
-        See `worn_profile` and `WheelOnRail.solve`; where a step takes off so much that profiles cross themselves.
+        See `worn_profile` and `WheelOnRail.solve`; where a step takes off so
+        much that profiles cross themselves.
     """
     count, report, profiles = checks.whole("steps", steps), checks.progress(progress), []
     checks.positive("passages", passages)

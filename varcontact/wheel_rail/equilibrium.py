@@ -1,7 +1,9 @@
-"""Balance of the loads on a wheel set: found with the fast way, and then with a few exact solutions.
+"""Balance of the loads on a wheel set: found with the fast way, and then with a
+few exact solutions.
 
-Unknown are the free positions and velocities, and how far rails yield. With each wheel's height of the axle prescribed,
-forces are functions of them without a search. Their derivatives are the fast way's; Broyden's method corrects these
+Unknown are the free positions and velocities, and how far rails yield. With
+each wheel's height of the axle prescribed, forces are functions of them without
+a search. Their derivatives are the fast way's; Broyden's method corrects these
 from one exact solution to the next.
 """
 

@@ -1,13 +1,16 @@
-"""Geometry of a wheel set on straight track: contacts tabulated over lateral displacement and yaw, with the forces of
-fast theories; rolling radius difference and equivalent conicity as in EN 15302.
+"""Geometry of a wheel set on straight track: contacts tabulated over lateral
+displacement and yaw, with the forces of fast theories; rolling radius
+difference and equivalent conicity as in EN 15302.
 
-For the conicity wheels and rails are rigid, and the axle is level and square to the track. Displaced by y, the wheel
-set turns towards the smaller radius, so that along the distance rolled
+For the conicity wheels and rails are rigid, and the axle is level and square to
+the track. Displaced by y, the wheel set turns towards the smaller radius, so
+that along the distance rolled
 
     y'' = -(r_right(y) - r_left(y)) / (e R),
 
-with the distance e of the nominal circles and their radius R. The equivalent conicity for an amplitude is that of the
-cones whose motion, Klingel's, is as long a wave: ``2 e R (pi / wavelength)^2``.
+with the distance e of the nominal circles and their radius R. The equivalent
+conicity for an amplitude is that of the cones whose motion, Klingel's, is as
+long a wave: ``2 e R (pi / wavelength)^2``.
 """
 
 from __future__ import annotations
@@ -54,8 +57,8 @@ class WheelSetForces:
     moment : ndarray, shape (3,)
         About the middle of the axle, along x, y, z of the track [N mm].
     patches : ndarray, shape (n, 8)
-        Of the contacts, from the left wheel's to the right's: x, y, z [mm], angle [rad], a, b [mm], normal force [N],
-        approach [mm].
+        Of the contacts, from the left wheel's to the right's: x, y, z [mm],
+        angle [rad], a, b [mm], normal force [N], approach [mm].
     creepages : ndarray, shape (n, 3)
         vx, vy [-] and spin [1/mm] of each.
     creep_forces : ndarray, shape (n, 2)
@@ -71,12 +74,14 @@ class WheelSetForces:
 
 @dataclass(frozen=True, eq=False)
 class GeometryTable:
-    """Contacts of the right wheel over lateral displacement and yaw; those of the left are mirror images.
+    """Contacts of the right wheel over lateral displacement and yaw; those of
+    the left are mirror images.
 
-    Between the nodes all is linear in both, and then the forces grow or shrink, and their ellipses as Hertz's, until
-    the normal forces of each wheel bear the load; where the nodes around a position have different numbers of patches,
-    the nearest node counts. The roll about x that this takes counts in the height of each wheel, not in the shape of
-    its contact.
+    Between the nodes all is linear in both, and then the forces grow or shrink,
+    and their ellipses as Hertz's, until the normal forces of each wheel bear
+    the load; where the nodes around a position have different numbers of
+    patches, the nearest node counts. The roll about x that this takes counts in
+    the height of each wheel, not in the shape of its contact.
 
     Attributes
     ----------
@@ -154,13 +159,14 @@ class GeometryTable:
         theory : str
             Of `varcontact.creep_forces`, with a moment.
         **options
-            Of the theory: ``outside="clamp"`` of "table", as for `WheelOnRail.estimate`.
+            Of the theory: ``outside="clamp"`` of "table", as for
+            `WheelOnRail.estimate`.
 
         Raises
         ------
         SceneError
-            See `contacts`; for a wheel that does not roll forwards, a theory without a moment, and for what the theory
-            refuses.
+            See `contacts`; for a wheel that does not roll forwards, a theory
+            without a moment, and for what the theory refuses.
         """
         checks.kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
@@ -211,7 +217,8 @@ def geometry_table(
     y, yaw : array_like
         Nodes, two or more, ascending and symmetric about 0 [mm] and [rad].
     vertical_force : float
-        Of the normal forces on each wheel [N]: creep forces, which depend on the velocity, come on top of it.
+        Of the normal forces on each wheel [N]: creep forces, which depend on
+        the velocity, come on top of it.
     friction : float
     bodies : Bodies
     normal : {"virtual-penetration", "analyn", "hertz"}
@@ -302,7 +309,8 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     Raises
     ------
     SceneError
-        If a displacement is not finite, or the wheels touch at the end of a profile.
+        If a displacement is not finite, or the wheels touch at the end of a
+        profile.
     NoContact
         If a wheel is beside the rail.
 
@@ -344,8 +352,9 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     Returns
     -------
     float or ndarray
-        In the shape of the amplitude [-]: 0 where nothing turns the wheel set back, NaN where it is turned away from
-        the middle before it is as far out.
+        In the shape of the amplitude [-]: 0 where nothing turns the wheel set
+        back, NaN where it is turned away from the middle before it is as far
+        out.
 
     Raises
     ------

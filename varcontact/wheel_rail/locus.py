@@ -1,9 +1,12 @@
-"""Contact locus: the points of a wheel that come nearest to a rail, and where these are below its surface.
+"""Contact locus: the points of a wheel that come nearest to a rail, and where
+these are below its surface.
 
-On each circle of the wheel one point can touch a rail that is straight along x: the one whose normal has no component
-along x (Wang 1984, "The track of wheel contact points and the calculation of wheel/rail geometric contact parameters").
-The locus depends on roll and yaw, and is moved up and down by the height of the axle. Where the rail varies along the
-track, or the wheel is out of round, there is no closed form: the points are looked for in planes across the track.
+On each circle of the wheel one point can touch a rail that is straight along x:
+the one whose normal has no component along x (Wang 1984, "The track of wheel
+contact points and the calculation of wheel/rail geometric contact parameters").
+The locus depends on roll and yaw, and is moved up and down by the height of the
+axle. Where the rail varies along the track, or the wheel is out of round, there
+is no closed form: the points are looked for in planes across the track.
 """
 
 from __future__ import annotations
@@ -50,9 +53,11 @@ class Locus:
     angles : ndarray, shape (n,)
         Inclination of the rail below [rad].
     height : float
-        Of the middle of the axle in track coordinates, where its height z is 0 [mm].
+        Of the middle of the axle in track coordinates, where its height z is 0
+        [mm].
     planes, gaps : ndarray, shapes (m,) and (n, m)
-        Of surfaces that vary: x of planes across the track [mm], and heights of the circles above the rail there.
+        Of surfaces that vary: x of planes across the track [mm], and heights of
+        the circles above the rail there.
     slopes : ndarray, shape (n,)
         Of the rail below, along x: of one that varies [-].
     """

@@ -38,11 +38,13 @@ class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fr
     y : float
         Of the middle of its axle, to the right [mm].
     roll, yaw : float
-        About x (right wheel down) and z (turned to the right) [rad]: yawed first, then rolled about the track's x.
+        About x (right wheel down) and z (turned to the right) [rad]: yawed
+        first, then rolled about the track's x.
     s : float
         Along the track: where rails vary, see `ProfileSlices` [mm].
     pitch : float
-        Angle about the axle, where wheels are out of round: negative when they have rolled forwards [rad].
+        Angle about the axle, where wheels are out of round: negative when they
+        have rolled forwards [rad].
 
     Raises
     ------
@@ -70,10 +72,11 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
     Parameters
     ----------
     speed : float
-        Along the track [mm/s]. Creepages depend only on the ratios of velocities to it.
+        Along the track [mm/s]. Creepages depend only on the ratios of
+        velocities to it.
     pitch_rate : float, optional
-        About the axle [rad/s], negative in rolling forward, 0 of a locked wheel; -speed by the nominal radius if not
-        given.
+        About the axle [rad/s], negative in rolling forward, 0 of a locked
+        wheel; -speed by the nominal radius if not given.
     lateral, vertical : float
         Of the middle of the axle [mm/s].
     roll_rate, yaw_rate : float
@@ -82,7 +85,8 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
     Raises
     ------
     SceneError
-        If a number is not finite, the speed is not positive, or the pitch rate is.
+        If a number is not finite, the speed is not positive, or the pitch rate
+        is.
     """
 
     _words: ClassVar = {"vx": "speed", "vy": "lateral", "vz": "vertical", "pitch": "pitch_rate", "yaw": "yaw_rate"}
@@ -113,9 +117,11 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
         Parameters
         ----------
         z : float
-            Height of the axle, downwards: at 0 the nominal circles are at the height of the rail tops [mm].
+            Height of the axle, downwards: at 0 the nominal circles are at the
+            height of the rail tops [mm].
         pitching : bool
-            Whether it turns about its axle; without, it moves as the contacts do.
+            Whether it turns about its axle; without, it moves as the contacts
+            do.
         curve_radius : float
             Of the track, with which the wheel set turns as it goes along [mm].
         """

@@ -47,8 +47,9 @@ BESIDE = 50
 class Profile:
     """The cross section of a rail or a wheel, in millimetres.
 
-    y points to the outside of the track (the field side) and z down, for rails and wheels, left and right. A wheel's
-    flange is at negative y, and its z counts from the nominal running circle: larger z is a larger radius.
+    y points to the outside of the track (the field side) and z down, for rails
+    and wheels, left and right. A wheel's flange is at negative y, and its z
+    counts from the nominal running circle: larger z is a larger radius.
 
     Parameters
     ----------
@@ -56,21 +57,25 @@ class Profile:
         Points one after the other along the profile, from either end [mm].
     kind : {"rail", "wheel"}
     smoothing : float
-        Wavelength that smoothing halves [mm]: a wave of a third of it keeps one part in 80, one of three times its
-        length loses one part in 80. 0: the curve goes through the points. Curvatures, and with them pressures, come
+        Wavelength that smoothing halves [mm]: a wave of a third of it keeps one
+        part in 80, one of three times its length loses one part in 80. 0: the
+        curve goes through the points. Curvatures, and with them pressures, come
         from second differences of the points, so noise counts.
     kinks : "auto" or sequence of float
-        Where the direction jumps: y of the points nearest to them; "auto": points that turn by more than 30 degrees
-        while their neighbours hardly turn, and by more than noise does at the others. Kinks stay as they are, whatever
-        the smoothing.
+        Where the direction jumps: y of the points nearest to them; "auto":
+        points that turn by more than 30 degrees while their neighbours hardly
+        turn, and by more than noise does at the others. Kinks stay as they are,
+        whatever the smoothing.
     name : str
         For reports and pictures.
 
     Raises
     ------
     SceneError
-        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, those
-        of the other kind, z that points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
+        For points that are too few, not finite, or cross or repeat themselves,
+        a width of less than a millimetre, those of the other kind, z that
+        points up, a flange on the wrong side, and smoothing shorter than the
+        points' spacing.
 
     Examples
     --------
@@ -146,24 +151,28 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Two columns, y and z (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of rails, `.prw` of wheels) or MiniProf
-            (`.ban` of rails, `.whl` of wheels).
+            Two columns, y and z (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of
+            rails, `.prw` of wheels) or MiniProf (`.ban` of rails, `.whl` of
+            wheels).
         kind : {"rail", "wheel"}, optional
             Needed for columns; the other formats show it by their suffix.
         mirror_y : bool or "auto"
-            Whether y changes its sign. "auto": of wheels, where the flange is at positive y; never of rails: solving
-            warns of those that lean to the field side, and the picture names the track side.
+            Whether y changes its sign. "auto": of wheels, where the flange is
+            at positive y; never of rails: solving warns of those that lean to
+            the field side, and the picture names the track side.
         mirror_z : bool
             Whether z changes its sign, for files with z up.
         scale : float
-            Millimetres by the file's unit of length, on top of what its header says.
+            Millimetres by the file's unit of length, on top of what its header
+            says.
         smoothing, kinks
             See `Profile`.
 
         Raises
         ------
         SceneError
-            If there is no such file, its format is not known, it has no points, or they make no profile.
+            If there is no such file, its format is not known, it has no points,
+            or they make no profile.
         """
         mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):

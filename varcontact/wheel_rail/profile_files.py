@@ -1,4 +1,5 @@
-"""Where profiles come from: files, in two columns or of SIMPACK and MiniProf; the wheel S1002 and the rail 60E1.
+"""Where profiles come from: files, in two columns or of SIMPACK and MiniProf;
+the wheel S1002 and the rail 60E1.
 
 The dimensions of both are in `varcontact/data/profiles.toml`.
 """
@@ -168,7 +169,8 @@ def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     y, z : ndarray, shape (n,)
-        From the flange's back to the outside; z down, 0 on the running circle [mm].
+        From the flange's back to the outside; z down, 0 on the running circle
+        [mm].
 
     Examples
     --------

@@ -13,12 +13,14 @@ from varcontact.errors import SceneError
 
 @dataclass(frozen=True)
 class FrictionByAngle:
-    """Coefficients of friction by the inclination of the rail's surface, as of a lubricated gauge face.
+    """Coefficients of friction by the inclination of the rail's surface, as of
+    a lubricated gauge face.
 
     Parameters
     ----------
     angles : sequence of float
-        Inclinations to the track side, ascending [rad]: 0 is level, negative on the field side. With the cant.
+        Inclinations to the track side, ascending [rad]: 0 is level, negative on
+        the field side. With the cant.
     coefficients : sequence of float
         At the angles; linear in between, and constant beyond [-].
 

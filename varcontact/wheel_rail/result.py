@@ -33,7 +33,8 @@ class PatchSolution:
     solution : Solution
         Of the patch's scene, in mm and N.
     normal_error : float or None
-        Estimated relative error of the normal force; None where it was not estimated.
+        Estimated relative error of the normal force; None where it was not
+        estimated.
     """
 
     patch: ContactPatch
@@ -203,7 +204,8 @@ class WheelRailSolution(WheelForces, Reported):
         return np.asarray(np.where([False, False, prescribed], found * 0.0, found))
 
     def report(self) -> str:
-        """Forces of the wheel and of its patches, with their estimated errors or guaranteed bounds, in words.
+        """Forces of the wheel and of its patches, with their estimated errors
+        or guaranteed bounds, in words.
 
         Examples
         --------
@@ -250,21 +252,23 @@ class PatchWear:
     archard : Archard, ArchardMap or None
         Needed for depth and volume alone.
     t_gamma : float
-        Energy per distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N]. It is also what friction dissipates, the sum of
-        `power_by_area`.
+        Energy per distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N]. It is
+        also what friction dissipates, the sum of `power_by_area`.
     t_gamma_without_spin : float
         ``-(Fx vx + Fs vy)`` [N], as in vehicle codes that know no moment.
     area : float
         Of the contact [mm^2].
     t_gamma_by_area : float
-        T-gamma by area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257) classify regimes of wear by it.
+        T-gamma by area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257)
+        classify regimes of wear by it.
     power : float
         Friction power at the speed of the case [W].
     power_by_area : ndarray, shape (ny, nx)
         Friction power by area [W/mm^2].
     sliding : ndarray, shape (ny, nx)
-        Pressure times slip by distance rolled [N/mm^2]: `power_density` by the coefficient f. For constant f its
-        integral is T-gamma / f. Where f is zero, it is that of the slip of the elements.
+        Pressure times slip by distance rolled [N/mm^2]: `power_density` by the
+        coefficient f. For constant f its integral is T-gamma / f. Where f is
+        zero, it is that of the slip of the elements.
     """
 
     solved: PatchSolution

@@ -35,27 +35,32 @@ SMALL = 1e-10
 class ProfileSlices(checks.Checked):
     """Cross sections of a rail at positions along the track, or of a wheel at angles around it.
 
-    Between slices, points at the same part of the arc length, or of that between two features, lie on a cubic spline.
-    Two slices at one position are a step, or, if they are equal, a kink. Before the first slice and behind the last
-    one a rail goes on unchanged; the spline of a wheel is closed.
+    Between slices, points at the same part of the arc length, or of that
+    between two features, lie on a cubic spline. Two slices at one position are
+    a step, or, if they are equal, a kink. Before the first slice and behind the
+    last one a rail goes on unchanged; the spline of a wheel is closed.
 
     Parameters
     ----------
     profiles : Profile, or sequence of Profile
         All in one coordinate system; one of them stands for all positions.
     positions : array_like, shape (n,)
-        Ascending: along the track [mm], see `Position.s`, or around the wheel, as x = r sin(angle), z = r cos(angle)
-        with the wheel at `Position.pitch` = 0 [rad].
+        Ascending: along the track [mm], see `Position.s`, or around the wheel,
+        as x = r sin(angle), z = r cos(angle) with the wheel at `Position.pitch`
+        = 0 [rad].
     z : float or array_like, shape (n,)
-        Added to the profiles' z: height of the rail, downwards, or change of the wheel's radius [mm].
+        Added to the profiles' z: height of the rail, downwards, or change of
+        the wheel's radius [mm].
     features : array_like, shape (n, m), optional
-        Arc lengths from the first point of each profile at which they correspond [mm]; its ends if not given.
+        Arc lengths from the first point of each profile at which they
+        correspond [mm]; its ends if not given.
 
     Raises
     ------
     SceneError
-        For slices out of order, naming the first, three at one position, profiles of both kinds, angles of more than a
-        turn, and features that do not ascend.
+        For slices out of order, naming the first, three at one position,
+        profiles of both kinds, angles of more than a turn, and features that do
+        not ascend.
 
     Examples
     --------
@@ -143,12 +148,14 @@ class ProfileSlices(checks.Checked):
         Returns
         -------
         ProfileSlices, or tuple of ProfileSlices
-            Several where some slices lack features, as those before the nose of a crossing: rails beside each other.
+            Several where some slices lack features, as those before the nose of
+            a crossing: rails beside each other.
 
         Raises
         ------
         SceneError
-            If the file or a profile cannot be read, or slices are out of order, with the line.
+            If the file or a profile cannot be read, or slices are out of order,
+            with the line.
         """
         file = checks.file_name("path", path)
         lines = Lines(file)

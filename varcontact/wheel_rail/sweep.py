@@ -58,7 +58,8 @@ def sweep_wheel_sets(
     cases : WheelSetOnTrack, or mapping of str to WheelSetOnTrack
         Several by name make a dimension "case": pairs of profiles.
     over : mapping
-        Values by entry: ``{"position.y": [0.0, 2.0], "track.gauge": [1433.0, 1435.0], "vertical_force": [1e5]}``.
+        Values by entry:
+        ``{"position.y": [0.0, 2.0], "track.gauge": [1433.0, 1435.0], "vertical_force": [1e5]}``.
     archard : Archard or ArchardMap, optional
         For depth and volume of wear.
     fast : bool
@@ -66,7 +67,8 @@ def sweep_wheel_sets(
     workers, executor
         See `varcontact.sweep`.
     store : str or Path, optional
-        A table (.csv), written after each case; called again, the sweep resumes from it.
+        A table (.csv), written after each case; called again, the sweep resumes
+        from it.
     progress : callable, optional
         Called with the progress.
     **methods
@@ -75,8 +77,9 @@ def sweep_wheel_sets(
     Returns
     -------
     xarray.Dataset
-        Over the entries, "side" and "patch", with units; NaN where there is no patch, or where `outcome` is not
-        "solved" (`reason` says why). What was found of entries that vary is in ``found_y`` and others.
+        Over the entries, "side" and "patch", with units; NaN where there is no
+        patch, or where `outcome` is not "solved" (`reason` says why). What was
+        found of entries that vary is in ``found_y`` and others.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Where rails and wheels are: track and wheel set, their dimensions and places.
 
-Track coordinates: x forward, y to the right, z down; the origin is in the middle of the track at the height of the rail
-tops. Lengths are in millimetres.
+Track coordinates: x forward, y to the right, z down; the origin is in the
+middle of the track at the height of the rail tops. Lengths are in millimetres.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromk
     roll : float
         About the origin of the rail's profile, right side down [rad].
     lateral, vertical : float
-        Velocity of the rail's material [mm/s]: of a rail that gives way, not of one that lies crooked.
+        Velocity of the rail's material [mm/s]: of a rail that gives way, not of
+        one that lies crooked.
     roll_rate : float
         [rad/s]
 
@@ -69,31 +70,37 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
     Parameters
     ----------
     rail : Profile, ProfileSlices, or tuple of these
-        On both sides. Of several rails under one wheel, as the wing and the nose of a crossing, in one coordinate
-        system, the highest counts; each ends with its slices where another one goes on. Gauge and rail tops are those
-        of the first slice of the first one.
+        On both sides. Of several rails under one wheel, as the wing and the
+        nose of a crossing, in one coordinate system, the highest counts; each
+        ends with its slices where another one goes on. Gauge and rail tops are
+        those of the first slice of the first one.
     gauge : float
         Distance of the rails' inner sides [mm].
     gauge_height : float
-        Depth below the rail top down to which the gauge is measured [mm]: between the innermost points not deeper.
+        Depth below the rail top down to which the gauge is measured [mm]:
+        between the innermost points not deeper.
     cant : float
-        Inclination of the rails towards the middle of the track, on top of what the profile has in itself [rad].
-        The rail of the Manchester benchmark's file is inclined by 1:40 already; that of `Profile.rail_60e1` is not.
+        Inclination of the rails towards the middle of the track, on top of what
+        the profile has in itself [rad]. The rail of the Manchester benchmark's
+        file is inclined by 1:40 already; that of `Profile.rail_60e1` is not.
     curve_radius : float
-        Of the middle of the track [mm]: positive in a curve to the right, infinite on straight track.
+        Of the middle of the track [mm]: positive in a curve to the right,
+        infinite on straight track.
     left, right : Irregularity
         Of each rail.
     left_rail, right_rail : Profile, ProfileSlices, or tuple of these, optional
-        That of one side, where it is another one, as in a switch; gauge and rail top are those of its own first slice.
+        That of one side, where it is another one, as in a switch; gauge and
+        rail top are those of its own first slice.
     stiffness : pair of float, optional
-        Force by which each rail is moved 1 mm to the side, and down, in the equilibrium of `WheelSetOnTrack` [N/mm]:
-        infinite if not given.
+        Force by which each rail is moved 1 mm to the side, and down, in the
+        equilibrium of `WheelSetOnTrack` [N/mm]: infinite if not given.
 
     Raises
     ------
     SceneError
-        If the profile is no rail's, a length is not positive, the cant is more than half a radian, the profile does
-        not reach down to the gauge height, or the curve is tighter than the track is wide.
+        If the profile is no rail's, a length is not positive, the cant is more
+        than half a radian, the profile does not reach down to the gauge height,
+        or the curve is tighter than the track is wide.
 
     Examples
     --------
@@ -232,8 +239,9 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     Raises
     ------
     SceneError
-        If the profile is no wheel's, a length is not positive, the radius smaller than the profile is high, or the
-        flange's back not where its flange is.
+        If the profile is no wheel's, a length is not positive, the radius
+        smaller than the profile is high, or the flange's back not where its
+        flange is.
 
     Examples
     --------

@@ -1,22 +1,31 @@
-"""The fast way for vehicle codes: an ellipse for each patch without an elastic solution, and a fast theory's forces.
+"""The fast way for vehicle codes: an ellipse for each patch without an elastic
+solution, and a fast theory's forces.
 
-Virtual penetration (Kik and Piotrowski 1996, "A fast, approximate method to calculate normal load at contact between
-wheel and rail and creep forces during rolling"): the undeformed bodies, ``epsilon = 0.55`` times as deep in each other
-as they approach, overlap over about the true contact. With the overlap ``g(s)`` across the rail, the half length of the
-patch is ``l(s) = sqrt(2 R g)``, and the pressure is taken as semi-elliptic along x:
+Virtual penetration (Kik and Piotrowski 1996, "A fast, approximate method to
+calculate normal load at contact between wheel and rail and creep forces during
+rolling"): the undeformed bodies, ``epsilon = 0.55`` times as deep in each other
+as they approach, overlap over about the true contact. With the overlap ``g(s)``
+across the rail, the half length of the patch is ``l(s) = sqrt(2 R g)``, and the
+pressure is taken as semi-elliptic along x:
 
     p(x, s) = p0 sqrt(l(s)^2 - x^2) / max(l).
 
-The deflection at the deepest point, (1 - nu)/(2 pi G) times the integral of p/distance for the combined constants, is
-to be the approach delta; this gives p0 and the normal force. The integral along x is complete elliptic:
-``int sqrt(l^2 - x^2)/sqrt(x^2 + s^2) dx = 2 q (K(m) - E(m))``, ``q^2 = l^2 + s^2``, ``m = l^2/q^2``.
-"analyn" is closer to the pressure, after ANALYN (M. Sh. Sichani, R. Enblom, M. Berg, Vehicle Syst. Dyn. 52 (2014)
-1752): with the distance z(s) of the undeformed bodies and the curvature ``B(s) = z/s^2``, which is the other half of
-Hertz's problem ``delta = A x^2 + B s^2``, the bodies touch where ``(1 + alpha) A x^2 + (1 + beta) z < delta``. There
-``1 + alpha = delta/(A a^2)`` and ``1 + beta = delta/(B b^2)`` are those of Hertz's ellipse, and its p0/a gives the
-pressure of a strip, ``p0/a sqrt(l(s)^2 - x^2)``. Where B is constant this is Hertz's solution.
+The deflection at the deepest point, (1 - nu)/(2 pi G) times the integral of
+p/distance for the combined constants, is to be the approach delta; this gives
+p0 and the normal force. The integral along x is complete elliptic:
+``int sqrt(l^2 - x^2)/sqrt(x^2 + s^2) dx = 2 q (K(m) - E(m))``,
+``q^2 = l^2 + s^2``, ``m = l^2/q^2``. "analyn" is closer to the pressure, after
+ANALYN (M. Sh. Sichani, R. Enblom, M. Berg, Vehicle Syst. Dyn. 52 (2014) 1752):
+with the distance z(s) of the undeformed bodies and the curvature
+``B(s) = z/s^2``, which is the other half of Hertz's problem
+``delta = A x^2 + B s^2``, the bodies touch where
+``(1 + alpha) A x^2 + (1 + beta) z < delta``. There
+``1 + alpha = delta/(A a^2)`` and ``1 + beta = delta/(B b^2)`` are those of
+Hertz's ellipse, and its p0/a gives the pressure of a strip,
+``p0/a sqrt(l(s)^2 - x^2)``. Where B is constant this is Hertz's solution.
 
-The ellipse of the same area, and the same length by width, goes into the fast theory.
+The ellipse of the same area, and the same length by width, goes into the fast
+theory.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Laws of wear and fatigue: Archard's with a coefficient or a map, and functions of T-gamma.
 
-The numbers of the map and the functions are from secondary sources: those that reviews quote of the papers named. They
-were not compared with the papers themselves; each takes other numbers.
+The numbers of the map and the functions are from secondary sources: those that
+reviews quote of the papers named. They were not compared with the papers
+themselves; each takes other numbers.
 """
 
 from __future__ import annotations
@@ -26,13 +27,16 @@ WHOLE_LIFE = (0.0, 15.0, 65.0, 175.0), (0.0, 0.0, 10.0, 0.0)
 
 @dataclass(frozen=True)
 class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.positive):
-    """Archard's law: the volume worn off is ``k N s / H`` for a normal force N over a sliding distance s.
+    """Archard's law: the volume worn off is ``k N s / H`` for a normal force N
+    over a sliding distance s.
 
     Parameters
     ----------
     k : float
-        Coefficient of wear [-]. It depends on pressure, slip velocity, lubrication and the steels; there is no value
-        to assume. Jendel (2002, Wear 253, 215-223) maps it from 1e-4 (mild) to 4e-2 (catastrophic).
+        Coefficient of wear [-]. It depends on pressure, slip velocity,
+        lubrication and the steels; there is no value to assume. Jendel
+        (2002, Wear 253, 215-223) maps it from 1e-4 (mild) to 4e-2
+        (catastrophic).
     hardness : float
         H of the softer body [N/mm^2].
 
@@ -60,8 +64,9 @@ class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.po
 class ArchardMap(checks.Checked, path="wear", **dict.fromkeys(("hardness", "k_seizure", "seizure"), checks.positive)):
     """Archard's law with a coefficient by pressure and slip velocity, as mapped by tests at KTH.
 
-    Without arguments it has the middle of the ranges of T. Jendel, Wear 253 (2002) 215-223, for dry contact, as reviews
-    quote them: wide ones, and coefficients of lubricated or wet contact are far smaller.
+    Without arguments it has the middle of the ranges of T. Jendel, Wear 253
+    (2002) 215-223, for dry contact, as reviews quote them: wide ones, and
+    coefficients of lubricated or wet contact are far smaller.
 
     Parameters
     ----------
@@ -126,8 +131,9 @@ def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RA
     Returns
     -------
     ndarray
-        [mm^2/km]: 0.25 T-gamma/D in mild wear, 25/D from 100 N on, and (1.19 T-gamma - 154)/D from 200 N on, by
-        T. G. Pearce, N. D. Sherratt, Wear 144 (1991) 343-351, as reviews quote it.
+        [mm^2/km]: 0.25 T-gamma/D in mild wear, 25/D from 100 N on, and (1.19
+        T-gamma - 154)/D from 200 N on, by T. G. Pearce, N. D. Sherratt, Wear
+        144 (1991) 343-351, as reviews quote it.
 
     Examples
     --------
@@ -138,7 +144,8 @@ def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RA
 
 
 def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarray:
-    """Mass worn off R8T wheel steel by distance and area of contact, by the function of the University of Sheffield.
+    """Mass worn off R8T wheel steel by distance and area of contact, by the
+    function of the University of Sheffield.
 
     Parameters
     ----------
@@ -150,9 +157,10 @@ def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarr
     Returns
     -------
     ndarray
-        [ug/(m mm^2)]: 5.3 T-gamma/A in mild wear, 55 in severe wear from 10.4 N/mm^2 on, and
-        55 + 61.9 (T-gamma/A - 77.2) in catastrophic wear from 77.2 N/mm^2 on, by F. Braghin, R. Lewis,
-        R. S. Dwyer-Joyce, S. Bruni, Wear 261 (2006) 1253-1264, as reviews quote it.
+        [ug/(m mm^2)]: 5.3 T-gamma/A in mild wear, 55 in severe wear from 10.4
+        N/mm^2 on, and 55 + 61.9 (T-gamma/A - 77.2) in catastrophic wear from
+        77.2 N/mm^2 on, by F. Braghin, R. Lewis, R. S. Dwyer-Joyce, S. Bruni,
+        Wear 261 (2006) 1253-1264, as reviews quote it.
 
     Examples
     --------
@@ -170,14 +178,16 @@ def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]]
     t_gamma : float or array_like
         [N]
     course : pair of sequences
-        Other values of T-gamma and damages there, two or more; beyond them the last line goes on.
+        Other values of T-gamma and damages there, two or more; beyond them the
+        last line goes on.
 
     Returns
     -------
     ndarray
-        [1e-6]: cracks begin where the sum reaches 1. Up to 15 N there is none, at 65 N it is largest, and from 175 N on
-        negative: wear removes cracks. By M. Burstow, Whole life rail model application, RSSB T115 (2004), as reviews
-        quote it.
+        [1e-6]: cracks begin where the sum reaches 1. Up to 15 N there is none,
+        at 65 N it is largest, and from 175 N on negative: wear removes cracks.
+        By M. Burstow, Whole life rail model application, RSSB T115 (2004), as
+        reviews quote it.
 
     Examples
     --------

@@ -52,23 +52,27 @@ class ContactPatch:
     location : ndarray, shape (3,)
         Origin of the frame in track coordinates, on the rail's surface [mm].
     angle : float
-        Contact angle, about x in track coordinates: negative on the right rail's inner side [rad].
+        Contact angle, about x in track coordinates: negative on the right
+        rail's inner side [rad].
     frame : Frame
-        x forward, y (also called s) along the rail's surface to the right, z into the rail, which is body 1.
+        x forward, y (also called s) along the rail's surface to the right, z
+        into the rail, which is body 1.
     on_rail, on_wheel : ndarray, shape (2,)
         (y, z) of the origin in the coordinates of the profiles [mm].
     rolling_radius : float
         Of the wheel at the origin, undeformed [mm].
     creepage : Creepages
-        Of the rail over the wheel, in the frame, by the rolling velocity: CONTACT's CKSI, CETA and CPHI.
+        Of the rail over the wheel, in the frame, by the rolling velocity:
+        CONTACT's CKSI, CETA and CPHI.
     approach : float
         How deep the undeformed wheel is in the rail [mm].
     scene : Scene
-        The patch as a scene: undeformed distance on the potential contact, approach, friction and creepages. Lengths
-        are in mm and forces in N; tractions act on the rail.
+        The patch as a scene: undeformed distance on the potential contact,
+        approach, friction and creepages. Lengths are in mm and forces in N;
+        tractions act on the rail.
     seams : tuple of pairs of float
-        Where parts of the patch meet along y, and the weights with which they feel each other: none in nearly all
-        patches.
+        Where parts of the patch meet along y, and the weights with which they
+        feel each other: none in nearly all patches.
     """
 
     location: np.ndarray
@@ -126,27 +130,36 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
     velocity : Velocity, optional
         Rolling along the track if not given.
     vertical_force, z : float
-        Exactly one of the two: the load on this wheel [N], or the height of the axle, downwards, 0 where the nominal
-        circles are at the height of the rail tops [mm].
+        Exactly one of the two: the load on this wheel [N], or the height of the
+        axle, downwards, 0 where the nominal circles are at the height of the
+        rail tops [mm].
     with_friction : bool
-        Whether the vertical force is that of all forces on the wheel, tangential forces included, as in CONTACT. If
-        False, it is that of the normal forces alone.
+        Whether the vertical force is that of all forces on the wheel,
+        tangential forces included, as in CONTACT. If False, it is that of the
+        normal forces alone.
     bodies : Bodies, optional
-        In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
+        In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu =
+        0.28, if not given.
     friction : float, law or FrictionByAngle
         See `Scene`; by the inclination of the rail.
     dx, dy : float, optional
-        Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a grid for an accuracy.
+        Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a
+        grid for an accuracy.
     join, separate : float
-        Overlaps of wheel and rail that are nearer to each other than `separate` make one patch, in one plane; others
-        are patches of their own, which do not feel each other. Those nearer than `join` feel each other as parts of one
-        half-space, and those between by a weight that falls from 1 to 0 [mm].
+        Overlaps of wheel and rail that are nearer to each other than `separate`
+        make one patch, in one plane; others are patches of their own, which do
+        not feel each other. Those nearer than `join` feel each other as parts
+        of one half-space, and those between by a weight that falls from 1 to 0
+        [mm].
     turn : float, optional
-        The angles of patches that are nearer than this are turned towards each other, up to the angle of one patch at
-        `separate`; ``2 separate - join`` if not given [mm].
+        The angles of patches that are nearer than this are turned towards each
+        other, up to the angle of one patch at `separate`; ``2 separate - join``
+        if not given [mm].
     conformal : "auto" or bool
-        Whether patches are solved on a curved reference surface, halfway between the profiles, and not on planes, and
-        those nearer than `turn` as one. "auto": where a plane is too flat for one of them, see `ConformalContact`.
+        Whether patches are solved on a curved reference surface, halfway
+        between the profiles, and not on planes, and those nearer than `turn` as
+        one. "auto": where a plane is too flat for one of them, see
+        `ConformalContact`.
 
     Raises
     ------
@@ -245,14 +258,16 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         z : float
             Downwards, see `WheelOnRail` [mm].
         with_grid : bool
-            Whether scenes have the grid of `dx` and `dy`; without, samples that are interpolated on any grid.
+            Whether scenes have the grid of `dx` and `dy`; without, samples that
+            are interpolated on any grid.
 
         Raises
         ------
         NoContact
             If the wheel is above the rail, or beside it.
         SceneError
-            If the contact reaches the end of a profile, or elements are too many.
+            If the contact reaches the end of a profile, or elements are too
+            many.
         """
         z = checks.number("z", z)
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
@@ -339,25 +354,31 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
 
     @one_blas_thread()
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
-        """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
+        """Solve all patches, with the height of the axle that bears the
+        vertical force, where that is given.
 
         Parameters
         ----------
         tol : float
-            How near the vertical force comes to the one that is given, relative.
+            How near the vertical force comes to the one that is given,
+            relative.
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
-            Other arguments of `varcontact.solve`, for all patches; `start` may be the solution of another position,
-            near which this one is found sooner where there is a grid. With `accuracy` or `time_budget`, for which `dx`
-            and `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated
-            on Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
+            Other arguments of `varcontact.solve`, for all patches; `start` may
+            be the solution of another position, near which this one is found
+            sooner where there is a grid. With `accuracy` or `time_budget`, for
+            which `dx` and `dy` are left out, grids are chosen, and the solution
+            has errors. A theory as `tangential` is evaluated on Hertz's ellipse
+            with the normal force of a patch and the second moments of its
+            pressure.
 
         Raises
         ------
         NoContact, SceneError
-            See `patches`, and where no height bears the force: on a steep flange friction can lift the wheel by more
-            than its normal force presses it down.
+            See `patches`, and where no height bears the force: on a steep
+            flange friction can lift the wheel by more than its normal force
+            presses it down.
         NotConverged
             If a patch is not solved, see `varcontact.solve`.
         """
@@ -373,26 +394,30 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         tol: float = 1e-6,
         **options: Any,
     ) -> FastWheel:
-        """Forces of a fast theory on an ellipse for each patch, see `varcontact.wheel_rail.virtual_penetration`.
+        """Forces of a fast theory on an ellipse for each patch, see
+        `varcontact.wheel_rail.virtual_penetration`.
 
         Parameters
         ----------
         normal : {"virtual-penetration", "analyn", "hertz"}
-            Kik and Piotrowski's virtual penetration; after ANALYN, with the pressures of Hertz's problem of each strip;
-            or Hertz's contact with the curvatures where the profiles touch.
+            Kik and Piotrowski's virtual penetration; after ANALYN, with the
+            pressures of Hertz's problem of each strip; or Hertz's contact with
+            the curvatures where the profiles touch.
         tangential : str
             A theory of `varcontact.creep_forces`.
         tol : float
-            How near the vertical force comes to the one that is given, relative.
+            How near the vertical force comes to the one that is given,
+            relative.
         **options
-            Of the theory, see `varcontact.creep_forces`. Patches at the flange are longer than the ellipses of "table":
-            ``outside="clamp"`` takes the nearest it has.
+            Of the theory, see `varcontact.creep_forces`. Patches at the flange
+            are longer than the ellipses of "table": ``outside="clamp"`` takes
+            the nearest it has.
 
         Raises
         ------
         NoContact, SceneError
-            See `patches`; where a profile has no curvature for Hertz; for friction that is no number; for what the
-            theory refuses.
+            See `patches`; where a profile has no curvature for Hertz; for
+            friction that is no number; for what the theory refuses.
         """
         from varcontact.wheel_rail.virtual_penetration import estimate_wheel_on_rail
 

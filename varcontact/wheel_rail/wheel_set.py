@@ -41,18 +41,23 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
     track : Track
     wheelset : WheelSet
     position, velocity : Position, Velocity, optional
-        Those of the middle of the axle; where y is free, the search begins there.
+        Those of the middle of the axle; where y is free, the search begins
+        there.
     vertical_force, z : float
-        Exactly one of the two: the load of the axle [N], or its height, downwards [mm].
+        Exactly one of the two: the load of the axle [N], or its height,
+        downwards [mm].
     free : tuple of str
-        What is found from the balance of loads: "y" or "lateral" (velocity) by the lateral force, "roll" by the roll
-        moment, "yaw" or "yaw_rate" by the yaw moment, "pitch_rate" by the torque, or "speed" by the longitudinal
-        force. All others are prescribed. "roll" and "pitch_rate" if not given: free rolling.
+        What is found from the balance of loads: "y" or "lateral" (velocity) by
+        the lateral force, "roll" by the roll moment, "yaw" or "yaw_rate" by the
+        yaw moment, "pitch_rate" by the torque, or "speed" by the longitudinal
+        force. All others are prescribed. "roll" and "pitch_rate" if not given:
+        free rolling.
     lateral_force, longitudinal_force : float
         On the axle, to the right and forwards [N].
     roll_moment, yaw_moment, torque : float
-        On the axle, along the axes of the wheel set: right side down, to the right, and about the axle [N mm]. As the
-        pitch rate, the torque is negative where it drives the wheels forwards.
+        On the axle, along the axes of the wheel set: right side down, to the
+        right, and about the axle [N mm]. As the pitch rate, the torque is
+        negative where it drives the wheels forwards.
     friction : float, law, FrictionByAngle, or pair of them
         Of both rails, or of the left and the right one.
     bodies, dx, dy, join, separate, turn, conformal
@@ -130,15 +135,18 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         return replace(self, track=track, position=position, velocity=velocity)
 
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelSetSolution:
-        """Solve all patches of both wheels, with the positions and velocities that balance the loads.
+        """Solve all patches of both wheels, with the positions and velocities
+        that balance the loads.
 
-        The search begins with the fast way, see `estimate`; from there a few exact solutions lead to the balance.
+        The search begins with the fast way, see `estimate`; from there a few
+        exact solutions lead to the balance.
 
         Parameters
         ----------
         tol : float
-            Largest imbalance: of forces by the load, of moments by the load and half the distance of the nominal
-            circles, of the torque by the load and the radius. With grids chosen for an accuracy 1e-4 at least.
+            Largest imbalance: of forces by the load, of moments by the load and
+            half the distance of the nominal circles, of the torque by the load
+            and the radius. With grids chosen for an accuracy 1e-4 at least.
         certify : str, optional
             See `varcontact.solve`.
         **methods
@@ -147,8 +155,8 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         Raises
         ------
         NoContact, SceneError
-            See `WheelOnRail.patches`; where the wheel set falls between the rails, a wheel leaves its rail, or no
-            position bears the loads.
+            See `WheelOnRail.patches`; where the wheel set falls between the
+            rails, a wheel leaves its rail, or no position bears the loads.
         NotConverged
             If a patch is not solved, or the balance is not found.
         """

@@ -38,7 +38,8 @@ class WheelSetSolution(WheelForces):
     solved : int
         How often both wheels were solved exactly.
     errors : dict
-        Estimated error of each free quantity, by its name: NaN where it was not estimated.
+        Estimated error of each free quantity, by its name: NaN where it was not
+        estimated.
     """
 
     case: WheelSetOnTrack

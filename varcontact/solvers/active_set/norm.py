@@ -1,6 +1,7 @@
 """NORM: Kalker's active-set algorithm for the normal problem (paper, section 5.2).
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact,
+Kluwer 1990.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants.
+"""TANG: Kalker's active-set algorithm for the tangential problem (paper,
+section 5.3), as printed and variants.
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact,
+Kluwer 1990.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Many small tangential problems at once: the inexact Newton method of `solvers.newton`, one step for all of them.
+"""Many small tangential problems at once: the inexact Newton method of
+`solvers.newton`, one step for all of them.
 
-Products with influence numbers are transforms by dense matrices. Steps are in single precision; residuals are renewed
-in double where they are no longer exact enough. Problems that are solved leave the pool, others take their places.
+Products with influence numbers are transforms by dense matrices. Steps are in
+single precision; residuals are renewed in double where they are no longer exact
+enough. Problems that are solved leave the pool, others take their places.
 """
 
 from __future__ import annotations

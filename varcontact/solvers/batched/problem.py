@@ -35,20 +35,25 @@ class Batch:
 
 @dataclass(frozen=True, eq=False)
 class BatchedProblem:
-    """Tangential problems of like half-spaces, dimensionless with G = 1; n problems on (ny, nx) elements.
+    """Tangential problems of like half-spaces, dimensionless with G = 1; n
+    problems on (ny, nx) elements.
 
     Attributes
     ----------
     dx, dy, nu : ndarray, shape (n,)
-        Sides of the elements, the strips' width in line contact, and Poisson's ratio.
+        Sides of the elements, the strips' width in line contact, and Poisson's
+        ratio.
     rigid_shift : ndarray, shape (2, ny, nx, n)
-        W: of components whose force is prescribed, without what is unknown of it.
+        W: of components whose force is prescribed, without what is unknown of
+        it.
     bound : ndarray, shape (ny, nx, n)
         Traction bound, zero out of contact.
     force : ndarray, shape (2, n)
-        Prescribed sums of the tractions over the elements; NaN where the rigid shift is given.
+        Prescribed sums of the tractions over the elements; NaN where the rigid
+        shift is given.
     difference : str or None
-        Difference over a step of rolling by one element, see `DIFFERENCES`; None in a shift.
+        Difference over a step of rolling by one element, see `DIFFERENCES`;
+        None in a shift.
     line : bool
         Line contact, ny = 1.
     compliance : ndarray, shape (ny, nx), optional

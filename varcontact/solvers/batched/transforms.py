@@ -1,7 +1,8 @@
-"""Transforms of many small fields by dense matrices of cosines and sines, two products of matrices each.
+"""Transforms of many small fields by dense matrices of cosines and sines, two
+products of matrices each.
 
-Influence numbers are even or odd along x and y, so that their transforms are real. On fewer than some 40 elements a
-side this takes less time than FFT.
+Influence numbers are even or odd along x and y, so that their transforms are
+real. On fewer than some 40 elements a side this takes less time than FFT.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Every conic and QP solver as a solver of contact problems: one table, and one function for each interface.
+"""Every conic and QP solver as a solver of contact problems: one table, and one
+function for each interface.
 
-The table says what one requested accuracy of the tractions means to each solver, and what has to be installed.
+The table says what one requested accuracy of the tractions means to each
+solver, and what has to be installed.
 """
 
 from __future__ import annotations

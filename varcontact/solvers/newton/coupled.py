@@ -1,10 +1,12 @@
 """Newton's method for pressure and tractions of unlike bodies together, without a matrix.
 
-The fields are ``(p_z, p_t)``, pressure first, and their shifts ``E = (e, E_t)``, deformed distance and local shift.
-With ``y = p - E`` the natural map is ``p_z = max(y_z, 0)``, ``p_t = Proj(y_t)`` on the disk of ``f max(y_z, 0)``: the
-traction bound is an unknown, too. Newton's equations are those of the two problems, with all blocks of A, and with
-``n.d_t - f d_z = f p_z - n.p_t`` where it slips. The preconditioner is that of the pressures, then, with the bounds
-that go with these, that of the tractions.
+The fields are ``(p_z, p_t)``, pressure first, and their shifts
+``E = (e, E_t)``, deformed distance and local shift. With ``y = p - E`` the
+natural map is ``p_z = max(y_z, 0)``, ``p_t = Proj(y_t)`` on the disk of
+``f max(y_z, 0)``: the traction bound is an unknown, too. Newton's equations are
+those of the two problems, with all blocks of A, and with
+``n.d_t - f d_z = f p_z - n.p_t`` where it slips. The preconditioner is that of
+the pressures, then, with the bounds that go with these, that of the tractions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Newton's method on the natural map of a contact problem, inexact and without a matrix: from a start or coarse grids.
+"""Newton's method on the natural map of a contact problem, inexact and without
+a matrix: from a start or coarse grids.
 
-Each step's linear equations are solved by GCR to a rough residual; a line search keeps it converging. Small problems
-that it leaves unsolved go to dense active sets.
+Each step's linear equations are solved by GCR to a rough residual; a line
+search keeps it converging. Small problems that it leaves unsolved go to dense
+active sets.
 """
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
-"""Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT (float32).
+"""Products with influence numbers on a box of equal elements, and their
+approximate inverse, by FFT (float32).
 
 Influence numbers are divided by a unit of the operator.
 
-The preconditioner inverts the kernel on a periodic box. A circulant would be exact for a contact that repeats itself;
-a Parzen window takes the kernel to zero at the ends of the box, which keeps the symbol positive.
+The preconditioner inverts the kernel on a periodic box. A circulant would be
+exact for a contact that repeats itself; a Parzen window takes the kernel to
+zero at the ends of the box, which keeps the symbol positive.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Newton's method for the normal problem, without a matrix.
 
-With ``y = p - E``, E the deformed distance, the solution is ``p = max(y, 0)``. Where y is positive there is contact,
-and Newton's equation is ``A d = -E``; elsewhere it is ``d = -p``.
+With ``y = p - E``, E the deformed distance, the solution is ``p = max(y, 0)``.
+Where y is positive there is contact, and Newton's equation is ``A d = -E``;
+elsewhere it is ``d = -p``.
 """
 
 from __future__ import annotations

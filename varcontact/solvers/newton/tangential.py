@@ -1,8 +1,10 @@
 """Newton's method for the tangential problem, without a matrix.
 
-With ``y = p - E`` the solution is ``p = Proj(y)``, the projection on the disk (or interval) of the traction bound g.
-Where ``|y| <= g`` the element sticks, and Newton's equation is ``M d = -E``. Elsewhere it slips: with n along y, t
-across it, and ``held = g/|y|``, the equations are ``n.d = g - n.p`` and ``held t.(M d) + (1 - held) t.d = -t.p``.
+With ``y = p - E`` the solution is ``p = Proj(y)``, the projection on the disk
+(or interval) of the traction bound g. Where ``|y| <= g`` the element sticks,
+and Newton's equation is ``M d = -E``. Elsewhere it slips: with n along y, t
+across it, and ``held = g/|y|``, the equations are ``n.d = g - n.p`` and
+``held t.(M d) + (1 - held) t.d = -t.p``.
 """
 
 from __future__ import annotations

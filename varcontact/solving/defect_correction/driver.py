@@ -1,6 +1,8 @@
-"""Defect correction: what a field on parts lacks of the continuum's slip is added to the coarse problem's.
+"""Defect correction: what a field on parts lacks of the continuum's slip is
+added to the coarse problem's.
 
-Its error is estimated from half as many elements. Other scenes, methods and grids are refused before any work.
+Its error is estimated from half as many elements. Other scenes, methods and
+grids are refused before any work.
 """
 
 from __future__ import annotations

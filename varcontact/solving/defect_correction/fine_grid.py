@@ -1,6 +1,8 @@
-"""Equal parts of the coarse elements: the field on them, reconstructed from the coarse tractions, and its slip.
+"""Equal parts of the coarse elements: the field on them, reconstructed from the
+coarse tractions, and its slip.
 
-Tractions with the roots of Hertz's edge have known displacements: from these follows what constant parts miss.
+Tractions with the roots of Hertz's edge have known displacements: from these
+follows what constant parts miss.
 """
 
 from __future__ import annotations
