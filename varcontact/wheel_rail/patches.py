@@ -242,8 +242,8 @@ def reference_surface(
     if not known.any():
         raise too_rough(float(origin[0]))
     if gap[known].min() >= 0:
-        none = f"no element's centre is in the overlap near y = {origin[0]:.4g} mm"
-        reason = f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: {none}; give less, or smooth a rough profile"
+        none = f"no element's centre is in the overlap near y = {origin[0]:.4g} mm; give smaller ones"
+        reason = f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: {none}, or smooth a rough profile"
         raise SceneError("dx, dy", grid.sides, message=reason)
     # beside a profile's end, where there is no gap, nothing touches
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())
