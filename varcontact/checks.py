@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import difflib
+import inspect
 import math
 import os
 from collections.abc import Callable, Iterable
@@ -197,8 +198,14 @@ def progress(value: Any) -> Callable[[Any], None]:
     """The function that is called with the name of each stage; for None one that does nothing."""
     if value is None:
         return lambda stage: None
+    refusal = SceneError("progress", value, "None, or a function of one string")
     if not callable(value) or isinstance(value, type):
-        raise SceneError("progress", value, "None, or a function of one string")
+        raise refusal
+    with contextlib.suppress(ValueError):  # of a function that is built in the signature may not be known
+        try:
+            inspect.signature(value).bind("")
+        except TypeError:
+            raise refusal from None
     return value
 
 
@@ -255,6 +262,7 @@ class Checked:
     Where an argument has another name, `_words` say which is right.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     _path: ClassVar[str] = ""
     _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
@@ -264,7 +272,7 @@ class Checked:
         cls._checks = cls._checks | by_name
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        names = [each.name for each in dataclasses.fields(cls)]  # type: ignore[arg-type]  # its classes are
+        names = [each.name for each in dataclasses.fields(cls)]
         for name in kwargs:
             if name not in names:
                 right = f": write {cls._words[name]}" if name in cls._words else nearest(name, names)

@@ -1,9 +1,18 @@
-"""Reports as texts for notebooks."""
+"""Texts for notebooks and pages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from html import escape
+
+
+def in_rows(title: str, rows: Iterable[tuple[str, str]], width: int = 20) -> str:
+    """Names and texts below a title, in columns as wide."""
+    return "\n".join([title, "", *(f"  {name:<{width}}{text}".rstrip() for name, text in rows)])
+
+
+def preformatted(text: str) -> str:
+    return f"<pre>{escape(text)}</pre>"
 
 
 class Reported:
@@ -15,4 +24,4 @@ class Reported:
         return self.report()
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.report())}</pre>"
+        return preformatted(self.report())

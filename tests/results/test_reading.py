@@ -135,6 +135,23 @@ def test_page_stands_alone_and_repeats_the_answer(tmp_path):
     assert name == "varcontact" and row in run(*words, folder=tmp_path).stdout
 
 
+@pytest.mark.parametrize("name", ["history", "estimate", "certificate", "profile", "scene"])
+def test_notebooks_show_values(name):
+    from varcontact.wheel_rail import Profile
+
+    scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Transient(steps=2, dq=0.2, vx=0.2), bodies=vc.Bodies(1.0, 0.3))
+    history = vc.solve(scene, accuracy=0.1)
+    last = history[-1]
+    shown, value = {
+        "history": (history, f"{history.rolled[-1]:.5g}"),
+        "estimate": (last.error_estimate, f"{last.error_estimate.errors['Fx']:.1e}"),
+        "certificate": (last.certificate, f"{last.certificate.residual:.2e}"),
+        "profile": (Profile.s1002(), f"{Profile.s1002().y.size} points"),
+        "scene": (scene, f"WARNING             {scene.doubts[0]}"),
+    }[name]
+    assert html.escape(value) in shown._repr_html_()
+
+
 def test_notebooks_show_reports(sol):
     scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Transient(steps=2, dq=0.2, vx=0.01), bodies=vc.Bodies(1.0, 0.3))
     history = vc.solve(dataclasses.replace(scene, grid=vc.Grid(6, 6)))

@@ -245,7 +245,7 @@ def test_passages_wear_a_corrugation_away_as_linear_theory_says():
         assert abs(np.fft.rfft(rail.height)[1]) / first == pytest.approx(expected, rel=0.03)
 
 
-def test_a_flat_deeper_than_the_approach_bears_nothing():
+def test_a_flat_deeper_than_the_approach_is_doubted():
     x = np.linspace(-1.0, 1.0, 41)
     for deep in (True, False):
         depth = (2.0 if deep else 0.5) * 0.5**2 / R
@@ -253,6 +253,7 @@ def test_a_flat_deeper_than_the_approach_bears_nothing():
         motion = vc.Transient(steps=1, dq=0.1, vx=0.0, carried=flat)
         given = {"surface": vc.Paraboloids(R, R), "normal_force": None, "approach": 0.25 / R}
         scene = replace(roller(steps=1), **given, grid=vc.Grid(nx=12, ny=12), motion=motion)
+        assert any("exceed the approach" in doubt for doubt in scene.doubts) == deep
         force = vc.solve(scene)[-1].normal_force
         assert (force == 0.0) == deep
 

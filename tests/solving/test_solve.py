@@ -145,6 +145,9 @@ def test_progress_is_a_function():
         with pytest.raises(vc.SceneError) as refused:
             vc.solve(dataclasses.replace(scene, motion=motion), progress=3)
         assert str(refused.value) == "progress = 3 is not allowed: must be None, or a function of one string"
+        for other in (object, lambda: None):
+            with pytest.raises(vc.SceneError, match=r"progress = .* must be None, or a function of one string"):
+                vc.solve(dataclasses.replace(scene, motion=motion), progress=other)
 
 
 @pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])

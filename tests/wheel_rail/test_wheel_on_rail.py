@@ -95,6 +95,7 @@ def test_a_flange_contact_takes_few_heights():
     case = wheel(-7.0, -6e-4, 0.026, side="left", vertical_force=65e3, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
+        warnings.filterwarnings("ignore", "normal forces of")
         found = case.solve()
     assert found.force[2] == pytest.approx(65e3, rel=1e-6)
     assert found.rounds <= 12
@@ -109,6 +110,7 @@ def test_any_position_bears_its_load(seed):
     case = wheel(y, roll, yaw, side=("left", "right")[seed % 2], vertical_force=force, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
+        warnings.filterwarnings("ignore", "normal forces of")
         found = case.solve()
     assert found.force[2] == pytest.approx(case.vertical_force, rel=1e-6)
     for each in found.patches:
@@ -256,6 +258,17 @@ def test_a_wheel_that_friction_lifts_is_refused():
     for do in (climbing.solve, climbing.estimate):
         with pytest.raises(SceneError, match=said):
             do()
+
+
+def test_normal_forces_far_larger_than_the_load_are_said():
+    """80 kN on a flange at 69 degrees, borne by more than twice as much; on the tread nothing is said."""
+    flange = wheel(7.0, dx=1.0, dy=0.5)
+    with pytest.warns(UserWarning, match=r"normal forces of \S+ N bear the load of 8e\+04 N, .* 6\d\.\d degrees"):
+        found = flange.solve()
+    assert found.patches[0].normal_force > 2 * 80e3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wheel(3.0).solve()
 
 
 @pytest.mark.parametrize("G", [82e9, (82e9, 80e9)])

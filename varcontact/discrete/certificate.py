@@ -32,6 +32,7 @@ from varcontact.discrete.residuals import (
 from varcontact.discrete.state import ContactState, means, normal_as_solved
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.html import in_rows, preformatted
 from varcontact.system.process import one_blas_thread
 
 LEVELS = ("full", "gap", "none")
@@ -116,6 +117,12 @@ class Certificate:
         exact enough to tell, and where it is left out.
         """
         return self._known_bounds.whole
+
+    def _repr_html_(self) -> str:
+        measures = ("gap", "relative_gap", "residual", "normal_residual", "tangential_residual")
+        rows = [(name.replace("_", " "), f"{getattr(self, name):.2e}") for name in measures]
+        bound = ", ".join(f"{name} {size:.2e}" for name, size in zip(("Fx", "Fy", "Mz"), self.force_bound, strict=True))
+        return preformatted(in_rows("Certificate", [*rows, ("guaranteed bounds", bound)]))
 
     def without_moment(self) -> Certificate:
         """That of tractions by a theory without a moment: NaN bounds it."""

@@ -74,9 +74,8 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = given_grid(scene)
-    heights, hertz = getattr(scene.motion, "heights", ()), scene.hertz
-    if heights and not spec.explicit and hertz is not None:  # heights move and widen the contact
-        highest = sum(float(each.height.max(initial=0.0) - each.height.min(initial=0.0)) for each in heights)
+    highest, hertz = scene.motion.height_range if isinstance(scene.motion, Transient) else 0.0, scene.hertz
+    if highest > 0 and not spec.explicit and hertz is not None:  # heights move and widen the contact
         wider = math.sqrt(1 + highest / (hertz.a**2 / hertz.Rx)) - 1
         spec = replace(spec, margin=spec.margin + math.ceil(wider * max(spec.nx, spec.rows) / 2))
     coupled = scene.coupled and not scene.frictionless

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.html import in_rows, preformatted
 from varcontact.scene.grid import Grid
 
 BY_NAME = ("values", "errors", "on_grid", "bars")
@@ -82,6 +83,13 @@ class ErrorEstimate:
     time_budget: float | None = None
     on_grid: dict[str, float] = field(default_factory=dict)
     bars: dict[str, float] = field(default_factory=dict)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}")
+            for name, value in self.values.items()
+        ]
+        return preformatted(in_rows("Estimated error against the continuum", [*rows, ("how", self.how)]))
 
     @property
     def largest(self) -> float:

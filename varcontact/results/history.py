@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
@@ -55,8 +55,9 @@ def series_of(history: History, name: str, shape: tuple[int, ...] = ()) -> np.nd
     return np.array([getattr(sol, name) for sol in history.solutions]).reshape(len(history), *shape)
 
 
-def _series(name: str, words: str, *shape: int) -> property:
-    return property(lambda history: series_of(history, name, shape), doc=words)
+def _series(name: str, words: str, *shape: int) -> np.ndarray:
+    """A property, to type checkers the array that it has."""
+    return cast("np.ndarray", property(lambda history: series_of(history, name, shape), doc=words))
 
 
 @dataclass(frozen=True, eq=False)

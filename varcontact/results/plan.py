@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from varcontact.discrete.state import cells_of
-from varcontact.html import Reported
+from varcontact.html import Reported, in_rows
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.system import process
@@ -239,7 +239,7 @@ class Plan(Reported):
             solvers = cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
             seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
             rows.append(("" if i else "time, one core", f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"))
-        return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in rows)])
+        return in_rows("Plan", rows)
 
 
 def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:

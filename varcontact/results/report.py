@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP
+from varcontact.html import in_rows
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -30,7 +31,7 @@ def report(sol: Solution, with_doubts: bool = True) -> str:
         text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
     rows = [*(("WARNING", words) for words in sol.warnings), *_loads(sol), ("contact", text), ("", "")]
     rows += [*_refinement(sol), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
-    return "\n".join([*above, headline(sol), "", *(f"  {name:<18}{text}".rstrip() for name, text in rows)])
+    return "\n".join([*above, in_rows(headline(sol), rows, width=18)])
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -41,8 +41,9 @@ ROUNDING = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
 
 
-def _part(name: str, k: int, words: str) -> property:
-    return property(lambda sol: float(getattr(sol, name)[k]), doc=words)
+def _part(name: str, k: int, words: str) -> float:
+    """A property, to type checkers the number that it has."""
+    return cast("float", property(lambda sol: float(getattr(sol, name)[k]), doc=words))
 
 
 @dataclass(frozen=True, eq=False)

@@ -337,6 +337,10 @@ def doubts(scene: Scene) -> tuple[str, ...]:
             name = "normal_force" if scene.approach is None else "approach"
             words = f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
             found.append(f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it")
+    heights = motion.height_range if isinstance(motion, Transient) else 0.0
+    if scene.approach is not None and 0 < scene.approach <= heights:
+        words = f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}"
+        found.append(f"{words}: the bodies part, and forces are zero there")
     # creepages beyond those for which velocities are nearly those of rolling
     for name in ("vx", "vy") if isinstance(motion, Steady | TimeStep | Transient) else ():
         largest = max(motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)], key=abs)

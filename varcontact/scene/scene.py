@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, TypedDict, Unpack, overload
@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, Typ
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, shortened
+from varcontact.html import in_rows, preformatted
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
@@ -340,6 +341,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
         return consistency.doubts(self)
+
+    def _repr_html_(self) -> str:
+        entries = [(each.name, getattr(self, each.name)) for each in fields(self)]
+        rows = [(name, shortened(value, 200)) for name, value in entries if value is not None]
+        return preformatted(in_rows("Scene", [*rows, *(("WARNING", doubt) for doubt in self.doubts)]))
 
     __repr__ = checks.short_entries
 

@@ -190,6 +190,11 @@ spin_offset=0.16666666666666666, dt=None)
         return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
 
     @property
+    def height_range(self) -> float:
+        """From the lowest to the highest of what the bodies carry, at most [length]."""
+        return sum(float(each.height.max(initial=0.0) - each.height.min(initial=0.0)) for each in self.heights)
+
+    @property
     def heights(self) -> tuple[Carried, ...]:
         """What the bodies carry, one after the other."""
         return (self.carried,) if isinstance(self.carried, Carried) else tuple(self.carried or ())

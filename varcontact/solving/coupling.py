@@ -122,13 +122,11 @@ def coupled_newton(
     chosen, operators = tangential.directions, disc.operators
     free = loading.normal_force is not None
     turned = free and disc.conformal and loading.law is None
+    blocks = operators.normal, disc.tangential_operator.between(chosen, chosen)
+    across = operators.traction_to_distance.between((0,), chosen), disc.pressure_to_shift.between(chosen, (0,))
     problem = CoupledProblem(
-        operator=in_blocks(
-            [
-                [operators.normal, operators.traction_to_distance.between((0,), chosen)],
-                [disc.pressure_to_shift.between(chosen, (0,)), disc.tangential_operator.between(chosen, chosen)],
-            ]
-        ),
+        operator=in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
+        blocks=blocks,
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift[list(chosen)],
         friction=np.broadcast_to(np.asarray(loading.coefficient, dtype=float), disc.grid.shape),

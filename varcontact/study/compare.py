@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import pandas as pd
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
+from varcontact.html import preformatted
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -232,7 +232,7 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]  # pandas has no types, my
     def _repr_html_(self) -> str:
         """As `summary` prints it; pandas' own where columns are missing."""
         if {"scene", *(name for name, _ in SHOWN.values())} <= set(self.columns):
-            return f"<pre>{escape(summary(self))}</pre>"
+            return preformatted(summary(self))
         frame: str = super()._repr_html_()
         return frame
 

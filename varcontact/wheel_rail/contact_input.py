@@ -137,9 +137,11 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     if new["grid"]:
         elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
         if elements.number(2) != 1:
-            elements.refuse("DQREL", elements.number(2), "is not supported: the step of rolling here is an element: 1")
+            why = "is not supported: the step of rolling here is an element; supported: 1"
+            elements.refuse("DQREL", elements.number(2), why)
         if elements.angle(3) < math.pi / 2 - 1e-6:
-            elements.refuse("A_SEP", elements.values[3], "is not supported: patches here are separated by distance")
+            why = "is not supported: patches here are separated by distance; supported: 90d"
+            elements.refuse("A_SEP", elements.values[3], why)
         more = [value for value in map(number_of, elements.rest[:2]) if value is not None]
         if len(more) == 2:
             elements.refuse("GAP_MISS", more[1], "is not supported; leave it out")
@@ -171,7 +173,7 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
         for k, name in enumerate(deviations.names):
             if deviations.angle(k) != 0:
-                deviations.refuse(name, deviations.values[k], "is not supported: rails have none; supported: 0")
+                deviations.refuse(name, deviations.values[k], "is not supported: rails have no deviation; supported: 0")
 
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices

@@ -13,6 +13,8 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
+STEEP = 2.0
+"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
 FEWEST = 4
 """Elements of a patch either way below which its pressures are rough."""
 
@@ -30,9 +32,16 @@ class RoughProfile(UserWarning):
 
 
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
-    """Warn of exchanged sides, noise, few elements, and contacts too wide for half-spaces."""
+    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
     case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
+    normal = sum(each.normal_force for each in found.patches)
+    if case.vertical_force is not None and normal > STEEP * case.vertical_force:
+        steepest = np.degrees(max(abs(each.patch.angle) for each in found.patches))
+        warn(
+            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
+            f"{steepest:.3g} degrees: a wheel with this load hardly comes to this position"
+        )
     for each in found.patches:
         patch, solution, half = each.patch, each.solution, each.half_width
         where = f"the patch at y = {patch.location[1]:.4g} mm"
@@ -49,7 +58,8 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
         for kind, radius in too_wide(case, each).items():
             wide = f"{where} is {half:.3g} mm wide to either side"
             bent = f"the {kind}'s radius of curvature {radius:.3g} mm, less than {CONFORMAL:g} times as much"
-            warn(f"conformal contact: {wide}, {bent}; conformal = True has a curved surface", ConformalContact)
+            why = "half-spaces are too soft for that, and the tangent plane too flat"
+            warn(f"conformal contact: {wide}, {bent}; {why}; conformal = True has a curved surface", ConformalContact)
 
 
 def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
@@ -133,6 +134,9 @@ class Profile:
         name = f"{self.name!r}, " if self.name else ""
         smoothed = f", smoothing={self.smoothing:g}" if self.smoothing else ""
         return f"Profile({self.kind}, {name}{self.y.size} points, y {self.y[0]:.4g} to {self.y[-1]:.4g} mm{smoothed})"
+
+    def _repr_html_(self) -> str:
+        return preformatted(repr(self))
 
     @classmethod
     def read(

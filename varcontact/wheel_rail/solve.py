@@ -139,13 +139,21 @@ def _wheel(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[str, Any]:
-    """The accuracy or time budget that grids are chosen for, if one is given."""
+    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
+    reasons = {
+        "store": "store must be left out: it is for histories of steps",
+        "refine": "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead",
+    }
+    for name, reason in reasons.items():
+        if methods.get(name) is not None:
+            raise SceneError(name, methods[name], message=reason)
     if case.conformal is True and theory:
         reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
         raise SceneError("tangential", methods["tangential"], message=reason)
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
-    for name, value in target.items():
+    if target:
         checks.exactly_one(**target)
+    for name, value in target.items():
         checks.positive(name, value)
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:

@@ -24,9 +24,10 @@ def scaled(request):
         bodies=BODIES,
     )
     disc = discretise(scene, scene.grid)
-    above = [disc.operators.normal, disc.operators.traction_to_distance]
+    blocks = disc.operators.normal, disc.tangential_operator
     problem = CoupledProblem(
-        operator=in_blocks([above, [disc.pressure_to_shift, disc.tangential_operator]]),
+        operator=in_blocks([[blocks[0], disc.operators.traction_to_distance], [disc.pressure_to_shift, blocks[1]]]),
+        blocks=blocks,
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift,
         friction=np.full(disc.grid.shape, 0.3),

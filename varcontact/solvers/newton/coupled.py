@@ -35,6 +35,7 @@ class CoupledProblem:
     """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid."""
 
     operator: GridOperator  # displacements by tractions, (1 + c) of each, the normal ones first
+    blocks: tuple[GridOperator, GridOperator]  # of those, by pressures and by tangential tractions alone
     distance: np.ndarray  # (ny, nx) h, the undeformed distance
     rigid_shift: np.ndarray  # (c, ny, nx) W
     friction: np.ndarray  # (ny, nx) f, finite
@@ -142,17 +143,15 @@ class ScaledCoupled(Problem[CoupledConditions]):
         shape, weight = problem.distance.shape, 1 / np.sqrt(problem.distance.size)
         load = np.full((len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max()))
         load[0] = float(start.traction[0].max())
-        every = tuple(range(len(load)))
-        blocks = [problem.operator.between(some, some) for some in (every[:1], every[1:])]
-        units = np.full(load.shape, unit(blocks[1]))
-        units[0] = unit(blocks[0])
+        units = np.full(load.shape, unit(problem.blocks[1]))
+        units[0] = unit(problem.blocks[0])
         displacement, part = units * load, float(load[-1, 0, 0] / load[0, 0, 0])
         fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
         known, within = np.concatenate(fields) / displacement, np.ones(shape)
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
-        split, normal, tangential = int(0 in free), *(kernel(block, shape) for block in blocks)
+        split, normal, tangential = int(0 in free), *(kernel(block, shape) for block in problem.blocks)
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
