@@ -8,13 +8,14 @@ import pytest
 from scipy.optimize import brentq
 
 from tests.scenes import refusals
-from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, published, round_rail, round_wheel
+from tests.wheel_rail.conditions import TRACK, WHEELSET, cone, flat_track, published, round_rail, round_wheel
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.wheel_rail import (
     FrictionByAngle,
     Irregularity,
     Position,
+    Profile,
     Velocity,
     WheelSet,
     WheelSetOnTrack,
@@ -55,15 +56,44 @@ def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
     assert abs(found.moment_on_wheelset[1] + torque) < 1e-6 * 160e3 * 460
     assert abs(found.moment_on_wheelset[0]) < 1e-6 * 160e3 * 750
     assert found.force[2] == pytest.approx(160e3, rel=1e-6)
-    friction = deeper = 0.0
+    deeper = 0.0
+    body = found.left.case.body(found.z)
+    velocity, turning = (body.rotation.T @ each for each in (body.velocity, body.angular_velocity))
+    taken = -(found.force_on_wheelset @ velocity + found.moment_on_wheelset @ turning) / 1e3
     for wheel in found.wheels:
         for each in wheel.patches:
-            friction += each.solution.power * each.patch.creepage.speed / 1e3
             arm = each.patch.approach * each.frame.normal  # creepages are those of the wheel's particle in the rail
             deeper += each.force_on_track @ np.cross(wheel.case.body(found.z).angular_velocity, arm) / 1e3
-    assert found.power + deeper == pytest.approx(friction, rel=2e-3)
-    assert abs(deeper) < 0.1 * friction
+    assert taken + deeper == pytest.approx(found.power, rel=2e-3)
+    assert abs(deeper) < 0.1 * found.power
     assert found.force[0] * torque >= 0  # driving wheels push the rails backwards
+
+
+@pytest.mark.parametrize("solver", ["estimate", "solve"])
+def test_friction_power_of_a_wheel_set_that_slides_sideways(solver):
+    """In full slip f N times the sliding velocity of the rigid bodies, without the work of N."""
+    sliding = Velocity(speed=20e3, pitch_rate=-20e3 / 460.0, lateral=1000.0)
+    found = getattr(wheel_set(5.0, velocity=sliding, friction=0.05, free=("roll",)), solver)()
+    expected = normal = 0.0
+    for wheel in found.wheels:
+        for each in wheel.patches:
+            moving = wheel.case.body(found.z).velocity_at(each.frame.origin) @ each.frame.axes
+            expected += 0.05 * each.force[2] * np.hypot(*moving[:2]) / 1e3
+            normal += each.force[2] * moving[2] / 1e3
+    assert abs(normal) > 0.05 * expected
+    assert found.power == pytest.approx(expected, rel=0.01)
+
+
+def test_nadals_limit_is_that_of_the_face_of_the_flange():
+    """70 degrees by EN 13715, on both sides, though the back of the flange is vertical and noise can turn it."""
+    angle, f = np.radians(70.0), 0.3
+    limit = (np.tan(angle) - f) / (1 + f * np.tan(angle))
+    wheel = Profile.s1002()
+    found = wheel_set(3.0, wheelset=replace(WHEELSET, wheel=wheel)).estimate()
+    for side in ("left", "right"):
+        assert found.y_over_q(side) / found.nadal(side) == pytest.approx(limit, rel=5e-3)
+    coned = WheelSetOnTrack(track=flat_track(round_rail()), wheelset=WheelSet(wheel=cone()), vertical_force=160e3)
+    assert np.isnan(coned.estimate().nadal("left"))
 
 
 def test_wheels_that_are_cones_roll_as_their_radii_tell():

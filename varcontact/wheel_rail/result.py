@@ -88,6 +88,11 @@ class PatchSolution:
         return self.solution.moment
 
     @property
+    def friction_power(self) -> float:
+        """At the rolling velocity of the patch [W]."""
+        return self.solution.power * self.patch.creepage.speed / 1e3
+
+    @property
     def tilting(self) -> np.ndarray:
         """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the pressure alone."""
         grid, surface = self.solution.grid, self.solution.scene.surface
@@ -385,7 +390,7 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
             t_gamma_without_spin=float(0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy),
             area=area,
             t_gamma_by_area=t_gamma / area,
-            power=t_gamma * rolled.speed / 1e3,
+            power=each.friction_power,
             power_by_area=density * rolled.speed / 1e3,
             sliding=sliding,
         )

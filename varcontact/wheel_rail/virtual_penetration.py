@@ -115,6 +115,13 @@ class FastPatch:
         """(Fx, Fy, Fz) on the rail in track coordinates [N]."""
         return np.asarray(self.frame.axes @ self.force)
 
+    @property
+    def friction_power(self) -> float:
+        """``-(Fx vx + Fs vy + Mz spin)`` at the rolling velocity [W]; NaN by a theory that has no moment."""
+        rolled = self.creepage
+        t_gamma = -(self.force[0] * rolled.vx + self.force[1] * rolled.vy + self.moment * rolled.spin)
+        return float(t_gamma) * rolled.speed / 1e3
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FastWheel(WheelForces):

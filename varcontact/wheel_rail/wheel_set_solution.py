@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.position import Position, Velocity
+from varcontact.wheel_rail.profile import Profile, flange
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
 from varcontact.wheel_rail.track import SIGN, Side, Track
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 BESIDE = 0.05
 """Displacement to either side for the gravitational stiffness [mm]."""
+FACE = 0.1
+"""Distance of the points of the flange's face at which its angle is taken [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +97,8 @@ class WheelSetSolution(WheelForces):
 
     @property
     def power(self) -> float:
-        """Power that the contacts take from the moving wheel set: friction power, where no rail moves [W]."""
-        body = self.left.case.body(self.z)
-        velocity, turning = (body.rotation.T @ each for each in (body.velocity, body.angular_velocity))
-        return -float(self.force_on_wheelset @ velocity + self.moment_on_wheelset @ turning) / 1e3
+        """Friction power of all patches [W]; NaN by a theory that has no moment."""
+        return sum(each.friction_power for each in self.patches)
 
     def y_over_q(self, side: Side) -> float:
         """Lateral by vertical force of the wheel on a `side`, positive where it pushes its rail outwards [-]."""
@@ -104,13 +106,13 @@ class WheelSetSolution(WheelForces):
         return float(SIGN[side] * force[1] / force[2])
 
     def nadal(self, side: Side) -> float:
-        """Y/Q by Nadal's limit, ``(tan d - f)/(1 + f tan d)`` with the flange's greatest angle d, on a `side`.
+        """Y/Q by Nadal's limit, ``(tan d - f)/(1 + f tan d)``, on a `side`.
 
+        d is the greatest angle of the flange's face, between its tip and the tread. NaN of a wheel without a flange.
         M. J. Nadal, Annales des Mines 10 (1896) 232.
         """
         wheel = getattr(self, side).case
-        profile = wheel.wheelset.profile.running
-        steepest = float(np.abs(profile.angles(profile.sampled(0.1))).max())
+        steepest = _flange_angle(wheel.wheelset.profile)
         f, slope = wheel.friction_at(-SIGN[side] * steepest), np.tan(steepest)
         return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))
 
@@ -146,3 +148,14 @@ class WheelSetSolution(WheelForces):
         from varcontact.wheel_rail.plots import plot_wheel_set
 
         return plot_wheel_set(self)
+
+
+def _flange_angle(profile: Profile) -> float:
+    """Greatest angle of a wheel's face from the flange's tip to the tread [rad], NaN if it has no flange."""
+    curve = profile.running
+    s = curve.sampled(FACE)
+    y, z = curve.points(s).T
+    if flange(y, z) >= 0:
+        return math.nan
+    face = s[z.argmax() : np.searchsorted(y, 0.0) + 1]
+    return float(-curve.angles(face).min())
