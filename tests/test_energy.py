@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.problems import project
 from varcontact.energy import (
     complementary_energy,
     gap,
@@ -16,6 +15,7 @@ from varcontact.energy import (
     potential_energy,
     tangential_residual,
 )
+from varcontact.interfaces.potential import project
 
 LOADS = {
     "force": {"normal_force": 1e-2},

@@ -13,7 +13,7 @@ from tests.scenes import make_scene, refused
 from varcontact.discrete import certificate
 from varcontact.discrete.certificate import _rounding, force_bound, pressure_error
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import project
+from varcontact.interfaces.potential import project
 from varcontact.solvers.active_set.tang import tang_safeguarded
 
 CREEPAGE = {"vx": 0.02, "vy": -0.01, "spin": 0.03}

@@ -12,9 +12,9 @@ from tests.scenes import refused
 from varcontact.discrete.certificate import certificate_of, force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import project
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.discrete.state import ContactState
+from varcontact.interfaces.potential import project
 from varcontact.solvers.active_set.norm import norm
 
 MOTIONS = {

@@ -6,6 +6,7 @@ import pytest
 from varcontact.discrete.problems import TangentialProblem, mirror_of
 from varcontact.elasticity.conformal import ConformalOperator, conformal_operator
 from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.interfaces.potential import Potential
 from varcontact.scene.grid import Grid
 
 GRID = Grid(nx=11, ny=17, dx=0.3, dy=0.2, x0=0.0, y0=0.0)
@@ -72,5 +73,5 @@ def test_only_rows_whose_inclination_is_odd_have_a_mirror():
         elements = np.arange(4 * GRID.nx, (last + 1) * GRID.nx)
         elements = elements[elements // GRID.nx != (4 + last) / 2]  # none on the line
         shift, bound = np.ones((2, elements.size)) * [[1.0], [0.0]], np.ones(elements.size)
-        problem = TangentialProblem(own.on(elements), shift, bound, np.zeros((2, elements.size)), 1.0)
+        problem = TangentialProblem(own.on(elements), shift, Potential(bound), np.zeros((2, elements.size)), 1.0)
         assert (mirror_of(problem) is not None) is mirrored

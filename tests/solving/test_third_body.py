@@ -235,7 +235,7 @@ def test_gap_bounds_the_distance_of_any_tractions():
     best = problem.of_grid(exact.traction / disc.scales.pressure, np.zeros(2))[0]
     rng = np.random.default_rng(1)
     for size in (1e-8, 1e-4, 1e-1):
-        tried = problem.projected(best + size * rng.normal(size=best.shape), np.inf)
+        tried = problem.potential.projected(best + size * rng.normal(size=best.shape), np.inf)
         apart = (tried - best).ravel()
         energy = problem.area * float(apart @ problem.operator.matrix @ apart)
         assert 0 < energy <= gap(problem, tried, np.zeros(2))[0]

@@ -18,21 +18,20 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite
-from varcontact.discrete.problems import NormalProblem, TangentialProblem, magnitude, project
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.residuals import (
-    ROUNDING,
     coupling_residual,
     gap,
     normal_gap,
     normal_residual,
     residual_on_grid,
-    shares,
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
+from varcontact.interfaces.potential import ROUNDING, magnitude, project
 from varcontact.system.process import one_blas_thread
 
 LEVELS = ("full", "gap", "none")
@@ -297,11 +296,11 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
     error = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None]) / np.sqrt(definite.least)
     if problem.no_slip:
         return float(np.sqrt(definite.energies(shift[None])[0])) + error
-    parts = np.maximum(shares(problem.bound, traction, shift, problem.yielding), 0.0)
+    parts = np.maximum(problem.potential.shares(traction, shift), 0.0)
     error += ROUNDING * np.sqrt(problem.bound @ length)
     taken = length**2 < problem.operator.diagonal * parts
-    if problem.yielding is not None:
-        taken &= magnitude(traction) <= problem.yielding.stress
+    if problem.potential.flow is not None:
+        taken &= magnitude(traction) <= problem.potential.flow.threshold
     changed = definite.energies(np.where(taken, shift, 0.0)[None])[0]
     return float(min(np.sqrt(parts.sum()), np.sqrt(parts[~taken].sum()) + np.sqrt(changed)) + error)
 

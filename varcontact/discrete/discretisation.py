@@ -17,11 +17,12 @@ import numpy as np
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.loading import Loading, PreviousStep, Scales
 from varcontact.discrete.operators import Operators, medium_of
-from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
+from varcontact.interfaces.potential import Flow, Potential
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
@@ -260,13 +261,13 @@ class Discretisation:
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
             friction = np.broadcast_to(np.asarray(self.loading.coefficient), pressure.shape).ravel()
             bound = friction * np.maximum(pressing, 0.0)
-        yielding, layer = None, self.loading.third_body
+        flow, layer = None, self.loading.third_body
         if layer is not None and layer.yields:
             stress = self.known_yield_stress if self.loading.yield_stress is None else self.loading.yield_stress
             if self.hardening > 0:
                 fresh = self.loading.steady and self.loading.yield_stress is None
                 columns = round((self.step or 0.0) / self.lattice.sides[0], 9) if fresh else 0.0
-                yielding = Yielding(stress, self.hardening, columns)
+                flow = Flow(stress, self.hardening, columns)
             else:
                 bound = np.minimum(bound, stress.ravel())
         bears = (pressing > 0) & (bound > 0)
@@ -290,14 +291,13 @@ class Discretisation:
         return TangentialProblem(
             operator=operator,
             rigid_shift=shift[list(directions)],
-            bound=bound[elements],
+            potential=Potential(bound, flow).on(elements),
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
             symmetric=not self.loading.steady,
             instant=instant,
             directions=directions,
-            yielding=None if yielding is None else yielding.on(elements),
         )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +10,7 @@ import numpy as np
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
 from varcontact.elasticity.conformal import STRAIGHT, ConformalOperator
 from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.interfaces.potential import Potential, magnitude
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""
@@ -52,88 +51,6 @@ class NormalProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class Yielding:
-    """A hardening layer: elements flow along their traction, by ``(|p| - stress)/hardening``, from a stress on.
-
-    Tractions are then those with least ``(|p| - stress)_+^2/(2 hardening)``, of which `projected` is the proximal map.
-    """
-
-    stress: np.ndarray  # (n,) or (ny, nx) the yield stress tau_v that particles bring along
-    hardening: float  # k, positive
-    columns: float = 0.0  # passed in a step of steady rolling, where the stress is that of fresh material
-
-    def flow(self, traction: np.ndarray) -> np.ndarray:
-        """Plastic shift (c, ...) under tractions."""
-        size = magnitude(traction)
-        beyond = np.maximum(size - self.stress, 0.0) / self.hardening
-        return np.asarray(traction * (beyond / np.where(size > 0, size, 1.0)))
-
-    def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
-        """Sizes of tractions from those of trial tractions ``p - E/weight``, before friction limits them."""
-        ratio = 1 / (self.hardening * weight)
-        return np.where(size > self.stress, (size + ratio * self.stress) / (1 + ratio), size)
-
-    def tangent(self, traction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of the flow by the traction, along it and across it; zero where nothing flows."""
-        size = magnitude(traction)
-        flows = size > self.stress
-        across = np.where(flows, 1 - self.stress / np.where(flows, size, 1.0), 0.0) / self.hardening
-        return flows / self.hardening, across
-
-    def after(self, size: np.ndarray) -> np.ndarray:
-        """The stress with which particles arrive, hardened along their rows by tractions of a size (ny, nx)."""
-        fresh = float(self.stress.min())
-        return further_along(along_rows(size, self.columns, fresh, np.maximum), self.columns, fresh)
-
-    def on(self, elements: np.ndarray) -> Yielding:
-        """That of some elements."""
-        return replace(self, stress=self.stress.ravel()[elements])
-
-
-def along_rows(
-    found: np.ndarray, columns: float, fresh: float, join: Callable[[np.ndarray, np.ndarray], np.ndarray]
-) -> np.ndarray:
-    """What particles have gathered on their way along the rows (..., ny, nx) of steady rolling, so many columns a step.
-
-    From what a step adds, joined with what they had one step before, or where steps are shorter one column before.
-    """
-    nx, way = found.shape[-1], min(max(columns, 1.0), float(found.shape[-1]))
-    whole, part = int(way), way % 1.0
-    padded = np.pad(found, [(0, 0)] * (found.ndim - 1) + [(0, nx + 1)], constant_values=fresh)
-    for i in range(nx - 1, -1, -1):
-        near, far = padded[..., i + whole], padded[..., i + whole + 1]
-        padded[..., i] = join(near + part * (far - near) if part else near, padded[..., i])
-    return np.asarray(padded[..., :nx])
-
-
-def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
-    """Values (..., ny, nx) so many columns further along x; `beyond` the grid, by default zero, None: as at its end."""
-    nx = field.shape[-1]
-    columns = max(-nx - 1.0, min(nx + 1.0, columns))
-    whole = math.floor(columns)
-    room, first = [(0, 0)] * (field.ndim - 1) + [(nx + 1, nx + 2)], nx + 1 + whole
-    padded = np.pad(field, room, mode="edge") if beyond is None else np.pad(field, room, constant_values=beyond)
-    near, far = padded[..., first : first + nx], padded[..., first + 1 : first + 1 + nx]
-    return near if columns == whole else np.asarray(near + (columns - whole) * (far - near))
-
-
-def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors."""
-    return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
-
-
-def project(trial: np.ndarray, bound: np.ndarray, yielding: Yielding | None = None, weight: float = 1.0) -> np.ndarray:
-    """Projection of tractions on the disks, or the intervals, that the bound leaves, less what flows.
-
-    Where a layer yields, `trial` are trial tractions ``p - E/weight``.
-    """
-    size = magnitude(trial)
-    most = bound if yielding is None else np.minimum(yielding.sizes(size, weight), bound)
-    beyond = size > most
-    return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
-
-
-@dataclass(frozen=True, eq=False)
 class TangentialProblem:
     """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n elements in contact.
 
@@ -142,7 +59,7 @@ class TangentialProblem:
 
     operator: RestrictedOperator  # M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231)
     rigid_shift: np.ndarray  # (c, n) W, with the shift by pressures where the bodies differ
-    bound: np.ndarray  # (n,) g, the traction bound, positive; ``inf`` all over: no slip
+    potential: Potential  # phi: the traction bound g (n,), positive, and what flows; ``inf`` all over: no slip
     points: np.ndarray  # (2, n) x and y of the elements
     area: float  # of an element
     # prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown
@@ -150,7 +67,11 @@ class TangentialProblem:
     symmetric: bool = False  # whether M is symmetric (a shift, or one step of a history)
     instant: RestrictedOperator | None = None  # A of steady rolling, for time stepping; then ``A - M`` is C
     directions: tuple[int, ...] = (0, 1)  # which direction (0: x, 1: y) each component has
-    yielding: Yielding | None = None  # elements flow before they slip
+
+    @property
+    def bound(self) -> np.ndarray:
+        """The traction bound g (n,)."""
+        return self.potential.bound
 
     @property
     def size(self) -> int:
@@ -170,13 +91,14 @@ class TangentialProblem:
         return bool(np.isinf(self.bound).all())
 
     def under(self, traction: np.ndarray) -> TangentialProblem:
-        """The problem with the yield stress that tractions leave, where it follows from them."""
-        if self.yielding is None or self.yielding.columns == 0:
+        """The problem with the potential that tractions (c, n) leave, where it follows from them."""
+        flow = self.potential.flow
+        if flow is None or not self.potential.implicit:
             return self
         size = np.zeros(self.operator.grid_operator.shape)
         size.flat[self.operator.elements] = magnitude(traction)
-        stress = self.yielding.after(size)
-        return replace(self, yielding=Yielding(stress, self.yielding.hardening).on(self.operator.elements))
+        raised = replace(flow, threshold=flow.after(size), columns=0.0)
+        return replace(self, potential=replace(self.potential, flow=raised.on(self.operator.elements)))
 
     @property
     def symmetric_part(self) -> PositiveDefinite | None:
@@ -194,16 +116,6 @@ class TangentialProblem:
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""
         return self.operator.apply(traction) + self.rigid_shift + rigid[:, None]
-
-    def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
-        """Tractions of the natural map, from trial tractions ``p - E/weight``: within the bound, less what flows."""
-        return project(trial, self.bound, self.yielding, weight)
-
-    def slips(self, trial: np.ndarray, weight: float) -> np.ndarray:
-        """Where trial tractions ``p - E/weight`` are beyond the bound, (n,)."""
-        size = magnitude(trial)
-        beyond: np.ndarray = (size if self.yielding is None else self.yielding.sizes(size, weight)) > self.bound
-        return beyond
 
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of the grid."""
@@ -282,8 +194,7 @@ class Mirror:
             operator=self._folded(problem.operator),
             instant=None if instant is None else self._folded(instant),
             rigid_shift=problem.rigid_shift[:, self.half],
-            bound=problem.bound[self.half],
-            yielding=None if problem.yielding is None else problem.yielding.on(self.half),
+            potential=problem.potential.on(self.half),
             points=problem.points[:, self.half],
             force=(None if along_x is None else along_x / 2, None if along_y is None else along_y / 2),
         )
@@ -326,7 +237,8 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     images = np.minimum(images, elements.size - 1)
     if 2 * half.size != elements.size or np.any(elements[images] != reflected * columns + column):
         return None
-    for even in (bound,) if problem.yielding is None else (bound, problem.yielding.stress):
+    flow = problem.potential.flow
+    for even in (bound,) if flow is None else (bound, flow.threshold):
         largest = np.max(even, initial=0.0)
         if np.isfinite(largest) and np.abs(even - even[images]).max() > ROUNDING * largest:
             return None

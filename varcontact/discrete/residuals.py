@@ -13,14 +13,13 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import positive_definite
-from varcontact.discrete.problems import NormalProblem, TangentialProblem, Yielding, magnitude
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState, normal_as_solved
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import SceneError
+from varcontact.interfaces.potential import magnitude
 from varcontact.system.process import one_blas_thread
 
-ROUNDING = 4 * float(np.finfo(float).eps)
-"""Relative difference of a traction from its bound that counts as rounding."""
 FAINT = 1e-6
 """Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
 
@@ -141,7 +140,7 @@ def tangential_residual(
     problem = problem.under(traction)
     with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
         own = problem.operator.diagonal
-        image = problem.projected(traction - shift / own, own)
+        image = problem.potential.projected(traction - shift / own, own)
     size = worst(magnitude(traction).max(), magnitude(image).max())
     residual = relative(float(magnitude(traction - image).max()), float(size))
     for i in problem.free:
@@ -186,36 +185,9 @@ def gap(
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
         return error * problem.area, relative(error, work)
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
-    yielding = problem.under(traction).yielding
-    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift, yielding), 0.0)))
+    shares = problem.under(traction).potential.shares(traction, shift)
+    total = float(np.sum(np.maximum(shares, 0.0)))
     return total * problem.area, relative(total, float(work))
-
-
-def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray, yielding: Yielding | None = None) -> np.ndarray:
-    """What each element has of the gap, ``g |E| + p'E``, (n,), without the cancellation of that form.
-
-    It is ``(g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the shift, the second part is the square
-    of their vector product by ``|p| |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one.
-
-    A yielding layer has phi(p) and its conjugate, ``p'E + phi(p) + phi*(-E)``: where it flows, the square of what
-    ``|p|`` is off ``stress + k |E|``, by 2 k.
-    """
-    size, length = magnitude(traction), magnitude(shift)
-    with np.errstate(invalid="ignore"):  # infinite bounds
-        slack = np.where(np.abs(bound - size) <= ROUNDING * bound, 0.0, bound - size)
-    along, most = np.sum(traction * shift, axis=0), size * length
-    across = traction[0] * shift[1] - traction[1] * shift[0] if len(traction) == 2 else np.zeros_like(size)
-    against = along < 0
-    turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
-    if yielding is None:
-        return np.asarray(slack * length + turned)
-    k, stress = yielding.hardening, yielding.stress
-    hardened = np.minimum(k * length, np.maximum(bound - stress, 0.0))
-    held, excess = np.minimum(bound, stress + hardened), size - stress
-    slips = length > hardened / k
-    off = (hardened - np.maximum(excess, 0.0)) ** 2 + 2 * hardened * np.maximum(-excess, 0.0)
-    slack = np.where(np.abs(held - size) <= ROUNDING * held, 0.0, held - size)
-    return np.asarray(slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned)
 
 
 @one_blas_thread()

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.problems import Yielding, along_rows, further_along
 from varcontact.discrete.state import ContactState
+from varcontact.interfaces.potential import Flow
+from varcontact.transports import along_rows, further_along
 
 EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
 
@@ -38,7 +39,7 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
         bound = limit if stress is None or disc.hardening > 0 else np.minimum(limit, stress)
         if stress is not None and disc.hardening > 0:
             flows = size > stress * (1 + 1e-8) + noise
-            size = Yielding(stress, disc.hardening).sizes(size, own)
+            size = Flow(stress, disc.hardening).sizes(size, own)
         slips = size > bound * (1 + 1e-8) + noise
         areas[contact & flows] = PLASTIC
         areas[contact & slips] = SLIP
@@ -75,7 +76,7 @@ def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisati
         return disc
     stress = disc.known_yield_stress
     if disc.hardening > 0 and disc.loading.steady:
-        stress = Yielding(stress, disc.hardening, _passed(disc)).after(np.hypot(*state.traction))
+        stress = Flow(stress, disc.hardening, _passed(disc)).after(np.hypot(*state.traction))
     elif disc.hardening < 0:
         flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
         softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
@@ -90,7 +91,7 @@ def plastic_flow(disc: Discretisation, state: ContactState, shift: np.ndarray, a
         return np.zeros_like(shift)
     if disc.hardening <= 0:
         return np.where(areas == PLASTIC, -shift, 0.0)
-    return Yielding(stress, disc.hardening).flow(state.traction)
+    return Flow(stress, disc.hardening).shift(state.traction)
 
 
 def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | None:

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.discrete.problems import further_along
 from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import TimeStep
+from varcontact.transports import further_along
 
 
 @dataclass(frozen=True, eq=False)

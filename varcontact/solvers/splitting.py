@@ -72,7 +72,7 @@ class Splitting:
     def _projected(self, at: np.ndarray) -> np.ndarray:
         if isinstance(self.problem, NormalProblem):
             return np.maximum(at, 0.0)
-        return self.problem.projected(at, self.weight)
+        return self.problem.potential.projected(at, self.weight)
 
 
 def refine(problem: NormalProblem | TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:

@@ -10,11 +10,12 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
-from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of, project
+from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
 from varcontact.discrete.stick_slip import with_yield_stress
 from varcontact.errors import NotConverged, Saturated
+from varcontact.interfaces.potential import project
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES

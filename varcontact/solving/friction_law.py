@@ -24,14 +24,15 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.problems import further_along, magnitude, project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
 from varcontact.discrete.temperature import Heat, background, surface_temperatures, temperature_rise
 from varcontact.errors import SceneError
+from varcontact.interfaces.potential import magnitude, project
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady, TimeStep
+from varcontact.transports import further_along
 
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""

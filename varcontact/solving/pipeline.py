@@ -107,10 +107,9 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     problem, program = task.problem, task.plan.fallback
     assert isinstance(problem, TangentialProblem)
     formulation = "complementary" if problem.symmetric else "gap"
-    yields = problem.yielding is not None and problem.yielding.columns > 0
     convex = (
         program != "none"
-        and not (task.plan.formulation == "marching" or yields)
+        and not (task.plan.formulation == "marching" or problem.potential.implicit)
         and (problem.symmetric or problem.symmetric_part is not None)
     )
     if not convex or problem.size > MOST_OF_A_PROGRAM:

@@ -6,6 +6,7 @@ import pytest
 import varcontact as vc
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.operators import influence_operator
+from varcontact.interfaces.potential import Potential
 
 SHAPES = ("ellipse", "needle", "patches", "holes", "wavy", "row", "strip", "single", "levels")
 
@@ -50,7 +51,7 @@ def random_tangential(
     return TangentialProblem(
         operator=operator.between(directions, directions).on(elements),
         rigid_shift=rigid.reshape(2, -1)[list(directions)][:, elements],
-        bound=np.full(elements.size, np.inf) if no_slip else bound.ravel()[elements],
+        potential=Potential(np.full(elements.size, np.inf) if no_slip else bound.ravel()[elements]),
         points=np.array([x.ravel()[elements], y.ravel()[elements]]),
         area=grid.area,
         force=force,

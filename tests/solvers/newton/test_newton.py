@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.problems import NormalProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged
+from varcontact.interfaces.potential import Potential
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
@@ -77,12 +78,14 @@ def test_units_do_not_matter(normal_problem, tangential_problem, power):
     """By powers of two: the same numbers, far below and beyond single precision."""
     for problem in (normal_problem(7), tangential_problem(3, shape="levels", carried=0.3)):
         raw, unit, given = newton(problem), 2.0**power, {}
-        for name in ("distance", "force", "approach", "rigid_shift", "bound"):
+        for name in ("distance", "force", "approach", "rigid_shift"):
             value = getattr(problem, name, None)
             if isinstance(value, tuple):
                 given[name] = tuple(None if F is None else F * unit for F in value)
             elif value is not None:
                 given[name] = value * unit
+        if isinstance(problem, TangentialProblem):
+            given["potential"] = Potential(problem.bound * unit)
         scaled = newton(dataclasses.replace(problem, **given))
         np.testing.assert_array_equal(scaled.traction / unit, raw.traction)
         assert (scaled.status, scaled.iterations) == (raw.status, raw.iterations)

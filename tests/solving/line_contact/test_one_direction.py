@@ -12,9 +12,9 @@ from tests.scenes import make_scene, refused
 from varcontact.discrete.certificate import force_bound
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.problems import project
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
+from varcontact.interfaces.potential import project
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import tangential_program
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods

@@ -13,7 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.problems import RawSolution, TangentialProblem, magnitude, project
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.interface import Settings, TangentialSolver, better, check_time, counted, natural_residual
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible
@@ -61,7 +62,7 @@ class Equations:
         rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
         jacobian = np.zeros((k + len(free), k + len(free)))
         jacobian[:k, : c * h] = rows.take(stuck, axis=1)
-        if problem.yielding is not None:
+        if problem.potential.flow is not None:
             _, along, direction = flow_of(problem, at)
             for i, j in np.ndindex(c, c):
                 block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
@@ -89,7 +90,7 @@ class Equations:
         problem, (T, across), shift = self.problem, turns(self.problem, self.sticks, at), shift_of(self.problem, at)
         forces = [F / problem.area for F in problem.force if F is not None]
         lacking = np.array(forces) - at.traction[problem.free].sum(axis=1)
-        if problem.yielding is not None:
+        if problem.potential.flow is not None:
             shift = shift + flow_of(problem, at)[0]
         error = np.concatenate([shift[:, self.sticks].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
         if self.factors is None:
@@ -120,15 +121,17 @@ def flow_of(
     problem: TangentialProblem, at: RawSolution
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
     """The plastic shift linearised where the natural map leads, at a point (c, n); its derivatives; its direction."""
-    assert problem.yielding is not None
+    flow = problem.potential.flow
+    assert flow is not None
     weight = problem.operator.row_size
     trial = _trial(problem, at)
     size = magnitude(trial)
     direction = trial / np.where(size > 0, size, 1.0)
-    image = direction * problem.yielding.sizes(size, weight)
-    (along, across), missing = problem.yielding.tangent(image), at.traction - image
+    image = direction * flow.sizes(size, weight)
+    along, across = flow.tangent(image)
+    missing = at.traction - image
     turned = across * missing + (along - across) * np.sum(direction * missing, axis=0) * direction
-    return problem.yielding.flow(image) + turned, (along, across), direction
+    return flow.shift(image) + turned, (along, across), direction
 
 
 def turns(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +168,7 @@ def tang(
     sticks = np.ones(problem.size, dtype=bool)
     if start is not None:
         trial = _trial(problem, start)
-        sticks = ~problem.slips(trial, problem.operator.row_size)
+        sticks = ~problem.potential.slips(trial, problem.operator.row_size)
         at = _on_bound(problem, sticks, start, trial)
     seen: set[bytes] = set()
     best, count, status = start or _admissible(problem, at), 0, "MaxIterations"
@@ -178,8 +181,8 @@ def tang(
             at, steps, solved = _on_areas(problem, sticks, at, enough, deadline)
             count += steps
             beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
-            flow = 0.0 if problem.yielding is None else problem.yielding.flow(at.traction)
-            forward = ~sticks & (np.sum(at.traction * (shift_of(problem, at) + flow), axis=0) > 0)  # point 5
+            slip = shift_of(problem, at) + problem.potential.flowed(at.traction)
+            forward = ~sticks & (np.sum(at.traction * slip, axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
                 break
         best = better(problem, best, _admissible(problem, at))
@@ -279,9 +282,8 @@ def _on_areas(
         count, before = count + 1, error
         equations = Equations.of(problem, sticks, at)
         at = equations.moved(at, equations.step(at))
-        shift, (T, across) = shift_of(problem, at), turns(problem, sticks, at)
-        if problem.yielding is not None:
-            shift = shift + problem.yielding.flow(at.traction)
+        T, across = turns(problem, sticks, at)
+        shift = shift_of(problem, at) + problem.potential.flowed(at.traction)
         turned = np.sum(across * shift[:, T], axis=0)
         error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
     return at, count, bool(error < max(enough, ROUNDING))
@@ -295,7 +297,7 @@ def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadli
     while count < max_steps and idle < (1 if residual <= SOLVED else STALLED) and residual > ENOUGH:
         check_time(deadline)
         count += 1
-        sticks = ~problem.slips(trial, problem.operator.row_size)
+        sticks = ~problem.potential.slips(trial, problem.operator.row_size)
         begin = _on_bound(problem, sticks, at, trial)
         if equations is None or not falls or (sticks != equations.sticks).any():
             equations = Equations.of(problem, sticks, begin)
@@ -320,7 +322,7 @@ def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadli
 
 
 def _merit(problem: TangentialProblem, at: RawSolution, trial: np.ndarray) -> float:
-    return float(np.linalg.norm(at.traction - problem.projected(trial, problem.operator.row_size)))
+    return float(np.linalg.norm(at.traction - problem.potential.projected(trial, problem.operator.row_size)))
 
 
 def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:

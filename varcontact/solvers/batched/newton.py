@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.discrete.problems import magnitude, project
+from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.batched.pool import NaturalMap, Pool, System, inner, inverse_of, times
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution, doubled, influence
 from varcontact.solvers.batched.transforms import Transforms, columns_then_rows, rows_then_columns, transforms

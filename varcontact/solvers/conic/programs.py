@@ -114,8 +114,8 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
     ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E = W + M p`` is never negative for admissible p and zero exactly at the
     solution; with ``t_i >= |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is positive definite.
 
-    A layer that hardens costs ``s^2/(2 k)`` of the traction, with ``s + stress >= |p|``. Of the shift a plastic part e
-    comes off, which costs ``stress t + k t^2/2`` with ``t >= |e|``: the least of that and ``g |E - e|`` is the
+    A flow within the bound costs ``s^2/(2 k)`` of the traction, with ``s + threshold >= |p|``. Of the shift its part e
+    comes off, which costs ``threshold t + k t^2/2`` with ``t >= |e|``: the least of that and ``g |E - e|`` is the
     conjugate.
     """
     from scipy.sparse import bmat, csc_matrix, identity
@@ -146,21 +146,22 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
         if free:
             sums = csc_matrix(np.kron(np.eye(c)[free], problem.bound / carried))
             rows, limits, cones = [*rows, [sums] + [None] * 5], [*limits, forces], [*cones, ("zero", len(free))]
-    if problem.yielding is not None:
-        k, stress = problem.yielding.hardening, problem.yielding.stress
-        y = np.flatnonzero(stress < problem.bound)
-        m, stress, own = y.size, stress[y], problem.bound[y]
+    flow = problem.potential.flow
+    if flow is not None:
+        k = flow.hardening
+        y = np.flatnonzero(flow.threshold < problem.bound)
+        m, threshold, own = y.size, flow.threshold[y], problem.bound[y]
         flowing = identity(c * n, format="csr")[(n * np.arange(c)[:, None] + y).ravel()]
         own_radii, own_vectors = _in_cones(m, c)
         cones += [("second_order", 1 + c)] * (m * (of_traction + of_shift))
         if of_traction:
             rows.append([-(own_vectors @ flowing), None, None, -own_radii, None, None])
             squares, costs = [*squares, own**2 / (k * scale * most)], [*costs, np.zeros(m)]
-            limits.append(own_radii @ (stress / own))
+            limits.append(own_radii @ (threshold / own))
         if of_shift:
             rows[0][5] = vectors @ flowing.T
             rows.append([None, None, None, None, -own_radii, -own_vectors])
-            squares, costs = [*squares, np.full(m, k * scale / most), np.zeros(c * m)], [*costs, stress / most]
+            squares, costs = [*squares, np.full(m, k * scale / most), np.zeros(c * m)], [*costs, threshold / most]
             costs, limits = [*costs, np.zeros(c * m)], [*limits, np.zeros((1 + c) * m)]
     A = bmat([[row[j] for j in range(6) if any(r[j] is not None for r in rows)] for row in rows], format="csc")
     # Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more than

@@ -14,17 +14,10 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problems import (
-    RawSolution,
-    TangentialProblem,
-    Yielding,
-    along_rows,
-    further_along,
-    magnitude,
-    project,
-)
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.newton.driver import GridConditions, GridProblem, solve
@@ -67,7 +60,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 class TangentialConditions(GridConditions):
     """The tangential problem on a box: `known` is W (c, ny, nx), `bound` the traction bound g."""
 
-    yielding: Yielding | None = None
+    flow: Flow | None = None
 
     @property
     def linear(self) -> bool:
@@ -75,32 +68,22 @@ class TangentialConditions(GridConditions):
 
     @property
     def coarsens(self) -> bool:
-        return super().coarsens and self.yielding is None
+        return super().coarsens and self.flow is None
 
-    def under(self, trial: np.ndarray) -> TangentialConditions:
-        """With the yield stress that particles have where trial tractions harden them along their rows."""
-        if self.yielding is None or self.yielding.columns == 0:
-            return self
-        way, fresh = max(self.yielding.columns, 1.0), float(self.yielding.stress.min())
-        hardening = self.yielding.hardening / min(self.yielding.columns, 1.0)  # by the part of a column that a step is
-        ratio = 1 / hardening
-
-        def larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
-            return np.maximum(before[0], np.minimum((own[0] + ratio * before[0]) / (1 + ratio), own[1]))
-
-        largest = along_rows(np.array([magnitude(trial), self.bound]), way, fresh, larger)[0]
-        return replace(self, yielding=Yielding(further_along(largest, way, fresh), hardening))
+    def potential(self, trial: np.ndarray) -> Potential:
+        """The potential under trial tractions (c, ny, nx), which may raise the threshold of its flow."""
+        return Potential(self.bound, None if self.flow is None else self.flow.under(trial, self.bound))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        return project(trial, self.bound, self.under(trial).yielding)
+        return self.potential(trial).projected(trial, 1.0)
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return project(traction, self.bound)
 
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
         size = magnitude(trial)
-        yielding = self.under(trial).yielding
-        slip = self.contact & ((size if yielding is None else yielding.sizes(size, 1.0)) > self.bound)
+        potential = self.potential(trial)
+        slip = self.contact & potential.slips(trial, 1.0)
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
@@ -108,39 +91,18 @@ class TangentialConditions(GridConditions):
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
         right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
-        if self.yielding is None or yielding is None:
+        flow = potential.flow
+        if self.flow is None or flow is None:
             return TangentialSystem(right, self, stick, along, across, held)
-        image = self.projected(trial)
+        # what flows where it sticks, linearised at the image of the trial tractions
+        image = potential.projected(trial, 1.0)
         direction = trial / np.where(size > 0, size, 1.0)
-        stiff, turning = (stick * each for each in yielding.tangent(image))
-        fields = stiff, turning, direction, magnitude(image) > yielding.stress
-        flows = Flows(self.yielding.columns, *(each.astype(np.float32) for each in fields))
-        flow = stick * yielding.flow(image) + flows(traction - image)
-        return TangentialSystem(right - flow, self, stick, along, across, held, flows)
-
-
-@dataclass(frozen=True, eq=False)
-class Flows:
-    """Derivatives of the plastic shift, along the traction and across it (ny, nx), and its direction (c, ny, nx).
-
-    Where the traction `grows` (ny, nx) it is the yield stress that particles have so many `columns` later.
-    """
-
-    columns: float
-    along: np.ndarray
-    across: np.ndarray
-    direction: np.ndarray
-    grows: np.ndarray
-
-    def __call__(self, step: np.ndarray) -> np.ndarray:
-        outward = dot(self.direction, step)
-        turned = (self.along - self.across) * outward
-        if self.columns > 0:
-            way = max(self.columns, 1.0)
-            fields = np.array([outward, self.grows])
-            grown = along_rows(fields, way, 0.0, lambda before, own: np.where(own[1], own[0], before[0]))
-            turned = turned - self.along * further_along(grown[0], way, 0.0)
-        return np.asarray(turned * self.direction + self.across * step)
+        stiff, turning = (stick * each for each in flow.tangent(image))
+        grows = magnitude(image) > flow.threshold
+        fields = stiff, turning, direction, grows
+        derivative = FlowDerivative(self.flow.columns, *(each.astype(np.float32) for each in fields))
+        flowed = stick * flow.shift(image) + derivative(traction - image)
+        return TangentialSystem(right - flowed, self, stick, along, across, held, derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +118,7 @@ class TangentialSystem(System):
     along: np.ndarray
     across: np.ndarray
     held: np.ndarray
-    flows: Flows | None = None
+    flows: FlowDerivative | None = None
 
     @cached_property
     def _single(self) -> list[np.ndarray]:
@@ -230,14 +192,14 @@ class ScaledTangential(GridProblem[TangentialConditions]):
             product = SoftenedKernel(product, (box.field(softening) / own).astype(np.float32))
             scale = product.scale.astype(float)
         sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
-        yielding = problem.yielding
-        if yielding is not None:
-            stress = np.where(box.field(problem.bound) > 0, box.field(yielding.stress) / load, np.inf)
-            yielding = replace(yielding, stress=stress, hardening=yielding.hardening * displacement / load)
+        flow = problem.potential.flow
+        if flow is not None:
+            threshold = np.where(box.field(problem.bound) > 0, box.field(flow.threshold) / load, np.inf)
+            flow = replace(flow, threshold=threshold, hardening=flow.hardening * displacement / load)
         known = box.field(problem.rigid_shift) / displacement * scale
         forces = Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size), scale)
         bound = box.field(problem.bound) / load / scale
-        conditions = TangentialConditions(product, known, forces, bound, plain, yielding)
+        conditions = TangentialConditions(product, known, forces, bound, plain, flow)
         return cls(conditions, problem, box, load, displacement)
 
     def error(self, at: Point) -> float:

@@ -1,0 +1,201 @@
+"""Potentials of the traction: all that solvers and certificates know of an interface.
+
+The tangential problem is ``0 in W + M p + d phi(p)``. Here phi is radial in each
+element: a disk (or interval) of the traction bound g, within which an interface
+may also flow along the traction. The proximal map of phi is that of the size
+``|p|``: first of the flow, then of the bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.transports import along_rows, further_along
+
+ROUNDING = 4 * float(np.finfo(float).eps)
+"""Relative difference of a traction from its bound that counts as rounding."""
+
+
+def magnitude(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (c, ...)."""
+    if len(vectors) == 1:
+        return np.abs(vectors[0])
+    return np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
+
+
+def project(trial: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """Projection of tractions (c, ...) on the disks, or the intervals, of a traction bound."""
+    return _shortened(trial, magnitude(trial), bound)
+
+
+def _shortened(trial: np.ndarray, size: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Tractions of a size, no longer than `most`."""
+    beyond = size > most
+    return trial * np.where(beyond, most / np.where(beyond, size, 1.0), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """A shift along the traction, ``(|p| - threshold)/hardening`` from a threshold on.
+
+    It adds ``(|p| - threshold)_+^2/(2 hardening)`` to the potential. Where the threshold follows from the
+    tractions themselves, in steady rolling, `columns` is the step in elements and the threshold that of
+    fresh particles; else zero.
+    """
+
+    threshold: np.ndarray
+    hardening: float
+    columns: float = 0.0
+
+    def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
+        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound limits them."""
+        ratio = 1 / (self.hardening * weight)
+        flowing = (size + ratio * self.threshold) / (1 + ratio)
+        return np.where(size > self.threshold, flowing, size)
+
+    def shift(self, traction: np.ndarray) -> np.ndarray:
+        """The shift (c, ...) by which it flows under tractions."""
+        size = magnitude(traction)
+        beyond = np.maximum(size - self.threshold, 0.0) / self.hardening
+        return np.asarray(traction * (beyond / np.where(size > 0, size, 1.0)))
+
+    def tangent(self, traction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the shift by the traction, along it and across it; zero where nothing flows."""
+        size = magnitude(traction)
+        flows = size > self.threshold
+        across = np.where(flows, 1 - self.threshold / np.where(flows, size, 1.0), 0.0)
+        return flows / self.hardening, across / self.hardening
+
+    def after(self, size: np.ndarray) -> np.ndarray:
+        """The threshold with which particles arrive, raised along their rows by tractions of a size (ny, nx)."""
+        fresh = float(self.threshold.min())
+        return further_along(along_rows(size, self.columns, fresh, np.maximum), self.columns, fresh)
+
+    def under(self, trial: np.ndarray, bound: np.ndarray) -> Flow:
+        """The flow with the threshold that trial tractions (c, ny, nx) raise along their rows."""
+        if self.columns == 0:
+            return self
+        way = max(self.columns, 1.0)
+        hardening = self.hardening / min(self.columns, 1.0)  # by the part of a column that a step is
+        fresh = float(self.threshold.min())
+        ratio = 1 / hardening
+
+        def larger(before: np.ndarray, own: np.ndarray) -> np.ndarray:
+            flowing = (own[0] + ratio * before[0]) / (1 + ratio)
+            return np.maximum(before[0], np.minimum(flowing, own[1]))
+
+        largest = along_rows(np.array([magnitude(trial), bound]), way, fresh, larger)[0]
+        return Flow(further_along(largest, way, fresh), hardening)
+
+    def on(self, elements: np.ndarray) -> Flow:
+        """That of some elements."""
+        return replace(self, threshold=self.threshold.ravel()[elements])
+
+
+@dataclass(frozen=True, eq=False)
+class FlowDerivative:
+    """The derivative of a flow by tractions on a grid, as a product.
+
+    `along` and `across` the traction (ny, nx), which has a direction (c, ny, nx). Where the traction `grows`
+    (ny, nx) it is the threshold that particles have so many `columns` later.
+    """
+
+    columns: float
+    along: np.ndarray
+    across: np.ndarray
+    direction: np.ndarray
+    grows: np.ndarray
+
+    def __call__(self, step: np.ndarray) -> np.ndarray:
+        outward = np.sum(self.direction * step, axis=0)
+        turned = (self.along - self.across) * outward
+        if self.columns > 0:
+            way = max(self.columns, 1.0)
+            fields = np.array([outward, self.grows])
+            grown = along_rows(fields, way, 0.0, _last_growing)
+            turned = turned - self.along * further_along(grown[0], way, 0.0)
+        return np.asarray(turned * self.direction + self.across * step)
+
+
+def _last_growing(before: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """The change of the last traction on the way that raised the threshold."""
+    return np.where(own[1], own[0], before[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Potential:
+    """The potential phi in each element: the traction bound g, and what flows within it."""
+
+    bound: np.ndarray
+    flow: Flow | None = None
+
+    def __and__(self, other: Potential) -> Potential:
+        """Both together; two that flow would be in series, which no composition of their maps gives."""
+        assert self.flow is None or other.flow is None, "one interface that flows"
+        return Potential(np.minimum(self.bound, other.bound), self.flow or other.flow)
+
+    @property
+    def implicit(self) -> bool:
+        """Whether it depends on the tractions themselves: a threshold that they raise in steady rolling."""
+        return self.flow is not None and self.flow.columns > 0
+
+    def on(self, elements: np.ndarray) -> Potential:
+        """That of some elements."""
+        return Potential(self.bound.ravel()[elements], None if self.flow is None else self.flow.on(elements))
+
+    def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
+        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound limits them."""
+        return size if self.flow is None else self.flow.sizes(size, weight)
+
+    def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Tractions (c, ...) from trial tractions ``p - E/weight``: the proximal map of phi."""
+        size = magnitude(trial)
+        if self.flow is None:
+            return _shortened(trial, size, self.bound)
+        return _shortened(trial, size, np.minimum(self.flow.sizes(size, weight), self.bound))
+
+    def slips(self, trial: np.ndarray, weight: float) -> np.ndarray:
+        """Where trial tractions ``p - E/weight`` are beyond the bound."""
+        beyond: np.ndarray = self.sizes(magnitude(trial), weight) > self.bound
+        return beyond
+
+    def flowed(self, traction: np.ndarray) -> np.ndarray | float:
+        """The shift (c, ...) that flows within the bound."""
+        return 0.0 if self.flow is None else self.flow.shift(traction)
+
+    def shares(self, traction: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        """What each element has of the duality gap, ``p'E + phi(p) + phi*(-E)``, (n,), without its cancellation.
+
+        Without a flow ``g |E| + p'E = (g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the
+        shift, the second part is the square of their vector product divided by ``|p| |E| - p'E``: a traction
+        turned by 1e-9 is seen, though the cosine of that is one. Where it flows, the square of what ``|p|`` is
+        off ``threshold + k |E|``, divided by 2 k.
+        """
+        size = magnitude(traction)
+        length = magnitude(shift)
+        along = np.sum(traction * shift, axis=0)
+        most = size * length
+        across = np.zeros_like(size)
+        if len(traction) == 2:
+            across = traction[0] * shift[1] - traction[1] * shift[0]
+        against = along < 0
+        turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
+        if self.flow is None:
+            return np.asarray(_slack(self.bound, size) * length + turned)
+        k = self.flow.hardening
+        threshold = self.flow.threshold
+        hardened = np.minimum(k * length, np.maximum(self.bound - threshold, 0.0))
+        excess = size - threshold
+        slips = length > hardened / k
+        off = (hardened - np.maximum(excess, 0.0)) ** 2 + 2 * hardened * np.maximum(-excess, 0.0)
+        slack = _slack(np.minimum(self.bound, threshold + hardened), size)
+        return np.asarray(slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned)
+
+
+def _slack(bound: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """What sizes of tractions leave of a bound; rounding counts as nothing."""
+    with np.errstate(invalid="ignore"):  # infinite bounds
+        left = bound - size
+        return np.where(np.abs(left) <= ROUNDING * bound, 0.0, left)
