@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.system.lazy import lazy_property
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -123,7 +123,7 @@ class Discretisation:
         rows, columns = self.grid.shape if self.subgrid is None else self.subgrid.pressure.shape
         return rows // self.grid.rows, columns // self.grid.nx
 
-    @cached_property
+    @lazy_property
     def edge_compliance(self) -> np.ndarray | None:
         """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
         if self.grid.edge != "softened":
@@ -139,7 +139,7 @@ class Discretisation:
         own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
         return own[:, None, None] * edge_compliance(covered)
 
-    @cached_property
+    @lazy_property
     def points(self) -> np.ndarray:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
@@ -159,7 +159,7 @@ class Discretisation:
             return np.asarray(before.plastic[2])
         return np.full(self.grid.shape, layer.tau_c0 / self.scales.pressure)
 
-    @cached_property
+    @lazy_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
         motion, scales, (x, y) = self.loading.motion, self.scales, self.points
@@ -183,7 +183,7 @@ class Discretisation:
             return 0.0
         return (self.step or 0.0) * self.scales.length * self.surface.sampled(given, self.grid)
 
-    @cached_property
+    @lazy_property
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
         before = self.loading.previous_step
@@ -202,7 +202,7 @@ class Discretisation:
     def at_approach(self, approach: float) -> Discretisation:
         return self.with_loading(normal_force=None, approach=approach * self.scales.displacement + self.base)
 
-    @cached_property
+    @lazy_property
     def along_normal(self) -> np.ndarray:
         """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3, ny, 1): conformal."""
         assert isinstance(self.surface, SampledDistance)

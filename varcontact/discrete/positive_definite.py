@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, spectrum_of
+from varcontact.system.lazy import lazy_property
 
 DENSE_LIMIT = 400
 """Elements up to which S is factored: with more, conjugate gradients by FFT are faster, ten times so at 1000."""
@@ -66,7 +67,7 @@ class _Factored:
 
     inverse: np.ndarray
 
-    @cached_property
+    @lazy_property
     def least(self) -> float:
         """By ``|S^-1| <= |L^-1|_1 |L^-1|_inf``, which is 2 to 4 times too large on contacts."""
         sizes = np.abs(self.inverse)

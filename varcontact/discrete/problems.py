@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from varcontact.discrete.positive_definite import PositiveDefinite, positive_def
 from varcontact.elasticity.conformal import STRAIGHT, ConformalOperator
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
+from varcontact.system.lazy import lazy_property
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""
@@ -163,7 +163,7 @@ class FoldedOperator(RestrictedOperator):
     images: np.ndarray
     signs: tuple[float, float]
 
-    @cached_property
+    @lazy_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (2 n, 2 n): from the elements, and from their images."""
         own = self._assembled()

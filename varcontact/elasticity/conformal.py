@@ -14,12 +14,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
+from varcontact.system.lazy import lazy_property
 
 Transforms = dict[tuple[int, ...], np.ndarray]
 """By harmonic, row and column."""
@@ -176,11 +176,11 @@ class ConformalOperator(GridOperator):
         table = super().symmetric_part(sign).table
         return ConformalOperator(self.shape, table, self.angles, (self.harmonics + sign * turned) / 2)
 
-    @cached_property
+    @lazy_property
     def _single_transforms(self) -> Transforms:
         return {key: each.astype(np.complex64) for key, each in self._transforms.items()}
 
-    @cached_property
+    @lazy_property
     def _transforms(self) -> Transforms:
         """Those of the tables that are not zero."""
         from scipy import fft

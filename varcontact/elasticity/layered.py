@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, ClassVar
 
@@ -29,6 +29,7 @@ from scipy import special
 
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.grid import Grid
+from varcontact.system.lazy import lazy_property
 
 CUT = 20.0
 """Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT) CUT^2 = 2e-15."""
@@ -135,7 +136,7 @@ class LayeredPair:
     depth: float = 1.0
     even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
-    @cached_property
+    @lazy_property
     def K(self) -> float:
         """Largest size of the coupling over all wave numbers."""
         if self.upper == self.lower:

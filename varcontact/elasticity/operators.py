@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.scene.grid import Grid
+from varcontact.system.lazy import lazy_property
 from varcontact.system.process import one_blas_thread
 
 REMEMBERED = 2
@@ -204,18 +205,18 @@ class GridOperator:
         for part in self.__dict__.pop("_parts", {}).values():
             part.forget()
 
-    @cached_property
+    @lazy_property
     def whole(self) -> np.ndarray | None:
         """The matrix between all elements, with which products are taken; None where they are more than `FEW`."""
         size = self.shape[0] * self.shape[1]
         return self.dense(np.arange(size)) if size <= FEW else None
 
-    @cached_property
+    @lazy_property
     def _symbol(self) -> np.ndarray:
         box = fft_box(*self.shape)
         return spectrum_of(wrapped(self.table, box), box)
 
-    @cached_property
+    @lazy_property
     def _single_symbol(self) -> np.ndarray:
         return self._symbol.astype(np.complex64)
 
@@ -231,7 +232,7 @@ class RestrictedOperator:
     elements: np.ndarray
     softening: np.ndarray | None = field(default=None, kw_only=True)
 
-    @cached_property
+    @lazy_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
         return self._assembled()
@@ -244,7 +245,7 @@ class RestrictedOperator:
             np.einsum("ii->i", matrix)[:] += self.softening.ravel()
         return matrix
 
-    @cached_property
+    @lazy_property
     def cholesky(self) -> tuple[np.ndarray, bool]:
         """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
         from scipy.linalg import cho_factor
@@ -253,14 +254,14 @@ class RestrictedOperator:
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 
-    @cached_property
+    @lazy_property
     def diagonal(self) -> float:
         """Mean of an element's direct influence on itself."""
         table = self.grid_operator.table
         centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
         return float(np.trace(centre) / centre.shape[0])
 
-    @cached_property
+    @lazy_property
     def row_size(self) -> float:
         """Root mean square of the Euclidean lengths of the matrix's rows."""
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))

@@ -20,9 +20,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+
+from varcontact.system.lazy import lazy_property
 
 FAR = 1024.0
 """Distance in element sides from which Gauss's rule is used: its error there is about 4096^-4 = 4e-15."""
@@ -239,7 +240,7 @@ class _Segment:
         values = (self.square, self.r.first, self.r.second, self.eta.first, self.eta.second)
         return [np.broadcast_to(value, self.product.shape)[self.between] for value in values]
 
-    @cached_property
+    @lazy_property
     def inverse(self) -> np.ndarray:
         """Integral of 1/R: the difference of ln(R + eta)."""
         increase = self.dy + self.r.step
@@ -253,7 +254,7 @@ class _Segment:
             result[self.between] = np.log1p(increase[self.between] * (r1 - eta1) / square)
         return result
 
-    @cached_property
+    @lazy_property
     def cube(self) -> np.ndarray:
         """Integral of 1/R^3: the difference of eta/R, by the squared distance of the segment's line."""
         sum_ = self.eta.second * self.r.first + self.eta.first * self.r.second
@@ -264,7 +265,7 @@ class _Segment:
             result[self.between] = (eta2 * r1 - eta1 * r2) * _reciprocal(square * r1 * r2)
         return result
 
-    @cached_property
+    @lazy_property
     def fifth(self) -> np.ndarray:
         """Integral of 1/R^5."""
         eta = self.eta
@@ -276,14 +277,14 @@ class _Segment:
             mixed[self.between] = (r1 * r2 - eta1 * eta2) / square
         return self.cube * (self.u.first**2 + self.u.second**2 + mixed / self.product) / 3
 
-    @cached_property
+    @lazy_property
     def angle(self) -> np.ndarray:
         """Integral of xi/(R (R + z)): the difference of atan(xi eta/(xi^2 + z (R + z)))."""
         above = self.xi * self.square * (self.dy + self.z * self.cube * self.product)
         first, second = self.square + self.z * self.r.first, self.square + self.z * self.r.second
         return np.arctan2(above, first * second + self.xi * self.xi * self.eta.first * self.eta.second)
 
-    @cached_property
+    @lazy_property
     def logarithm(self) -> np.ndarray:
         """Difference of ln(R + z)."""
         sum_ = self.r.first + self.z
@@ -291,17 +292,17 @@ class _Segment:
             sum_[sum_ == 0] = self.floor
         return np.log1p(self.r.step / sum_)
 
-    @cached_property
+    @lazy_property
     def u(self) -> _Ends:
         """1/R."""
         return self.r.inverse()
 
-    @cached_property
+    @lazy_property
     def v(self) -> _Ends:
         """1/(R + z)."""
         return _Ends(self.r.first + self.z, self.r.second + self.z, self.r.step).inverse()
 
-    @cached_property
+    @lazy_property
     def w(self) -> _Ends:
         """1/(R (R + z))."""
         return self.u * self.v

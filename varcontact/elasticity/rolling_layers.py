@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,6 +23,7 @@ import numpy as np
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.layered import LayeredPair, Stack, added_numbers, wave_numbers
 from varcontact.scene.grid import Grid
+from varcontact.system.lazy import lazy_property
 
 WAVES_AT_ONCE = 2_000_000
 """Wave numbers times points."""
@@ -61,11 +61,11 @@ class RollingLayers:
     def glassy(self) -> LayeredPair:
         return LayeredPair(self.upper.stack, self.lower.stack, self.depth)
 
-    @cached_property
+    @lazy_property
     def relaxed(self) -> LayeredPair:
         return LayeredPair(self.upper.at(), self.lower.at(), self.depth)
 
-    @cached_property
+    @lazy_property
     def K(self) -> float:
         """Largest size of the coupling over all wave numbers."""
         if self.upper == self.lower:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation
+from varcontact.system.lazy import lazy_property
 
 AROUND = 8
 """Samples of the next period, from which an interpolation goes on smoothly."""
@@ -160,7 +160,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
         depth = checks.array("depth", depth, shape=shape, meant=f"of the heights' shape {shape}")
         return replace(self, height=self.height - depth)
 
-    @cached_property
+    @lazy_property
     def _between(self) -> Interpolation:
         x, height = self.x, np.atleast_2d(self.height)
         gap = np.inf if self.period is None else self.period - (x[-1] - x[0])

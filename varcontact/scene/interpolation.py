@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.system.lazy import lazy_property
 from varcontact.system.process import one_blas_thread
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Interpolation:
             found = np.where(beside, self._calm(x, y), found)
         return np.asarray(found[np.ix_(to_y, to_x)])
 
-    @cached_property
+    @lazy_property
     def _spline(self) -> RectBivariateSpline:
         from scipy.interpolate import RectBivariateSpline
 
@@ -59,7 +59,7 @@ class Interpolation:
 
         return np.asarray(Akima1DInterpolator(self.x, Akima1DInterpolator(self.y, self.h)(y), axis=1)(x))
 
-    @cached_property
+    @lazy_property
     def _cliffs(self) -> np.ndarray:
         """The cells in whose middle the two interpolations differ."""
         from scipy.ndimage import maximum_filter, minimum_filter

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, TypedDict, Unpack, overload
 
@@ -24,6 +23,7 @@ from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
+from varcontact.system.lazy import lazy_property
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
@@ -235,7 +235,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         grid = replace(grid, edge="centres" if consistency.why_centres(self) else "softened")
         return replace(self, motion=self.motion.second_order(), grid=grid)
 
-    @cached_property
+    @lazy_property
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where surface, bodies and load allow it, else None; a line contact has an infinite b."""
         bodies, surface, approach = self.bodies, self.surface, self.approach

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from varcontact.checks import Checked, positive
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
+from varcontact.system.lazy import lazy_property
 
 MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
 """How far a reference surface may turn across its samples, and from one row of them to the next [rad]."""
@@ -272,7 +272,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         found = np.array([Interpolation.of(x, self.y, each).at(*places) for each in flat])
         return found.reshape(*fields.shape[:-2], *grid.shape)
 
-    @cached_property
+    @lazy_property
     def _between(self) -> Interpolation:
         assert self.x is not None
         return Interpolation.of(self.x, self.y, self.h)

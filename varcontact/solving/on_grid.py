@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -33,6 +32,7 @@ from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
+from varcontact.system.lazy import lazy_property
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
@@ -88,7 +88,7 @@ class ContactOnGrid:
         """With the tractions that go with the pressure."""
         return replace(self, state=contact(self.disc, self.solver, self.state))
 
-    @cached_property
+    @lazy_property
     def near(self) -> Near:
         """Where the contact in a similar scene begins."""
         return Near.of(self.disc, self.state)

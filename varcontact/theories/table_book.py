@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +18,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import FOUR, CreepageCoefficients, near_splines
 from varcontact.system.files import reading
+from varcontact.system.lazy import lazy_property
 
 FORMAT = "varcontact table 3"
 AT_ONCE = 512
@@ -154,17 +155,17 @@ class TableBook:
         log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
         return near_splines(log(ratio / least) * (intervals / math.log(greatest / least)), intervals)
 
-    @cached_property
+    @lazy_property
     def _rows(self) -> np.ndarray:
         return _in_rows(self.splines)
 
-    @cached_property
+    @lazy_property
     def _offsets(self) -> np.ndarray:
         """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
         t, polar, angle = self.splines.shape[1:4]
         return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
 
-    @cached_property
+    @lazy_property
     def range(self) -> tuple[float, float]:
         """The least and the greatest a/b."""
         return float(self.ratios[0]), float(self.ratios[-1])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
+
+from varcontact.system.lazy import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""
@@ -31,13 +32,13 @@ class Curve:
     s: np.ndarray
     coefficients: np.ndarray
 
-    @cached_property
+    @lazy_property
     def _curve(self) -> Any:
         from scipy.interpolate import PPoly
 
         return PPoly(self.coefficients, self.s)
 
-    @cached_property
+    @lazy_property
     def _breakpoints(self) -> np.ndarray:
         return self.points(self.s)
 
@@ -66,7 +67,7 @@ class Curve:
         coefficients[3] += shift
         return Curve(self.s, coefficients)
 
-    @cached_property
+    @lazy_property
     def mirrored(self) -> Curve:
         """The mirror image at y = 0, run through the other way: y keeps its direction."""
         width = np.diff(self.s)[:, None]

@@ -12,11 +12,11 @@ is no closed form: the points are looked for in planes across the track.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from varcontact.errors import NoContact, SceneError
+from varcontact.system.lazy import lazy_property
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.slices import RailSurface, Surface
@@ -73,7 +73,7 @@ class Locus:
     gaps: np.ndarray | None = None
     slopes: np.ndarray | None = None
 
-    @cached_property
+    @lazy_property
     def touching(self) -> float:
         """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
         return float(self.gap.min())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
+from varcontact.system.lazy import lazy_property
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.track import WheelSet
@@ -59,7 +59,7 @@ class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fr
     s: float = 0.0
     pitch: float = 0.0
 
-    @cached_property
+    @lazy_property
     def rotation(self) -> np.ndarray:
         """The axle's axes in track coordinates, shape (3, 3)."""
         return rotation(roll=self.roll, yaw=self.yaw)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -15,6 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
+from varcontact.system.lazy import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 
@@ -219,12 +219,12 @@ class Profile:
         lines += [f"{y:.10g},{z:.10g}" for y, z in zip(self.y, self.z, strict=True)]
         write_whole("path", file, ("\n".join(lines) + "\n").encode())
 
-    @cached_property
+    @lazy_property
     def curve(self) -> Curve:
         """The spline, run through towards the outside."""
         return spline(np.stack([self.y, self.z], axis=1), self.kink_points, self.smoothing)
 
-    @cached_property
+    @lazy_property
     def kink_points(self) -> np.ndarray:
         """Indices of the points that are kinks."""
         if not isinstance(self.kinks, str):
@@ -235,7 +235,7 @@ class Profile:
         least = max(KINK, RESTLESS * float(np.median(turn)))
         return np.flatnonzero((turn > least) & (beside < CALM * turn)) + 1
 
-    @cached_property
+    @lazy_property
     def running(self) -> Curve:
         """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
         tread = np.abs(self.y).argmin() if self.kind == "wheel" else self.z.argmin()

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar, cast
@@ -16,6 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_words import Lines
+from varcontact.system.lazy import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -213,7 +213,7 @@ class Surface:
     weights: np.ndarray
     period: float = np.inf
 
-    @cached_property
+    @lazy_property
     def _weights(self) -> Any:
         """The weights over all positions: cubics between steps, and constant before the first position and after."""
         from scipy.interpolate import CubicSpline, PPoly
@@ -233,7 +233,7 @@ class Surface:
         breaks += [at[-1:], at[-1:] + 1.0]
         return PPoly(np.concatenate([*cubics, constant[:, 1:]], axis=1), np.concatenate(breaks))
 
-    @cached_property
+    @lazy_property
     def s(self) -> np.ndarray:
         """v along a section, `TABLE` apart."""
         count = int(np.diff(self.features, axis=1).sum(axis=1).max() / TABLE)
@@ -285,7 +285,7 @@ class RailSurface:
 
     parts: tuple[Surface, ...]
 
-    @cached_property
+    @lazy_property
     def ends(self) -> np.ndarray:
         """x between which each rail is, shape (n, 2): the first and the last one go on."""
         first, last = np.array([each.positions[[0, -1]] for each in self.parts]).T

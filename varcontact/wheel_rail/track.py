@@ -7,7 +7,7 @@ middle of the track at the height of the rail tops. Lengths are in millimetres.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
+from varcontact.system.lazy import lazy_property
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
 from varcontact.wheel_rail.profile import Profile, flange
@@ -143,7 +144,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
             checks.kind(f"track.{side}", getattr(self, side), Irregularity)
         _ = self.origin, self.of_sides  # which check the gauge, and the rails of each side
 
-    @cached_property
+    @lazy_property
     def of_sides(self) -> dict[Side, Track]:
         """The tracks whose rails are those of one side: itself, where both sides have the same."""
         if self.left_rail is self.right_rail is None:
@@ -151,7 +152,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         rails: dict[Side, Any] = {"left": self.left_rail or self.rail, "right": self.right_rail or self.rail}
         return {side: replace(self, rail=rail, left_rail=None, right_rail=None) for side, rail in rails.items()}
 
-    @cached_property
+    @lazy_property
     def rails(self) -> tuple[ProfileSlices, ...]:
         """All rails under one wheel."""
         return tuple(map(sliced, self.rail if isinstance(self.rail, tuple) else (self.rail,)))
@@ -166,7 +167,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         """Whether both rails are one profile along the track."""
         return self.left_rail is self.right_rail is None and len(self.rails) == 1 and self.rails[0].constant
 
-    @cached_property
+    @lazy_property
     def origin(self) -> np.ndarray:
         """Origin of the right rail's profile, (y, z) in track coordinates [mm]."""
         curve = self.profile.curve.moved(rotation(roll=-self.cant)[1:, 1:], np.zeros(2))
@@ -270,7 +271,7 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
             allowed = f"the y of the flange's back in the coordinates of the profile: its tip is at y = {tip:.4g} mm"
             raise SceneError("wheelset.flange_back", self.flange_back, allowed)
 
-    @cached_property
+    @lazy_property
     def _slices(self) -> ProfileSlices:
         return sliced(self.wheel)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -18,6 +17,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
+from varcontact.system.lazy import lazy_property
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
@@ -214,12 +214,12 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
     def _constant(self) -> bool:
         return self.track.constant and self.wheelset.constant
 
-    @cached_property
+    @lazy_property
     def rail(self) -> Curve | RailSurface:
         """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a profile varies."""
         return self.track.placed(self.side) if self._constant else self.track.surface(self.side, self.position.s)
 
-    @cached_property
+    @lazy_property
     def wheel(self) -> Curve | Surface:
         """The part of the wheel that can be touched, (y along the axle, radius); a surface where a profile varies."""
         if self._constant:
@@ -234,7 +234,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
         return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
 
-    @cached_property
+    @lazy_property
     def locus(self) -> Locus:
         """The contact locus; NoContact if the wheel is beside the rail."""
         axle = np.array([0.0, self.position.y, -self.wheelset.radius])

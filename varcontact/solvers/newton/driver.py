@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Any, Generic, TypeVar
 
@@ -22,6 +21,7 @@ from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
 from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import Kernel
+from varcontact.system.lazy import lazy_property
 
 MAX_STEPS, PATIENCE = 100, 40
 """Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below
@@ -74,7 +74,7 @@ class GridConditions(Conditions):
     bound: np.ndarray
     plain: Kernel
 
-    @cached_property
+    @lazy_property
     def contact(self) -> np.ndarray:
         """Where tractions can act."""
         return self.bound > 0

@@ -11,12 +11,12 @@ zero at the ends of the box, which keeps the symbol positive.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 
 from varcontact.elasticity.conformal import ConformalOperator
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
+from varcontact.system.lazy import lazy_property
 
 Product = Callable[[np.ndarray], np.ndarray]
 """M times tractions (c, ny, nx), both float32."""
@@ -66,12 +66,12 @@ class Kernel:
         self.shape = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
         self._box = fast_box(*numbers.shape[1:])
 
-    @cached_property
+    @lazy_property
     def row_size(self) -> float:
         """Euclidean length of a row of the matrix, the root mean square of the symbol."""
         return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
 
-    @cached_property
+    @lazy_property
     def halved(self) -> Kernel:
         """That of elements twice as large, in units of displacement that are so, too: means over the small ones.
 
@@ -89,12 +89,12 @@ class Kernel:
             numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
         return Kernel(numbers / 2)
 
-    @cached_property
+    @lazy_property
     def symbol(self) -> np.ndarray:
         """Transform of the numbers on a box of twice the size, complex64."""
         return spectrum_of(wrapped(self.numbers, self._box), self._box)
 
-    @cached_property
+    @lazy_property
     def circulant(self) -> Circulant:
         return Circulant(self)
 
@@ -160,7 +160,7 @@ class Circulant:
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
         self.symbol = spectrum_of(wrapped(kernel.numbers * window.astype(np.float32), self._box), self._box)
 
-    @cached_property
+    @lazy_property
     def stick(self) -> np.ndarray:
         """The inverse for the stick area."""
         return self.inverse(STICK_SHIFT)

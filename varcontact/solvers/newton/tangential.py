@@ -10,7 +10,6 @@ across it, and ``held = g/|y|``, the equations are ``n.d = g - n.p`` and
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import SoftenedKernel, product_and_plain, unit
+from varcontact.system.lazy import lazy_property
 
 QUANTILE = 0.6
 """Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
@@ -120,7 +120,7 @@ class TangentialSystem(System):
     held: np.ndarray
     flows: FlowDerivative | None = None
 
-    @cached_property
+    @lazy_property
     def _single(self) -> list[np.ndarray]:
         return [field.astype(np.float32) for field in (self.stick, self.along, self.across, self.held)]
 
@@ -146,7 +146,7 @@ class TangentialSystem(System):
         step = dot(found.swapaxes(0, 1), unweights[:, None])
         return stick * step + dot(across, step) * across + dot(along, right) * along
 
-    @cached_property
+    @lazy_property
     def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
         contact, circulant = self.conditions.contact, self.conditions.plain.circulant
