@@ -2,6 +2,7 @@
 
 import dataclasses
 import dis
+import os
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -202,3 +203,53 @@ def test_no_thread_is_left_behind(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "0\n"
+
+
+FORKS = """
+import os
+import signal
+import threading
+import time
+
+import varcontact as vc
+
+def solve(cells):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.2), normal_force=1.0, friction=0.3,
+        motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(nx=cells, ny=cells))
+    vc.solve(scene, method="active-set")
+
+def solve_for_ever():
+    while True:
+        solve(40)
+
+def solve_in_child():
+    beside = threading.Thread(target=solve, args=(8,))
+    beside.start()
+    solve(8)
+    beside.join()
+    os._exit(0)
+
+solve(8)
+for _ in range(2):
+    threading.Thread(target=solve_for_ever, daemon=True).start()
+waiting = set()
+for _ in range(10):
+    time.sleep(0.05)
+    waiting.add(os.fork() or solve_in_child())
+until = time.monotonic() + 60
+while waiting and time.monotonic() < until:
+    waiting -= {child for child in waiting if os.waitpid(child, os.WNOHANG)[0]}
+    time.sleep(0.02)
+for child in waiting:
+    os.kill(child, signal.SIGKILL)
+print(len(waiting), "children hang", flush=True)
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_processes_forked_while_threads_solve_end():
+    """Threads solve, processes are forked from between, and solve in threads of their own."""
+    done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("0 children hang\n", "")
