@@ -28,7 +28,7 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""

@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, spectrum_of
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 DENSE_LIMIT = 400
 """Elements up to which S is factored: with more, conjugate gradients by FFT are faster, ten times so at 1000."""

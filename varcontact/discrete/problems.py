@@ -10,7 +10,7 @@ from varcontact.discrete.positive_definite import PositiveDefinite, positive_def
 from varcontact.elasticity.conformal import STRAIGHT, ConformalOperator
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 ROUNDING = 1e-12
 """Differences of mirror images, relative to the largest value, that count as rounding."""

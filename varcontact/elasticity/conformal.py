@@ -19,7 +19,7 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 Transforms = dict[tuple[int, ...], np.ndarray]
 """By harmonic, row and column."""

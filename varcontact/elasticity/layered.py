@@ -29,7 +29,7 @@ from scipy import special
 
 from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.grid import Grid
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 CUT = 20.0
 """Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT) CUT^2 = 2e-15."""

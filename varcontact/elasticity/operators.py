@@ -11,8 +11,7 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.scene.grid import Grid
-from varcontact.system.lazy import lazy_property
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import lazy_property, one_blas_thread
 
 REMEMBERED = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""

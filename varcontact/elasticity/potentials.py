@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 FAR = 1024.0
 """Distance in element sides from which Gauss's rule is used: its error there is about 4096^-4 = 4e-15."""

@@ -23,7 +23,7 @@ import numpy as np
 from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.layered import LayeredPair, Stack, added_numbers, wave_numbers
 from varcontact.scene.grid import Grid
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 WAVES_AT_ONCE = 2_000_000
 """Wave numbers times points."""

@@ -10,7 +10,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 AROUND = 8
 """Samples of the next period, from which an interpolation goes on smoothly."""

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.system.lazy import lazy_property
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import lazy_property, one_blas_thread
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline

@@ -23,7 +23,7 @@ from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default

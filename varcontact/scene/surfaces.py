@@ -12,7 +12,7 @@ from varcontact.checks import Checked, positive
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 from varcontact.scene.interpolation import Interpolation, continuation, smoothed_field
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
 """How far a reference surface may turn across its samples, and from one row of them to the next [rad]."""

@@ -32,7 +32,7 @@ from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""

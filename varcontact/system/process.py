@@ -25,7 +25,7 @@ from concurrent.futures import Future, wait
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, Self, TypeVar, overload
 
 from varcontact.errors import TooLarge
 
@@ -38,6 +38,7 @@ VARIABLES = (
 )  # fmt: skip
 """Where one of these is set, its number of threads stays."""
 Result = TypeVar("Result")
+Value = TypeVar("Value")
 LONGEST = 0.005
 """Seconds for which a solver that takes SIGINT for itself has it."""
 MANY = 1000
@@ -123,6 +124,30 @@ if hasattr(os, "register_at_fork"):  # a child forked while another thread holds
     os.register_at_fork(
         before=_LIMIT.lock.acquire, after_in_parent=_LIMIT.lock.release, after_in_child=_LIMIT.lock.release
     )
+
+
+class lazy_property(Generic[Value]):  # noqa: N801 - written as the decorator `property` is
+    """A property that is computed once; by each of the threads that read it first at the same time.
+
+    `functools.cached_property` of Python 3.11 holds a lock meanwhile, for which a forked process waits for ever.
+    """
+
+    def __init__(self, compute: Callable[[Any], Value]) -> None:
+        self.compute = compute
+        self.__doc__ = compute.__doc__
+
+    @overload
+    def __get__(self, owner: None, kind: type) -> Self: ...
+
+    @overload
+    def __get__(self, owner: object, kind: type) -> Value: ...
+
+    def __get__(self, owner: object, kind: type) -> Self | Value:
+        if owner is None:
+            return self
+        value = self.compute(owner)
+        object.__setattr__(owner, self.compute.__name__, value)  # also where the class is frozen
+        return value
 
 
 def one_blas_thread() -> _Limit:

@@ -18,7 +18,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import FOUR, CreepageCoefficients, near_splines
 from varcontact.system.files import reading
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 FORMAT = "varcontact table 3"
 AT_ONCE = 512

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
 
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
 """The direction of y."""

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.errors import NoContact, SceneError
-from varcontact.system.lazy import lazy_property
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.slices import RailSurface, Surface
 

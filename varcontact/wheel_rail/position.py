@@ -10,7 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.track import WheelSet

@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 

@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_words import Lines
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind

@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.position import angle
 from varcontact.wheel_rail.profile import Profile, flange

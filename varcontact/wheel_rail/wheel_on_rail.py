@@ -17,8 +17,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.lazy import lazy_property
-from varcontact.system.process import one_blas_thread
+from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
 from varcontact.wheel_rail.patches import Seams, Tangent, joined, reference_surface, seams_of, tangents_of

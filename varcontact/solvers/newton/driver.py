@@ -21,7 +21,7 @@ from varcontact.solvers.newton.gcr import Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import Conditions, Point, balanced, line_search, measured
 from varcontact.solvers.newton.hierarchy import LEAST_SIDE, Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import Kernel
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 MAX_STEPS, PATIENCE = 100, 40
 """Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below

@@ -16,7 +16,7 @@ import numpy as np
 
 from varcontact.elasticity.conformal import ConformalOperator
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 Product = Callable[[np.ndarray], np.ndarray]
 """M times tractions (c, ny, nx), both float32."""

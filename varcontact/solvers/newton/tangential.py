@@ -24,7 +24,7 @@ from varcontact.solvers.newton.gcr import Forces, System
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box
 from varcontact.solvers.newton.kernel import SoftenedKernel, product_and_plain, unit
-from varcontact.system.lazy import lazy_property
+from varcontact.system.process import lazy_property
 
 QUANTILE = 0.6
 """Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
