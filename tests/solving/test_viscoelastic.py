@@ -11,6 +11,7 @@ import varcontact as vc
 from tests.scenes import make_scene, refused
 from varcontact.elasticity.operators import influence_operator
 from varcontact.reference import hunter
+from varcontact.solvers.newton import driver
 
 DATA = Path(__file__).parents[1] / "data" / "contact_viscoelastic.json"
 CASES = {case["tag"]: case for case in json.loads(DATA.read_text())["cases"]}
@@ -112,6 +113,33 @@ def test_solvers_agree(line, load):
         other = vc.solve(scene, tol=1e-9, **options)
         np.testing.assert_allclose(other.pressure, first.pressure, atol=1e-6 * first.max_pressure)
         assert abs(other.certificate.normal_relative_gap) < 1e-6
+
+
+SOFTENS = vc.Scene(
+    bodies=vc.Viscoelastic(1.0, 0.3517, [(96.39, 2.701)]),
+    surface=vc.Paraboloids(0.6853, 0.6118),
+    normal_force=0.00875,
+    friction=0.3,
+    motion=vc.Steady(vx=0.0222, vy=0.0084, spin=-0.0456, speed=1.0),
+    grid=vc.Grid(nx=96, ny=96),
+)
+"""A solid that becomes a hundred times as soft: its kernel is as skew as that of a step of rolling."""
+
+
+def test_a_large_relaxation_on_many_elements():
+    """Approach and largest pressure of NORM in dense matrices, vc.solve(SOFTENS, normal="norm"), in 85 s."""
+    sol = vc.solve(SOFTENS)
+    assert sol.approach == pytest.approx(0.3020286012055, rel=1e-8)
+    assert sol.max_pressure == pytest.approx(0.1155694040715, rel=1e-8)
+    assert sol.force == pytest.approx([-4.46607774e-04, 4.67554302e-05], rel=1e-6)
+
+
+def test_a_pressure_that_is_not_found_is_no_contact_area(monkeypatch):
+    """Newton's method without coarse grids and steps finds none, on too many elements for active sets."""
+    monkeypatch.setattr(driver, "LEAST_SIDE", 1000)
+    monkeypatch.setattr(driver, "MAX_STEPS", 0)
+    with pytest.raises(vc.NotConverged, match="newton gave no pressure"):
+        vc.solve(SOFTENS)
 
 
 @pytest.mark.parametrize("line", [True, False])

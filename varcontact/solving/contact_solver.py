@@ -87,7 +87,7 @@ class ContactSolver:
                 friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
                 enough = max(self._seen(state) * min(1.0, friction / abs(disc.K) if disc.K else 1.0), EXACTEST)
             raw = solve_problem(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
-            if not raw.finite:
+            if not (raw.finite and (raw.solved or np.any(raw.traction))):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
             pressure[elements] = raw.traction

@@ -85,16 +85,18 @@ class GridConditions(Conditions):
         shape = self.bound.shape
         return min(shape if shape[0] > 1 else shape[1:]) >= 2 * LEAST_SIDE and not self.linear
 
-    def coarser(self: G) -> G:
-        """With elements twice as large, in units of displacement that are so, too.
+    @property
+    def of_step(self) -> bool:
+        """Whether the shift is that of a step of rolling, which becomes twice as long with the elements."""
+        return self.plain.circulant.rolling != 0
 
-        In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
-        """
+    def coarser(self: G) -> G:
+        """With elements twice as large, in units of displacement that are so, too; and a step that is twice as long."""
         each, scale = 4 if self.bound.shape[0] > 1 else 2, self.forces.scale
-        known = halved_mean(self.known / scale, self.contact) * (1.0 if self.plain.circulant.rolling else 0.5)
+        known = halved_mean(self.known / scale, self.contact) * (1.0 if self.of_step else 0.5)
         bound = halved(self.bound * scale)
         forces = Forces(self.forces.components, self.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound)))
-        plain = self.plain.halved
+        plain = self.plain.halved_in_rolling if self.of_step else self.plain.halved
         return replace(self, kernel=plain, known=known, forces=forces, bound=bound, plain=plain)
 
     def first(self) -> Point:
@@ -104,7 +106,7 @@ class GridConditions(Conditions):
     def refined(self, at: Point, coarse: GridConditions) -> Point:
         """A point of a coarser grid."""
         traction = doubled(at.traction, coarse.contact, self.bound.shape)
-        return point(self, self.projected(traction), at.rigid * (1.0 if self.plain.circulant.rolling else 2.0))
+        return point(self, self.projected(traction), at.rigid * (1.0 if self.of_step else 2.0))
 
 
 @dataclass(frozen=True, eq=False)

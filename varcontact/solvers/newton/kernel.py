@@ -73,14 +73,8 @@ class Kernel:
 
     @lazy_property
     def halved(self) -> Kernel:
-        """That of elements twice as large, in units of displacement that are so, too: means over the small ones.
-
-        In rolling a step is twice as long, too: on half-spaces the numbers are then the first of these.
-        """
+        """That of elements twice as large, in units of displacement that are so, too: means over the small ones."""
         numbers = self.numbers
-        if self.circulant.rolling:
-            (ny, nx), (rows, columns) = self.shape, ((side + 1) // 2 for side in self.shape)
-            return Kernel(numbers[:, ny - rows : ny + rows - 1, nx - columns : nx + columns - 1])
         for axis in (1, 2) if self.shape[0] > 1 else (2,):
             lines = np.moveaxis(numbers, axis, -1)
             last = lines.shape[-1] // 4 * 2  # even offset of small elements
@@ -88,6 +82,12 @@ class Kernel:
             before, same, after = (padded[..., middle - last + by : middle + last + by + 1 : 2] for by in (-1, 0, 1))
             numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
         return Kernel(numbers / 2)
+
+    @lazy_property
+    def halved_in_rolling(self) -> Kernel:
+        """That of elements and a step of rolling twice as long: on half-spaces the numbers are the first of these."""
+        (ny, nx), (rows, columns) = self.shape, ((side + 1) // 2 for side in self.shape)
+        return Kernel(self.numbers[:, ny - rows : ny + rows - 1, nx - columns : nx + columns - 1])
 
     @lazy_property
     def symbol(self) -> np.ndarray:

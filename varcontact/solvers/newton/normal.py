@@ -41,7 +41,14 @@ def _active_sets(problem: NormalProblem, settings: Settings, near: RawSolution) 
 
 @dataclass(frozen=True, eq=False)
 class NormalConditions(GridConditions):
-    """The normal problem on a box: `known` is h, less the approach where that is given (1, ny, nx)."""
+    """The normal problem on a box: `known` is h, less the approach where that is given (1, ny, nx).
+
+    Kernels of viscoelastic bodies are as skew as those of a step of rolling; their relaxation length stays as it is.
+    """
+
+    @property
+    def of_step(self) -> bool:
+        return False
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         return np.maximum(trial, 0.0) * self.contact
