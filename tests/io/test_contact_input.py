@@ -111,7 +111,7 @@ def test_a_sequence_is_one_history():
 def test_a_formula_for_the_distance(tmp_path):
     (scene,) = read(tmp_path)
     assert scene.grid == vc.Grid(nx=4, ny=3, dx=0.5, dy=0.4, x0=-1.0, y0=-0.6)
-    assert scene.motion == vc.Steady(vx=0.001, vy=0.002, spin=0.0003, dq=0.2)
+    assert scene.motion == vc.Steady(vx=0.001, vy=0.002, spin=0.0003, dq=0.5)
     assert (scene.normal_force, scene.friction) == (1000.0, 0.3)
     x, y = -0.75, -0.4
     expected = 0.01 * x**2 + 0.002 * x * y + 0.02 * y**2 + 0.003 * x - 0.004 * y + 0.005
@@ -171,9 +171,89 @@ def test_laws_of_friction(tmp_path, digit, law):
 
 def test_forces_are_parts_of_what_friction_carries(tmp_path):
     (one,) = read(tmp_path, (" 203100 ", " 203110 "), ("0.001  0.002", "-0.5  0.002"))
-    assert one.motion == vc.Steady(Fx=-150.0, vy=0.002, spin=0.0003, dq=0.2)
+    assert one.motion == vc.Steady(Fx=-150.0, vy=0.002, spin=0.0003, dq=0.5)
     (two,) = read(tmp_path, (" 203100 ", " 203120 "), ("0.001  0.002", "-0.5  0.25"))
-    assert two.motion == vc.Steady(Fx=-150.0, Fy=75.0, spin=0.0003, dq=0.2)
+    assert two.motion == vc.Steady(Fx=-150.0, Fy=75.0, spin=0.0003, dq=0.5)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1, 2, 10])
+@pytest.mark.parametrize("surface", ["elements", "hertz", "one row"])
+def test_steady_rolling_has_the_step_dx_whatever_dq_is(tmp_path, ratio, surface):
+    """As CONTACT has it (its subroutine check_roll_stepsize): only its solver ConvexGS, G = 2, takes DQ."""
+    place = {"elements": SURFACE, "hertz": " -3\n 10 8  2.0 1.0 1.25\n",
+             "one row": SURFACE.replace("4 3   -1.0 -0.6  0.5 0.4", "4 1   -1.0 -0.6  0.5 400.")}[surface]  # fmt: skip
+    dq = ratio * 0.5
+    changes = (SURFACE, place), ("0.0  0.2  5000.", f"0.0  {dq}  5000."), ("0.0003  FN", "0.0  FN")
+    (scene,) = read(tmp_path, *changes)
+    assert scene.grid.dx == pytest.approx(0.5)
+    assert scene.motion.dq == scene.grid.dx
+    convex_gs = (
+        (" 0000001 ", " 0200001 "),
+        ("MAXOUT, EPS", "MAXOUT, EPS\n 0.5 1.0 1 1.1  OMEGAH, OMEGAS, INISLP, OMGSLP"),
+    )
+    (by_convex_gs,) = read(tmp_path, *changes, *convex_gs)
+    assert by_convex_gs.motion.dq == dq
+
+
+NEXT = """ 3  MODULE
+ {problem}   P-B-T-N-F-S
+ {kept}   L-D-C-M-Z-E
+ 0100001  H-G-I-A-O-W-R
+ 500.  0.004  0.0  0.0  FN, CKSI, CETA, CPHI
+"""
+
+
+def test_transient_rolling_has_the_step_dq(tmp_path):
+    """Of its own case or the case before, which in steady rolling is DX: CONTACT overwrites DQ."""
+    kept = NEXT.format(problem="202100", kept="100000") + " 0  MODULE\n"
+    transient = (" 203100 ", " 202100 ")
+    for changes, dq in (([transient], 0.2), ([], 0.5), ([(" 0000001 ", " 0000003 ")], 0.2)):
+        *_, after = read(tmp_path, (" 0  MODULE\n", kept), *changes)
+        assert after.motion.dq == (dq,)
+    more = NEXT.format(problem="002100", kept="102000") + " 0.0 0.7 5000. CHI\n 0.28 0.28 82000. 82000. POISS\n"
+    (history,) = read(tmp_path, transient, (" 0  MODULE\n", more + " 0  MODULE\n"))
+    assert history.motion.dq == (0.2, 0.7)
+
+
+def test_a_step_is_not_kept_through_a_shift(tmp_path):
+    """CONTACT needs CHI, DQ and VELOC anew (its error 2041)."""
+    shift, rolling = NEXT.format(problem="201100", kept="100000"), NEXT.format(problem="202100", kept="100000")
+    with pytest.raises(vc.SceneError, match=r"T \(TANG\) = 2 needs CHI, DQ and VELOC, which the case before does not"):
+        read(tmp_path, (" 0  MODULE\n", shift + rolling + " 0  MODULE\n"))
+
+
+def test_the_point_where_spin_is_sampled_is_not_silently_another(tmp_path):
+    with pytest.raises(vc.SceneError, match=r"line 9: FACPHI = 0.5 is not supported"):
+        read(tmp_path, ("0.0  0.2  5000.", "0.0  0.2  5000. 0.5"))
+
+
+def test_debug_output_and_every_solver_are_passed_over(tmp_path):
+    """Each brings parameters on a line of its own; the problem is the same."""
+    (plain,) = read(tmp_path)
+    parameters = {0: "", 3: "0.5 1.0 1 1.1", 4: "1 1.1", 5: "1.0 0.05 1 1.0 0.0 1.0 1.0 0.9"}
+    for digit, line in parameters.items():
+        solver = (" 0000001 ", f" {digit:02d}00001 "), ("MAXOUT, EPS", f"MAXOUT, EPS\n {line}")
+        (found,) = read(tmp_path, *solver)
+        assert (found.motion, found.grid) == (plain.motion, plain.grid)
+    debug = (" 0000001  H-G-I-A-O-W-R", "10000001  X-H-G-I-A-O-W-R\n 1000005  P-S-F-L-R-I-N")
+    (found,) = read(tmp_path, debug)
+    assert (found.motion, found.grid) == (plain.motion, plain.grid)
+
+
+@pytest.mark.parametrize(("kind", "points"), [
+    (1, " 2 0.1 0.1  NZ, ZL, DZ\n"),
+    (2, " 1 1 4   FIRST, STEP, LAST COLUMN\n 1 1 3  FIRST, STEP, LAST ROW\n 2 0.1 0.1  NZ, ZL, DZ\n"),
+    (3, " 2 1  NX, NY\n 1\n 4  THE COLUMNS\n 2  THE ROW\n 2 0.1 0.1  NZ, ZL, DZ\n"),
+    (5, " 3  NZ\n 0.1 0.2\n 0.5  DEPTHS\n"),
+    (6, " 1 1 4   COLUMNS\n 1 1 3  ROWS\n 2  NZ\n 0.1 0.2 DEPTHS\n"),
+    (7, " 1 1  NX, NY\n 4  COLUMN\n 2  ROW\n 1  NZ\n 0.1  DEPTH\n"),
+    (9, " 1 1 2  NX, NY, NZ\n 0.5 X\n 0.1 Y\n 0.1\n 0.2 Z\n"),
+])  # fmt: skip
+def test_words_behind_the_points_of_stress_are_no_numbers(tmp_path, kind, points):
+    stresses = f" 1 0  MATFIL, OUTPUT\n {kind}  ISUBS\n{points} 0  ISUBS\n"
+    more = NEXT.format(problem="203100", kept="100000")
+    first, second = read(tmp_path, (" 203100 ", " 203103 "), (" 0  MODULE\n", stresses + more + " 0  MODULE\n"))
+    assert (first.motion.vx, second.motion.vx) == (0.001, 0.004)
 
 
 def test_the_centre_of_spin(tmp_path):
@@ -261,7 +341,7 @@ def test_a_case_that_is_skipped_gives_what_the_next_keeps(tmp_path):
 """
     (scene,) = read(tmp_path, text=one + other)
     (first,) = read(tmp_path)
-    assert scene.motion == vc.Steady(vx=0.004, dq=0.2)
+    assert scene.motion == vc.Steady(vx=0.004, dq=0.5)
     assert (scene.normal_force, scene.friction, scene.grid) == (500.0, 0.3, first.grid)
     np.testing.assert_array_equal(scene.surface.h, first.surface.h)
 

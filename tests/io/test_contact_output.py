@@ -71,6 +71,32 @@ def test_of_o_1_the_forces_alone(tmp_path):
     assert [patch["FN"] for patch in wheel.patches] == [6144.0, 4822.0]
 
 
+def test_results_of_result_elements(tmp_path):
+    """Of CONTACT's library: one case of each element may have the same number."""
+    normal = BASIC[: BASIC.index(" Case     2")]
+    text = "".join(normal.replace("Case     1", f"Case     1, result element   {k}") for k in (1, 2, 15))
+    found = read(tmp_path, HEAD + text + TAIL)
+    assert [(each.case, each.result_element, each.values["FN"]) for each in found] == [
+        (1, 1, 9.195), (1, 2, 9.195), (1, 15, 9.195)]  # fmt: skip
+    wheel, lifted = read(tmp_path, HEAD + WHEEL + TAIL)
+    assert (wheel.result_element, lifted.result_element) == (None, 2)
+
+
+def test_conformal_patches(tmp_path):
+    """They have sums of components along the curved surface, under names of their own."""
+    changes = (("     FN          FX          FS   ", "     BAR_FN      BAR_FX      BAR_FS"),
+               ("     FN/G      FX/FSTAT/FN FS/FSTAT/FN", "     TILDE_FN    FX/FN       FS/FN"))  # fmt: skip
+    text = WHEEL
+    for old, new in changes:
+        assert text.count(old) == 2
+        text = text.replace(old, new)
+    wheel, _ = read(tmp_path, HEAD + text + TAIL)
+    first, second = wheel.patches
+    assert (first["FN"], first["FX"], first["FS"]) == (6144.0, 1626.0, 153.5)
+    assert (first["BAR_FN"], first["TILDE_FN"], first["FX/FN"]) == (6144.0, 7.493e-2, 0.8823)
+    assert (second["FN"], second["APPROACH"]) == (4822.0, 2.063e-2)
+
+
 @pytest.mark.parametrize(("text", "words"), [
     ("", "line 1 ends without a case: this is no output file of CONTACT"),
     (HEAD, "line 4 ends without a case"),

@@ -28,6 +28,8 @@ from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N
 
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
+CONVEX_GS = 2
+"""The control digit G of the one solver of CONTACT that takes any DQ in steady rolling."""
 LAWS: dict[int, tuple[str, type[Any]]] = {
     2: ("FLIN", LinearFalling),
     3: ("FRAT", RationalFalling),
@@ -35,8 +37,9 @@ LAWS: dict[int, tuple[str, type[Any]]] = {
 }
 
 Case = dict[str, Any]
-"""What a case has, and the next may keep: "group", "digits", "kinematics", "friction", "rolling" (direction, dq and
-speed), "bodies", "potential" and "distance" (`words.Given`), "grid", "row" (`words.Row` or None) and "surface"."""
+"""What a case has, and the next may keep: "group", "digits", "solver" (G), "kinematics", "friction", "rolling"
+(direction, dq and speed), "bodies", "potential" and "distance" (`words.Given`), "grid", "row" (`words.Row` or None) and
+"surface"."""
 
 
 def read_contact_input(path: str | Path) -> list[Scene]:
@@ -107,7 +110,11 @@ slip_difference='first-order', speed=None)
             cases.append(case)
     if not cases:
         raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
-    return [_scene(sequence) for sequence in _sequences(cases)]
+    scenes = []
+    for sequence in _sequences(cases):
+        with words.located(sequence[0]["group"]):
+            scenes.append(_scene(sequence))
+    return scenes
 
 
 def _case(lines: words.Lines, before: Case) -> Case:
@@ -116,17 +123,23 @@ def _case(lines: words.Lines, before: Case) -> Case:
     case = {**before, "group": group, "digits": digits, "kinematics": _kinematics(lines, digits)}
     if digits["L"] != 1:
         case["friction"] = read_friction(lines, digits["L"])
+    if digits["G"] != 1:
+        case["solver"] = digits["G"]
+    if digits["T"] < TRANSIENT:  # CONTACT forgets how the case before rolled
+        case.pop("rolling", None)
     if digits["C"] == 2:
         if digits["T"] >= TRANSIENT:
             case["rolling"] = _rolling(lines)
-        nu1, nu2, G1, G2 = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2").numbers()
-        case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
+        case["bodies"] = read_bodies(lines)
     for letter, kept in (("C", "bodies"), ("L", "friction")):
         if kept not in case:
             group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
     if digits["T"] >= TRANSIENT and "rolling" not in case:
-        group.refuse("T (TANG)", digits["T"], "needs CHI, DQ and VELOC, which no case has given yet: use C = 2")
+        group.refuse("T (TANG)", digits["T"], "needs CHI, DQ and VELOC, which the case before does not give: use C = 2")
     _place(lines, case, before)
+    if digits["T"] == STEADY and digits["R"] == 1 and case.get("solver") != CONVEX_GS:
+        direction, _, velocity = case["rolling"]
+        case["rolling"] = direction, case["grid"].dx, velocity  # whatever DQ says; kept by the next case
     words.skip_stresses(lines, digits["S"])
     return case
 
@@ -171,13 +184,25 @@ def read_friction(lines: words.Lines, law: int) -> Callable[[float], float | Law
     return lambda velocity: kind(kinetic + first, kinetic, half, velocity, **memory)
 
 
+def read_bodies(lines: words.Lines) -> Bodies:
+    """The material of the digit C = 2."""
+    group = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
+    nu1, nu2, G1, G2 = group.numbers()
+    with words.located(group):
+        return Bodies(G=(G1, G2), nu=(nu1, nu2))
+
+
 def _rolling(lines: words.Lines) -> tuple[int, float, float]:
     group = lines.group("CHI", "DQ", "VELOC")
     angle, dq, velocity = group.angle(0), group.number(1), group.number(2)
     for direction in (1, -1):
         if abs(np.cos(angle) - direction) < 1e-8 and dq > 0 and velocity > 0:
-            return direction, dq, velocity
-    return group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers")
+            break
+    else:
+        group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers")
+    if group.rest and words.number_of(group.rest[0]) is not None:
+        group.refuse("FACPHI", group.rest[0], "is not supported: spin is sampled at x + DQ/6; leave it out")
+    return direction, dq, velocity
 
 
 def _place(lines: words.Lines, case: Case, before: Case) -> None:
@@ -212,22 +237,27 @@ def _place(lines: words.Lines, case: Case, before: Case) -> None:
     elif not same and (digits["Z"] == 0 or case["distance"][1] == 9):
         group.refuse("Z (RZNORM)", digits["Z"], "keeps the undeformed distance of other elements: use Z = 2")
     if not same or digits["Z"] != 0:
-        case.update(grid=grid, row=row, surface=words.sampled(case["distance"], grid, row))
+        with words.located(case["distance"][0]):
+            case.update(grid=grid, row=row, surface=words.sampled(case["distance"], grid, row))
+
+
+def _hertzian_surface(ipotcn: int, first: float, second: float, bodies: Bodies) -> Ellipse | Paraboloids:
+    """By semi-axes, by two curvatures, or by one and the ratio of the semi-axes."""
+    if ipotcn == -3:
+        return Ellipse(a=first, b=second)
+    A = checks.positive("A1", first)
+    if ipotcn == -2:
+        shape = hertz_ellipse(checks.positive("AOB", second), 1.0, bodies, force=1.0)
+        second = first * shape.Rx / shape.Ry
+    return Paraboloids(Rx=1 / (2 * A), Ry=1 / (2 * checks.positive("B1", second)))
 
 
 def _place_hertzian(case: Case, before: Case) -> None:
     potential: words.Given = case["potential"]
     entries, ipotcn, (mx, my, first, second, scale) = potential
     bodies = case["bodies"]
-    if ipotcn == -2:
-        shape = hertz_ellipse(checks.positive("AOB", second), 1.0, bodies, force=1.0)
-        second = first * shape.Rx / shape.Ry
-    surface: Ellipse | Paraboloids
-    if ipotcn == -3:
-        surface = Ellipse(a=first, b=second)
-    else:
-        A, B = checks.positive("A1", first), checks.positive("B1", second)
-        surface = Paraboloids(Rx=1 / (2 * A), Ry=1 / (2 * B))
+    with words.located(entries):
+        surface = _hertzian_surface(ipotcn, first, second, bodies)
     case.update(row=None, surface=surface)
     case.pop("distance", None)
     if case["digits"]["D"] == 0:
@@ -235,12 +265,14 @@ def _place_hertzian(case: Case, before: Case) -> None:
             why = "keeps the semi-axes for another load or material, which is not clear: use D = 2"
             case["group"].refuse("D (DISCNS)", 0, why)
         return
-    contact = Scene(bodies=bodies, surface=surface, **_load(case)).hertz
+    with words.located(entries):
+        contact = Scene(bodies=bodies, surface=surface, **_load(case)).hertz
     if contact is None or scale <= 0:
         entries.refuse("SCALE", scale, "with this load gives no potential contact")
     nx, ny = words.counts(entries, mx, my)
     a, b = contact.a * scale, contact.b * scale
-    case["grid"] = Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b)
+    with words.located(entries):
+        case["grid"] = Grid(nx=nx, ny=ny, dx=2 * a / nx, dy=2 * b / ny, x0=-a, y0=-b)
 
 
 def _sequences(cases: Sequence[Case]) -> list[list[Case]]:

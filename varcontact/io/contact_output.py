@@ -15,15 +15,17 @@ from varcontact import checks
 from varcontact.io.contact_words import MOST_BYTES, number_of, wrong_line
 from varcontact.system.files import text_of
 
-CASE = re.compile(r"\s*Case\s+\d+\b")
-WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d+) CONTACT PATCH")
-PATCH = re.compile(r"\s*-----\s*DATA FOR CONTACT PATCH\s+(\d+)")
+CASE = re.compile(r"\s*Case\s+(\d{1,9})\b(?:.*\bresult element\s+(\d{1,9})\b)?")
+WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d{1,9}) CONTACT PATCH")
+PATCH = re.compile(r"\s*-----\s*DATA FOR CONTACT PATCH\s+(\d{1,9})\b")
 PROFILE = re.compile(r'\s*(?:RAIL|ROLLER|WHEEL) PROFILE "')
 """Before tables of the same names for both profiles, which are left out."""
 NONE_FOUND = "NO CONTACT FOUND"
 NAME = re.compile(r"(?:CREEP|SHIFT) [XY](?=\s|$)|\S+")
 CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
 FORCES = ("FN", "FX", "APPROACH")
+CURVED = "BAR_"
+"""Before FN, FX and FS of conformal patches: sums of components along the curved surface."""
 OVERFLOW = re.compile(r"\*+$|NaN$|[+-]?Infinity$", re.IGNORECASE)
 """What does not fit its place, or is no number."""
 
@@ -36,6 +38,9 @@ class ContactOutput:
     ----------
     case : int
         Its number.
+    result_element : int or None
+        Of the result elements of CONTACT's library the number; None where none
+        is printed.
     side : str or None
         "left" or "right" wheel of module 1; None of module 3.
     values : dict of str to float
@@ -46,10 +51,12 @@ class ContactOutput:
         The same by contact patch: XCP(TR), ..., CKSI, CETA, CPHI, FN, FX, FS,
         MN, ELAST.EN., FRIC.POWER, APPROACH, PMAX, NCON, ...; of module 3 one,
         which is `values`, with FY, MZ, and CREEP X or SHIFT X where FX was
-        given.
+        given. Conformal patches, for which CONTACT prints BAR_FN, BAR_FX and
+        BAR_FS, have them as FN, FX and FS, too.
     """
 
     case: int
+    result_element: int | None
     side: str | None
     values: dict[str, float]
     patches: tuple[dict[str, float], ...]
@@ -102,16 +109,20 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
     file = checks.file_name("path", path)
     text = text_of("path", file, MOST_BYTES, "an output file of CONTACT")
     lines = text.splitlines()
-    starts = [k for k, line in enumerate(lines) if CASE.match(line)]
-    if not starts:
+    headings = {k: found for k, line in enumerate(lines) if (found := CASE.match(line))}
+    if not headings:
         raise wrong_line(file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT")
     if not text.endswith("\n"):
         raise wrong_line(file, len(lines), "has no end: the file was cut short, or its last line break taken away")
-    return [_case(file, lines, *ends) for ends in zip(starts, [*starts[1:], len(lines)], strict=True)]
+    ends = [*list(headings)[1:], len(lines)]
+    return [
+        _case(file, lines, first, last, heading) for (first, heading), last in zip(headings.items(), ends, strict=True)
+    ]
 
 
-def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
-    case = int(lines[first].split()[1])
+def _case(file: Path, lines: list[str], first: int, last: int, heading: re.Match[str]) -> ContactOutput:
+    case = int(heading[1])
+    element = None if heading[2] is None else int(heading[2])
     values: dict[str, float] = {}
     patches: list[dict[str, float]] = []
     side, announced, table, of_profile = None, None, values, False
@@ -131,7 +142,8 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
         elif len(numbers) != len(names):
             raise wrong_line(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
         elif not of_profile:
-            table |= {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
+            found_here = {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
+            table |= found_here | {name.removeprefix(CURVED): value for name, value in found_here.items()}
     if side is None and not patches and not any(NONE_FOUND in line for line in lines[first:last]):
         patches = [values]
     for place, patch in enumerate(patches, 1):
@@ -141,7 +153,7 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
             raise wrong_line(file, last, f"{what}: the program stopped there, the file was cut short, or O = 0")
     if announced not in (None, len(patches)):
         raise wrong_line(file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches")
-    return ContactOutput(case, side, values, tuple(patches))
+    return ContactOutput(case, element, side, values, tuple(patches))
 
 
 def _value(word: str) -> float | None:

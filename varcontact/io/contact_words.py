@@ -11,6 +11,7 @@ import math
 import re
 from collections import deque
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -40,14 +41,17 @@ SUPPORTED: Supported = {
     "M": ("MATER", {0: "elastic"}),
     "Z": ("RZNORM", {0: "distance as before", 1: "distance anew", 2: "distance read"}),
     "E": ("EXRHS", {0: "no extra term"}),
-    "X": ("XFLOW", {0: "no debug output"}),
+    "X": ("XFLOW", {0: "no debug output", 1: "debug output, passed over"}),
     "H": ("HEAT", {0: "no temperatures"}),
-    "G": ("GAUSEI", {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver"}),
+    "G": (
+        "GAUSEI",
+        {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver", 5: "GDsteady"},
+    ),
     "R": ("RETURN", {1: "calculate", 3: "skip"}),
 }
 """Control digits of module 3. I, A, O and W do not change the problem, and may have any value."""
 
-INTEGER = re.compile(r"[+-]?\d+$")
+INTEGER = re.compile(r"[+-]?\d{1,15}$")
 WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
 """Of a line: names in quotes may have blanks, a per cent sign or an exclamation mark begins a comment."""
 FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
@@ -102,6 +106,16 @@ def number_of(text: str) -> float | None:
     except ValueError:
         return None
     return found if math.isfinite(found) and "_" not in text else None
+
+
+@contextmanager
+def located(group: Group) -> Iterator[None]:
+    """Errors within get the line of the group."""
+    try:
+        yield
+    except SceneError as error:
+        message = f"{group.path}, line {group.line}: {error}"
+        raise SceneError(error.field, error.value, message=message) from None
 
 
 def wrong_line(path: Path, line: int, what: str) -> SceneError:
@@ -159,15 +173,22 @@ def control_digits(
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     last, _ = lines.digits("XHGIAOWR", supported)
+    if last["X"] == 1:
+        lines.digits("PSFLRIN", {})
     if last["G"] != 1:  # parameters of iterations
-        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
-    if last["G"] in (2, 3):
-        lines.group("OMEGAH", "OMEGAS", "INISLP", "OMGSLP")
-    if last["G"] == 4:
-        lines.group("INISLP", "OMGSLP")
+        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS").numbers()
+    if last["G"] in SOLVER_PARAMETERS:
+        lines.group(*SOLVER_PARAMETERS[last["G"]]).numbers()
     return group, digits, more, last
 
 
+SOLVER_PARAMETERS = {
+    2: ("OMEGAH", "OMEGAS", "INISLP", "OMGSLP"),
+    3: ("OMEGAH", "OMEGAS", "INISLP", "OMGSLP"),
+    4: ("INISLP", "OMGSLP"),
+    5: ("FDECAY", "BETATH", "KDOWFB", "D_IFC", "D_LIN", "D_CNS", "D_SLP", "POW_S"),
+}
+"""Parameters of a solver on a line of their own, by the control digit G."""
 MOST_BYTES = 2**28
 """Of an input file, whose distances may be given element by element."""
 
@@ -190,7 +211,7 @@ def modules(lines: Lines, module: int, meaning: str, others: Mapping[int, str]) 
 def skip_stresses(lines: Lines, digit: int) -> None:
     """Pass over the points at which stresses below the surface are wanted."""
     if digit >= 2:
-        lines.group("MATFIL", "OUTPUT")
+        lines.group("MATFIL", "OUTPUT").integers()
     while digit == 3:
         group = lines.group("ISUBS")
         (kind,) = group.integers()
@@ -198,16 +219,17 @@ def skip_stresses(lines: Lines, digit: int) -> None:
             return
         if kind not in (1, 2, 3, 5, 6, 7, 9):
             group.refuse("ISUBS", kind, "is not supported; supported: 0, 1, 2, 3, 5, 6, 7, 9")
-        if kind in (2, 6):
-            lines.group("IXL", "IXINC", "IXH", "IYL", "IYINC", "IYH")
+        if kind in (2, 6):  # each begins on a line of its own, and words may stand behind it
+            lines.group("IXL", "IXINC", "IXH").integers()
+            lines.group("IYL", "IYINC", "IYH").integers()
         if kind in (3, 7):
             for count in lines.group("NX", "NY").integers():
-                lines.many("IX or IY", count)
+                lines.many("IX or IY", count).numbers()
         if kind in (1, 2, 3):
-            lines.group("NZ", "ZL", "DZ")
+            lines.group("NZ", "ZL", "DZ").numbers()
         if kind in (5, 6, 7, 9):
             for count in lines.group(*(("NX", "NY", "NZ") if kind == 9 else ("NZ",))).integers():
-                lines.many("X, Y or Z", count)
+                lines.many("X, Y or Z", count).numbers()
 
 
 Given = tuple[Group, int, list[float]]
@@ -287,7 +309,7 @@ def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
         if count != int(count) or count < 1:
             group.refuse(name, count, "is not a number of elements")
     if mx * my > MOST_ELEMENTS:
-        group.refuse("MX MY", int(mx * my), f"is more than the {MOST_ELEMENTS} elements that can be computed with")
+        group.refuse("MX MY", f"{mx * my:.10g}", f"is more than the {MOST_ELEMENTS} elements that can be computed with")
     return int(mx), int(my)
 
 
@@ -300,7 +322,9 @@ LONG_ROW = 50
 def lattice(group: Group, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> tuple[Grid, Row | None]:
     """The elements; one long row, which stands for plane strain, as a line contact."""
     if ny > 1:
-        return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0), None
+        with located(group):
+            return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0), None
     if dy < LONG_ROW * nx * dx:
         group.refuse("MY", 1, f"stands for plane strain, and needs DY of {LONG_ROW} MX DX at least; DY is {dy:g}")
-    return Grid(nx=nx, dx=dx, x0=x0), (y0 + dy / 2, dy)
+    with located(group):
+        return Grid(nx=nx, dx=dx, x0=x0), (y0 + dy / 2, dy)

@@ -8,8 +8,6 @@ its source). Lengths are in mm, forces in N, velocities in mm/s.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,10 +17,18 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_input import read_friction
+from varcontact.io.contact_input import read_bodies, read_friction
 from varcontact.io.contact_words import SUPPORTED as BASIC
-from varcontact.io.contact_words import Group, Lines, Supported, control_digits, modules, number_of, skip_stresses
-from varcontact.scene.bodies import Bodies
+from varcontact.io.contact_words import (
+    Group,
+    Lines,
+    Supported,
+    control_digits,
+    located,
+    modules,
+    number_of,
+    skip_stresses,
+)
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -130,10 +136,7 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     if new["friction"]:
         case["friction"] = read_friction(lines, L)
     if new["bodies"]:
-        elastic = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
-        nu1, nu2, G1, G2 = elastic.numbers()
-        with _located(elastic):
-            case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
+        case["bodies"] = read_bodies(lines)
     if new["grid"]:
         elements = lines.group("DX", "DS", "DQREL", "A_SEP", "D_SEP", "D_COMB")
         if elements.number(2) != 1:
@@ -191,7 +194,7 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
         lines.group("ERRHND", "MAXOMIT")
     if slices and method == 0 and smooth > 0:
         group.refuse("SMOOTH", smooth, "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1")
-    with _located(group):
+    with located(group):
         reader: Any = ProfileSlices.read if slices else Profile.read
         read = partial(reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1))
         mirror_y = {1: True, -1: False}.get(int(group.number(1)), "auto")
@@ -216,19 +219,19 @@ def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path
         group = lines.group("FBDIST", "FBPOS", "NOMRAD")
         distance, back, radius = group.numbers()
         wheel = _profile(lines, "wheel", folder)
-        with _located(group):
+        with located(group):
             case["wheelset"] = WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
     if digit >= 1:
         group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
         case["height"] = {"vertical_force" if norm else "z": group.number(2)}
-        with _located(group):
+        with located(group):
             places = {"roll": group.angle(3), "yaw": group.angle(4), "pitch": group.angle(5)}
             case["position"] = Position(s=group.number(0), y=group.number(1), **places)
     if digit >= 2:
         group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
         speed, lateral, vertical = (group.number(k) for k in range(3))
         rates = dict(zip(("roll_rate", "yaw_rate", "pitch_rate"), map(group.angle, range(3, 6)), strict=True))
-        with _located(group):
+        with located(group):
             case["velocity"] = Velocity(speed=speed, lateral=lateral, vertical=vertical, **rates)
 
 
@@ -236,7 +239,7 @@ def _wheel(case: Case, group: Group) -> WheelOnRail:
     """The case as a wheel on a rail."""
     gauge_height, second, third, cant = case["dimensions"]
     height = case["height"]
-    with _located(group):
+    with located(group):
         if gauge_height > 0:
             track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
         else:  # the rail's origin is given; its top has the height 0 here, and the gauge may be measured anywhere
@@ -252,13 +255,3 @@ def _wheel(case: Case, group: Group) -> WheelOnRail:
             **case["grid"],
             **height,
         )
-
-
-@contextmanager
-def _located(group: Group) -> Iterator[None]:
-    """Errors within get the line of the group."""
-    try:
-        yield
-    except SceneError as error:
-        message = f"{group.path}, line {group.line}: {error}"
-        raise SceneError(error.field, error.value, message=message) from None
