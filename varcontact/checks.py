@@ -272,7 +272,12 @@ class Checked:
         cls._checks = cls._checks | by_name
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
-        names = [each.name for each in dataclasses.fields(cls)]
+        fields = dataclasses.fields(cls)
+        names = [each.name for each in fields]
+        if len(args) > sum(not each.kw_only for each in fields):
+            by_name = ", ".join(f"{name}=..." for name in names[: len(args)])
+            message = f"{cls.__name__} takes its entries by name: write {cls.__name__}({by_name})"
+            raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
             if name not in names:
                 right = f": write {cls._words[name]}" if name in cls._words else nearest(name, names)

@@ -2,6 +2,8 @@
 
 import csv
 import shutil
+import warnings
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ import varcontact as vc
 from tests.command import assert_bad_input, run
 from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, benchmark, manchester
-from varcontact.wheel_rail import Position, Velocity, read_contact_input
+from varcontact.wheel_rail import DoubtfulProfile, Position, ProfileSlices, Velocity, read_contact_input
 from varcontact.wheel_rail.case_file import read_case
 
 CASE = """
@@ -114,6 +116,35 @@ def test_what_a_case_does_not_give_is_kept(folder):
     assert [wheel.position.y for wheel in read(folder, *skipped)] == [3.0, -3.0, -3.0]
 
 
+RIG = (
+    ("'rail.csv'   0     1.0    0.0   -1 ", "'groove.csv' 0 1.0 0.0 {mirrored} "),
+    (TRACK, " -1.0 0.0 0.0 0.0 "),
+    ("  1360.0  -70.0   460.0  ", "  0.0  0.0   100.0  "),
+    ("'the wheel, new.csv' 0    1.0  0.0 ", "'ball.csv' 0 1.0 0.0 "),
+    (PLACE, " 0.0 0.0 1000. 0.0 0.0 0.0 "),
+    (RATES, " 0.0 0.0 -20.0 "),
+    ("  0.200   0.200   1.000", "  0.05   0.05   1.000"),
+)
+
+
+@pytest.mark.parametrize("mirrored", ["-1", "0", ""])
+def test_a_roller_in_a_groove_of_a_rig(folder, mirrored):
+    """FBDIST = 0: the only wheel is in the middle; the pressure is that of Hertz, not that on a rail turned over."""
+    y = np.linspace(-15.0, 15.0, 301)
+    np.savetxt(folder / "groove.csv", np.stack([y, np.sqrt(20.0**2 - y**2) - 20.0], axis=1))
+    ball = np.linspace(-9.0, 9.0, 181)
+    np.savetxt(folder / "ball.csv", np.stack([ball, np.sqrt(10.0**2 - ball**2) - 10.0], axis=1))
+    changes = [(old, new.format(mirrored=mirrored)) for old, new in RIG]
+    with pytest.warns(DoubtfulProfile, match="hollow") if mirrored != "-1" else nullcontext():
+        (wheel,) = read(folder, *changes)
+    (patch,) = wheel.solve().patches
+    surface = vc.Paraboloids(100.0, 1 / (1 / 10.0 - 1 / 20.0))
+    hertz = vc.Scene(bodies=wheel.bodies, surface=surface, normal_force=1000.0).hertz
+    assert patch.normal_force == pytest.approx(1000.0, rel=1e-3)
+    assert patch.peak_pressure == pytest.approx(hertz.peak_pressure, rel=0.02)
+    assert patch.patch.location[:2] == pytest.approx([0.0, 0.0], abs=0.02)
+
+
 def test_laws_and_no_friction(folder):
     law = ("  0.300   0.300 ", " 0.2 0.1 50. 0. 1.\n 0.0 1.0 ")
     (wheel,) = read(folder, law, (" 0022033 ", " 0222033 "))
@@ -123,14 +154,22 @@ def test_laws_and_no_friction(folder):
 
 
 def test_profiles_are_mirrored_scaled_and_smoothed(folder):
-    """z up is found out where MIRRORZ = 0, as CONTACT does it."""
+    """z up is guessed where MIRRORZ = 0; otherwise it is what the file says."""
     points = np.stack([RAIL.y, -RAIL.z], axis=1) / 1000
     np.savetxt(folder / "up.csv", points)
     old = "'rail.csv'   0     1.0    0.0   -1 "
-    for mirrored in ("", "0", "1"):
-        (wheel,) = read(folder, (old, f"'up.csv' -1 1000. 0.0 {mirrored} "))
+    for mirrored in ("", "0"):
+        with pytest.warns(DoubtfulProfile, match=r"up[.]csv: the sign of z is changed"):
+            (wheel,) = read(folder, (old, f"'up.csv' -1 1000. 0.0 {mirrored} "))
         np.testing.assert_allclose(wheel.track.rail.z, RAIL.z, atol=1e-9)
-    with pytest.raises(vc.SceneError, match=r"line 12: up[.]csv: the rail's profile is upside down"):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (wheel,) = read(folder, (old, "'up.csv' -1 1000. 0.0 1 "))
+    np.testing.assert_allclose(wheel.track.rail.z, RAIL.z, atol=1e-9)
+    with (
+        pytest.warns(DoubtfulProfile, match="upside down"),
+        pytest.raises(vc.SceneError, match="line 3: track"),
+    ):
         read(folder, (old, "'up.csv' -1 1000. 0.0 -1 "))
     (wheel,) = read(folder, (old, "'rail.csv' 1 1.0 0.0 -1 "))
     np.testing.assert_allclose(wheel.track.rail.y[1:-1], -RAIL.y[-2:0:-1], atol=1e-12)
@@ -267,3 +306,17 @@ def test_the_command_solves_all_wheels_of_a_file(folder):
     assert [(row["position"], row["outcome"]) for row in rows] == [("1", "solved"), ("2", "solved")]
     assert [float(row["track_Fz"]) for row in rows] == pytest.approx([10e3, 5e3], rel=1e-5)
     assert_bad_input(run("solve", "case.inp", folder=folder), "`varcontact wheelrail` solves it")
+
+
+def test_slices_are_turned_as_the_first_one(folder):
+    """By itself the second, a crown alone, would be taken for hollow."""
+    whole, crown = np.abs(RAIL.y) < 50.0, np.abs(RAIL.y + 7.5) < 20.0
+    for name, part in (("whole", whole), ("crown", crown)):
+        np.savetxt(folder / f"{name}.txt", np.stack([RAIL.y[part], -RAIL.z[part]], axis=1))
+    text = SLICES.format(features=0).splitlines()
+    rows = iter(["whole.txt", "crown.txt", "whole.txt"])
+    text = [line if "'" not in line else f" {line.split()[0]} '{next(rows)}'" for line in text]
+    (folder / "up.slcs").write_text("\n".join(text))
+    with pytest.warns(DoubtfulProfile, match="whole.txt: the sign of z is changed"):
+        slices = ProfileSlices.read(folder / "up.slcs", "rail")
+    assert [each.z.min() for each in slices.profiles] == pytest.approx([RAIL.z.min()] * 3, abs=1e-9)

@@ -1,5 +1,7 @@
 """The formats of profiles: each file written here in its own way gives the same profile."""
 
+import os
+import warnings
 from functools import partial
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 
 from tests.scenes import refusals, refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
-from varcontact.wheel_rail import Profile
+from varcontact.wheel_rail import DoubtfulProfile, Profile, ProfileSlices
 
 
 def simpack(points, form="{:.6f} {:.6f}", kind=0, unit=1000.0, more=""):
@@ -124,7 +126,94 @@ def test_a_unit_of_length_by_hand(tmp_path):
 def test_z_up_is_turned_when_told(tmp_path):
     path = written(tmp_path / "up.txt", rows(RAIL_POINTS * [1, -1]))
     same(Profile.read(path, "rail", mirror_z=True), RAIL)
-    refused(lambda: Profile.read(path, "rail"), words="up.txt: the rail's profile is upside down")
+    with pytest.warns(DoubtfulProfile, match="up.txt: the sign of z is changed, as the profile looks upside down"):
+        same(Profile.read(path, "rail"), RAIL)
+    with pytest.warns(DoubtfulProfile, match="the rail's profile looks upside down"):
+        as_told = Profile.read(path, "rail", mirror_z=False)
+    assert as_told.z == pytest.approx(-RAIL.z, abs=2e-6)
+
+
+def test_rails_of_miniprof_have_z_up_unless_that_makes_them_hollow(tmp_path):
+    """A head of which nothing but the crown was measured, and one with a guard rail beside it, too."""
+    crown = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0]
+    for name, points in (("head", RAIL_POINTS), ("crown", crown)):
+        down, up = (written(tmp_path / f"{name}_{sign}.ban", rows(points * [1, sign])) for sign in (1, -1))
+        with pytest.warns(DoubtfulProfile, match=f"{name}_-1.ban: the sign of z is changed, as .ban has z up"):
+            turned = Profile.read(up)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            same(turned, Profile.read(down))
+            same(turned, Profile.read(up, mirror_z=True))
+    y = np.linspace(-80.0, 80.0, 321)
+    beside = np.stack([y, -48.0 * np.exp(-((y / 20.0) ** 8)) - y**2 / 4000.0], axis=1)  # z up, a gap in the middle
+    with pytest.warns(DoubtfulProfile, match="z up"):
+        assert Profile.read(written(tmp_path / "guard.ban", rows(beside))).z.max() == pytest.approx(48.0, abs=0.1)
+
+
+def test_simpack_takes_remarks(tmp_path):
+    """A point taken out by hand, and a remark behind one."""
+    lines = rows(RAIL_POINTS).splitlines()
+    text = simpack(RAIL_POINTS).replace(lines[0], f"%  {lines[0]}").replace(lines[5], f"{lines[5]} % dent")
+    read = Profile.read(written(tmp_path / "remarks.prr", text))
+    same(read, Profile(y=RAIL.y[1:], z=RAIL.z[1:], kind="rail"))
+
+
+OLD = """#MINIWHEELPROF
+Car_T(R).whl
+Stock.......:
+{numbers}
+(Sd/Sh/qR)
+
+{points}
+"""
+
+
+@pytest.mark.parametrize("numbers", ["32.58 37.11 14.71", '" 32.58 37.11 14.71', "32.58 37.11 14.71 (mm)"])
+def test_numbers_in_a_heading_of_miniprof_are_no_points(tmp_path, numbers):
+    text = OLD.format(numbers=numbers, points=rows(WHEEL_POINTS))
+    same(Profile.read(written(tmp_path / "old.whl", text)), WHEEL)
+
+
+@pytest.mark.parametrize("line", [0, 3, -1])
+@pytest.mark.parametrize("remark", ['" zig-zag pattern', "% dent = 1", "! dent", "# dent", "added by hand"])
+def test_remarks_behind_the_numbers_of_miniprof_are_passed_over(tmp_path, line, remark):
+    """The point of the first line was lost, as part of the heading."""
+    lines = rows(np.column_stack([RAIL_POINTS, 0 * RAIL_POINTS]), "{:.6f} {:.6f} {:.1f} {:.1f}").splitlines()
+    lines[line] += f"   {remark}"
+    lines.insert(7, f'" {lines[7]}')
+    text = MINIPROF.format(n=len(lines), columns="X,Y,A,C", points="\n".join(lines))
+    same(Profile.read(written(tmp_path / "remarks.ban", text)), RAIL)
+
+
+def test_a_column_that_counts_the_points_is_left_out(tmp_path):
+    for first in (0, 1):
+        numbered = np.column_stack([np.arange(first, first + len(RAIL_POINTS)), RAIL_POINTS])
+        text = "i,y,z\n" + rows(numbered, "{:.0f},{:.6f},{:.6f}")
+        same(Profile.read(written(tmp_path / "numbered.csv", text), "rail"), RAIL)
+    text = text.replace("\n7,", "\n9,")
+    refused(lambda: Profile.read(written(tmp_path / "numbered.csv", text), "rail"), match="line 8: .* not '9,")
+
+
+def test_files_of_several_profiles(tmp_path):
+    """MiniProf's .mpt: of one profile it is read, several are refused, with what to do."""
+    section = "[Profile{}Info]\nProgramName=any\nColumnDef=X,Y\n\n[Profile{}Points]\n{}\n\n"
+    one = "[FileInfo]\nProgramName=any\n\n" + section.format(1, 1, rows(RAIL_POINTS))
+    same(Profile.read(written(tmp_path / "one.mpt", one), "rail"), RAIL)
+    two = written(tmp_path / "two.mpt", one + section.format(2, 2, rows(RAIL_POINTS)))
+    refused(lambda: Profile.read(two, "rail"), match="two.mpt has 2 profiles: copy the lines of each into a file .ban")
+    refused(lambda: Profile.read(two), match="two.mpt does not show it")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of Unix")
+@pytest.mark.parametrize("suffix", ["csv", "prr", "ban", "slcs"])
+def test_named_pipes_and_devices_are_refused(tmp_path, suffix):
+    """Reading them would wait for ever."""
+    pipe, device = tmp_path / f"pipe.{suffix}", tmp_path / f"device.{suffix}"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    reader = ProfileSlices.read if suffix == "slcs" else Profile.read
+    for path in (pipe, device):
+        refused(lambda path=path: reader(path, "rail"), words="is not a regular file")
 
 
 @pytest.mark.parametrize(("name", "text", "kind", "field", "words"), [
@@ -135,7 +224,7 @@ def test_z_up_is_turned_when_told(tmp_path):
     ("rail.csv", "y,z\n1,2\n3\n", "rail", "path", "rail.csv, line 3: two numbers, y and z, are needed, not '3'"),
     ("rail.csv", "1,2\n3,four\n", "rail", "path", "rail.csv, line 2: .* not '3,four'"),
     ("rail.csv", "y,z\n1,5,2,5\n", "rail", "path", "rail.csv, line 2: .* not '1,5,2,5'"),
-    ("rail.csv", "i,y,z\n0,1,2\n", "rail", "path", "rail.csv, line 2: .* not '0,1,2'"),
+    ("rail.csv", "x,y,z\n3,1,2\n", "rail", "path", "rail.csv, line 2: .* not '3,1,2'"),
     ("rail.csv", "nan,nan\n1,2\n", "rail", "path", "rail.csv, line 1: .* not 'nan,nan'"),
     ("rail.ban", "1 2\n3 four\n", None, "path", "rail.ban, line 2: .* not '3 four'"),
     ("rail.prr", "units.len.f = 0\n", None, "path", "line 1: units.len.f must be a positive number, not '0'"),
@@ -151,6 +240,7 @@ def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, field, words)
 test_mirrors_are_true_or_false = refusals(
     ({"mirror_y": "yes"}, "^mirror_y.* true or false"),
     ({"mirror_z": "false"}, "^mirror_z.* true or false"),
+    ({"mirror_z": 0}, "^mirror_z.* true or false"),
     of=partial(Profile.read, DATA / "profiles" / "rail_UIC60.csv", "rail"),
 )
 

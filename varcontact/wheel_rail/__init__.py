@@ -15,7 +15,7 @@ from varcontact.wheel_rail.geometry_table import (
     rolling_radius_difference,
 )
 from varcontact.wheel_rail.position import Position, Velocity
-from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile import DoubtfulProfile, Profile
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.result import PatchSolution, PatchWear, Wear, WheelRailSolution, wear
 from varcontact.wheel_rail.slices import ProfileSlices
@@ -28,9 +28,9 @@ from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 __all__ = [
-    "Archard", "ArchardMap", "CoarseElements", "ConformalContact", "ContactPatch", "FastPatch", "FastWheel",
-    "FrictionByAngle", "GeometryTable", "Irregularity", "PatchSolution", "PatchWear", "Position", "Profile",
-    "ProfileSlices", "RoughProfile", "Shakedown", "Track", "Velocity", "Wear", "WheelOnRail",
+    "Archard", "ArchardMap", "CoarseElements", "ConformalContact", "ContactPatch", "DoubtfulProfile", "FastPatch",
+    "FastWheel", "FrictionByAngle", "GeometryTable", "Irregularity", "PatchSolution", "PatchWear", "Position",
+    "Profile", "ProfileSlices", "RoughProfile", "Shakedown", "Track", "Velocity", "Wear", "WheelOnRail",
     "WheelRailSolution", "WheelSet", "WheelSetForces", "WheelSetOnTrack", "WheelSetSolution",
     "british_rail_wear", "equivalent_conicity", "fatigue_damage", "geometry_table", "read_contact_input",
     "rolling_radius_difference", "shakedown", "sheffield_wear", "sweep_wheel_sets", "wear", "wear_down",

@@ -49,8 +49,6 @@ SUPPORTED: Supported = BASIC | {
     "E": ("EWHEEL", {0: "as before", 1: "new position", 2: "new position and velocity", 3: "all new"}),
 }
 """Control digits that are read, but for INFLCF: see `BASIC`."""
-ANY_HEIGHT = 1.0
-"""A depth below the rail top that all rails reach [mm]."""
 
 Case = dict[str, Any]
 """What a case has, and the next may keep: entries of `WheelOnRail`, "rail", "grid", "height", "has_friction", and
@@ -197,13 +195,8 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
     with located(group):
         reader: Any = ProfileSlices.read if slices else Profile.read
         read = partial(reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1))
-        mirror_y = {1: True, -1: False}.get(int(group.number(1)), "auto")
-        try:
-            profile = read(mirror_y=mirror_y, mirror_z=mirror_z == 1)
-        except SceneError as error:
-            if error.field != "profile.z" or mirror_z != 0:
-                raise
-            profile = read(mirror_y=mirror_y, mirror_z=True)
+        said = {1: True, -1: False}
+        profile = read(mirror_y=said.get(int(group.number(1)), "auto"), mirror_z=said.get(mirror_z))
         if method == 1 or smooth <= 0:
             return profile
         # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the squared distances are
@@ -243,7 +236,7 @@ def _wheel(case: Case, group: Group) -> WheelOnRail:
         if gauge_height > 0:
             track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
         else:  # the rail's origin is given; its top has the height 0 here, and the gauge may be measured anywhere
-            track = Track(rail=case["rail"], gauge_height=ANY_HEIGHT, cant=cant)
+            track = Track(rail=case["rail"], gauge_height=0.0, cant=cant)
             beside = SIGN[case["side"]] * second - float(track.origin[0])
             track = replace(track, gauge=track.gauge + 2 * beside)
             drop = third - float(track.origin[1])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
 
+from varcontact.errors import SceneError
 from varcontact.system.process import lazy_property
 
 ACROSS = np.array([1.0, 0.0])
@@ -20,6 +21,8 @@ HELD = 1e6
 """Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides meet there."""
 FEWEST = 5
 """Points of a section that can be smoothed."""
+NOISE = 1.0
+"""Width up to which a part may be noise of a steep side [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +85,41 @@ class Curve:
         """Parameters from end to end, about a step [mm] apart."""
         return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
 
-    def single_valued(self, near: float | None = None, direction: np.ndarray = ACROSS) -> Curve:
-        """The part around the parameter `near`, or the highest point, along which ``direction . (y, z)`` keeps growing.
+    def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
+        """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
+        grows = self._grows(direction)
+        return self._part(growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))))
 
-        The highest point has the least z.
-        """
-        if near is None:
-            near = float(self.s[self._breakpoints[:, 1].argmin()])
-        at = self._breakpoints @ direction
-        # between breakpoints, too: no turning point inside
-        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ direction > 0)
-        run = growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1)))
+    def highest(self) -> Curve:
+        """Of the parts along which y keeps growing the highest; one within the noise of a steep side does not count."""
+        runs = self._runs()
+        widest = max(self._width(run) for run in runs)
+        wide = [run for run in runs if self._width(run) > min(NOISE, widest / 2)]
+        return self._part(min(wide, key=lambda run: float(self._breakpoints[run, 1].min())))
+
+    def widest(self) -> Curve:
+        """Of the parts along which y keeps growing the widest."""
+        return self._part(max(self._runs(), key=self._width))
+
+    def _runs(self) -> list[slice]:
+        """The runs of breakpoints along which y keeps growing."""
+        grows = self._grows(ACROSS)
+        if not grows.any():
+            message = "no part of the profile can be touched: y grows nowhere along it"
+            raise SceneError("profile.y", float(self._breakpoints[0, 0]), message=message)
+        starts = np.flatnonzero(grows & ~np.append(False, grows[:-1]))
+        stops = np.flatnonzero(grows & ~np.append(grows[1:], False))
+        return [slice(a, b + 2) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)]
+
+    def _grows(self, direction: np.ndarray) -> np.ndarray:
+        """Whether ``direction . (y, z)`` grows from each breakpoint to the next: no turning point between them."""
+        middle = (self.s[1:] + self.s[:-1]) / 2
+        return (np.diff(self._breakpoints @ direction) > 0) & (self.directions(middle) @ direction > 0)
+
+    def _width(self, run: slice) -> float:
+        return float(self._breakpoints[run.stop - 1, 0] - self._breakpoints[run.start, 0])
+
+    def _part(self, run: slice) -> Curve:
         return Curve(self.s[run], self.coefficients[:, run.start : run.stop - 1])
 
     def at(self, value: np.ndarray, direction: np.ndarray = ACROSS) -> np.ndarray:

@@ -16,7 +16,7 @@ from varcontact.html import preformatted
 from varcontact.system.files import check_ending, write_whole
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
+from varcontact.wheel_rail.profile_files import KINDS, Z_UP, Kind, rail_60e1, read_points, s1002
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,19 +33,32 @@ NARROWEST = 1.0
 ON_LINE = 1e-6
 """Distance below which a point lies on a line [mm]."""
 FLANGE, TIP = 0.1, 10.0
-"""The lowest point of a wheel is a flange if it is further from the middle than FLANGE times the width, and deeper
-than the median of the points by TIP [mm]: a hollow or barrelled tread has none."""
+"""A wheel's flange is further from the middle than FLANGE times the width, and deeper than the median of the points by
+TIP [mm]."""
+BLUNT, FACE = 3.0, 5.0
+"""Least width of a flange within a millimetre of its tip, and least height of its face, steeper than 45 degrees [mm]:
+balls, cones, and hollow or barrelled treads have none."""
+FINE = 0.1
+"""Step along the points at which a flange is looked for [mm]."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
+FLAT, MOST = 1 / 5, 2 / 3
+"""A rail is upside down if MOST of its width is within FLAT of its depth from its lowest point: heads are flat on top.
+Of a groove, even half a circle, it is 0.6 at most."""
 OUTWARDS = 1 / 80
 """Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to the track side are
 usual."""
 BESIDE = 50
-"""The top of a rail with one in BESIDE of its points to either side, three at least, shows which way they run."""
+"""The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either side, three at least,
+shows which way they run."""
+
+
+class DoubtfulProfile(UserWarning):
+    """Points that look like a profile of the other kind, upside down, or of exchanged sides."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Profile:
+class Profile(checks.Checked):
     """The cross section of a rail or a wheel, in millimetres.
 
     y points to the outside of the track (the field side) and z down, for rails
@@ -74,9 +87,14 @@ class Profile:
     ------
     SceneError
         For points that are too few, not finite, or cross or repeat themselves,
-        a width of less than a millimetre, those of the other kind, z that
-        points up, a flange on the wrong side, and smoothing shorter than the
+        a width of less than a millimetre, and smoothing shorter than the
         points' spacing.
+
+    Warns
+    -----
+    DoubtfulProfile
+        For points that look like those of the other kind, like z that points
+        up, or like a flange on the wrong side. They are taken as they are.
 
     Examples
     --------
@@ -102,17 +120,16 @@ class Profile:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
-            top, beside = int(z.argmin()), max(3, y.size // BESIDE)
-            part = points[max(top - beside, 0) : top + beside + 1] if self.kind == "rail" else points
-            if part[0, 0] > part[-1, 0]:  # of a rail, web and foot may go on below until the ends meet
-                points = points[::-1]
+            points = points[:: _direction(points, self.kind)]
             steps = np.hypot(*np.diff(points, axis=0).T)
             points = points[np.append(True, steps > TOGETHER * np.median(steps))]
         if len(points) < FEWEST:
             reason = f"the profile has {len(points)} different points; it needs {FEWEST} at least"
             raise SceneError("profile", len(points), message=reason)
         _check_shape(points)
-        _check_orientation(points, self.kind)
+        doubt = _doubt(points, self.kind)
+        if doubt:
+            warnings.warn(doubt, DoubtfulProfile, stacklevel=3)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
@@ -145,7 +162,7 @@ class Profile:
         kind: Kind | None = None,
         *,
         mirror_y: bool | Literal["auto"] = "auto",
-        mirror_z: bool = False,
+        mirror_z: bool | None = None,
         scale: float = 1.0,
         smoothing: float = 0.0,
         kinks: Literal["auto"] | Sequence[float] = "auto",
@@ -155,17 +172,22 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Two columns, y and z (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of
-            rails, `.prw` of wheels) or MiniProf (`.ban` of rails, `.whl` of
-            wheels).
+            Two columns, y and z, or three with a number of the point before
+            them (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of rails, `.prw` of
+            wheels) or MiniProf (`.ban` of rails, `.whl` of wheels, `.mpt` with
+            one profile).
         kind : {"rail", "wheel"}, optional
-            Needed for columns; the other formats show it by their suffix.
+            Needed for columns and `.mpt`; the other formats show it by their
+            suffix.
         mirror_y : bool or "auto"
             Whether y changes its sign. "auto": of wheels, where the flange is
             at positive y; never of rails: solving warns of those that lean to
             the field side, and the picture names the track side.
-        mirror_z : bool
-            Whether z changes its sign, for files with z up.
+        mirror_z : bool, optional
+            Whether z changes its sign, for files with z up. If not given it is
+            guessed, with a warning where it is changed: MiniProf's rails have z
+            up unless that makes them hollow; others have it if they look upside
+            down, as a head that is flat at its lowest point.
         scale : float
             Millimetres by the file's unit of length, on top of what its header
             says.
@@ -177,13 +199,20 @@ class Profile:
         SceneError
             If there is no such file, its format is not known, it has no points,
             or they make no profile.
+
+        Warns
+        -----
+        DoubtfulProfile
+            Where a guess changes the sign of z, or a rail is hollow, and see
+            `Profile`.
         """
-        mirror_z = checks.flag("mirror_z", mirror_z)
+        if mirror_z is not None:
+            mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
             raise SceneError("mirror_y", mirror_y, '"auto", true or false')
         points, kind = read_points(path, kind)
         y, z = checks.positive("scale", scale) * points.T
-        if mirror_z:
+        if _guess_mirror(y, z, kind, path) if mirror_z is None else mirror_z:
             z = -z
         if kind == "wheel" and flange(y, z) > 0 if mirror_y == "auto" else mirror_y:
             y = -y
@@ -238,8 +267,7 @@ class Profile:
     @lazy_property
     def running(self) -> Curve:
         """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
-        tread = np.abs(self.y).argmin() if self.kind == "wheel" else self.z.argmin()
-        return self.curve.single_valued(float(self.curve.s[tread]))
+        return self.curve.widest() if self.kind == "wheel" else self.curve.highest()
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
         """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""
@@ -294,24 +322,65 @@ def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
     return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(way[..., 0], way[..., 1])
 
 
-def _check_orientation(points: np.ndarray, kind: Kind) -> None:
-    """Refuse the profile of the other kind, z that points up, and a wheel's flange on the field side."""
+def _direction(points: np.ndarray, kind: Kind) -> int:
+    """1 where y grows from one end to the other, or, where these meet, on what can be touched; else -1."""
+    y, z = points.T
+    if abs(y[-1] - y[0]) > np.ptp(y) / 2:
+        return 1 if y[0] < y[-1] else -1
+    at = int(z.argmin() if kind == "rail" else z.argmax())
+    beside = max(3, y.size // BESIDE)
+    return 1 if y[max(at - beside, 0)] < y[min(at + beside, y.size - 1)] else -1
+
+
+def _doubt(points: np.ndarray, kind: Kind) -> str:
+    """What points of the other kind, z that points up, and a wheel's flange on the field side look like."""
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
-    if any(_is_of(other, y, each) for each in (z, -z)):
-        message = f'profile.kind = "{kind}", but the points are those of a {other}'
-        raise SceneError("profile.kind", kind, message=message)
-    low, high = int(z.argmax()), int(z.argmin())
-    if kind == "wheel":
-        inverted = flange(y, -z) != 0 and flange(y, z) == 0
-    else:
-        inverted = 0 < low < len(z) - 1 and high in (0, len(z) - 1)
-    if inverted:
-        message = f"the {kind}'s profile is upside down: z must point down; read the file with mirror_z=True"
-        raise SceneError("profile.z", float(z[low]), message=message)
+    if _is_of(other, y, z):
+        return f'profile.kind = "{kind}", but the points look like those of a {other}'
+    if _upside_down(y, z, kind):
+        return f"the {kind}'s profile looks upside down: z points down; read a file with z up with mirror_z=True"
     if kind == "wheel" and flange(y, z) > 0:
-        message = f"the wheel's flange is at y = {y[low]:.4g} mm, the outside: read the file with mirror_y=True"
-        raise SceneError("profile.y", float(y[low]), message=message)
+        tip = y[z.argmax()]
+        return f"the wheel's flange is at y = {tip:.4g} mm, the outside: change the sign of y, or give mirror_y=True"
+    return ""
+
+
+def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
+    """Whether the z of a file is to change its sign, where nobody says it."""
+    points, kind = read_points(path, kind)
+    return _guess_mirror(*(scale * points.T), kind, path)
+
+
+def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
+    """The same of the points of a file."""
+    name, suffix = Path(path).name, Path(path).suffix.lower()
+    z_up = kind == "rail" and suffix in Z_UP
+    mirrored = not _hollow(-z) if z_up else _upside_down(y, z, kind)
+    words = ""
+    if mirrored:
+        why = f"{suffix} has z up" if z_up else "the profile looks upside down"
+        words = f"the sign of z is changed, as {why}; mirror_z=True or False says what is right"
+    elif kind == "rail" and _hollow(z):
+        words = "the rail is hollow, with z down; mirror_z=False says that it is, mirror_z=True that z points up"
+    if words:
+        warnings.warn(f"{name}: {words}", DoubtfulProfile, stacklevel=3)
+    return mirrored
+
+
+def _upside_down(y: np.ndarray, z: np.ndarray, kind: Kind) -> bool:
+    """Whether a wheel has a flange that points up, or a hollow rail is flat where it is lowest."""
+    if kind == "wheel":
+        return flange(y, -z) != 0 and flange(y, z) == 0
+    width = np.abs(np.diff(y))
+    low = z[1:] > z.max() - FLAT * np.ptp(z)
+    return _hollow(z) and bool(width[low].sum() > MOST * width.sum())
+
+
+def _hollow(z: np.ndarray) -> bool:
+    """Whether the lowest point of a rail is inside, and its highest at an end."""
+    low, high = int(z.argmax()), int(z.argmin())
+    return 0 < low < len(z) - 1 and high in (0, len(z) - 1)
 
 
 def flange(y: np.ndarray, z: np.ndarray) -> float:
@@ -319,6 +388,15 @@ def flange(y: np.ndarray, z: np.ndarray) -> float:
     at = int(z.argmax())
     middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
     if abs(y[at] - middle) < FLANGE * width or z[at] < np.median(z) + TIP:
+        return 0.0
+    # on evenly spaced points: how blunt the tip is, and how high the face towards the middle
+    s = np.append(0.0, np.cumsum(np.hypot(np.diff(y), np.diff(z))))
+    along = np.linspace(0.0, s[-1], int(np.ceil(s[-1] / FINE)) + 1)
+    across, down = np.diff(np.interp(along, s, y)), np.diff(np.interp(along, s, z))
+    tip = np.interp(along[1:], s, z) > z[at] - 1.0
+    steep = np.abs(down) > np.abs(across)
+    inwards = (along[1:] - s[at]) * (middle - y[at]) * (y[-1] - y[0]) > 0
+    if np.abs(across[tip]).sum() < BLUNT or np.abs(down[steep & inwards]).sum() < FACE:
         return 0.0
     return float(np.sign(y[at] - middle))
 

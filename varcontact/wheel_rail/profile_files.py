@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -18,17 +19,21 @@ from numpy.polynomial.polynomial import polyval
 
 from varcontact import checks
 from varcontact.errors import SceneError, shortened
+from varcontact.system.files import regular
 
 Kind = Literal["rail", "wheel"]
 KINDS = ("rail", "wheel")
 FORMATS = (
     "two columns y and z (.txt, .csv, .dat), SIMPACK (.prr of rails, .prw of wheels), MiniProf (.ban of rails, "
-    ".whl of wheels)"
+    ".whl of wheels, .mpt)"
 )
 COLUMNS = (".txt", ".csv", ".dat")
+Z_UP = (".ban", ".mpt")
+"""Formats in which rails usually have z up."""
 KIND_OF: dict[str, Kind] = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".whl": "wheel"}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
+SECTION = re.compile(r"\[Profile\d+Points\]$", re.IGNORECASE)
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
     **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
@@ -43,7 +48,7 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
     """Points (y, z) of a profile, shape (n, 2), in millimetres by the file's header, and whose they are."""
     file = checks.file_name("path", path)
     suffix = file.suffix.lower()
-    if suffix not in COLUMNS and suffix not in KIND_OF:
+    if suffix not in (*COLUMNS, ".mpt", *KIND_OF):
         raise SceneError("path", str(path), message=f"{file.name}: unknown format; known formats are {FORMATS}")
     if kind is None and suffix not in KIND_OF:
         raise SceneError("kind", None, f'given: "rail" or "wheel"; {file.name} does not show it')
@@ -51,6 +56,8 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
     if KIND_OF.get(suffix, kind) != kind:
         reason = f"kind = {kind!r}, but by its suffix {file.name} is a {KIND_OF[suffix]}'s"
         raise SceneError("kind", kind, message=reason)
+    if not regular(file):
+        raise SceneError("path", str(file), message=f"path {shortened(str(file), 200)} is not a regular file")
     try:
         content = file.read_bytes()
     except OSError as error:
@@ -60,8 +67,7 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
         text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
     except UnicodeDecodeError:  # a header in the letters of old Windows
         text = content.decode("cp1252", errors="replace")
-    reader = {".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof}.get(suffix, _columns)
-    points = reader(file.name, text.splitlines())
+    points = READERS[suffix](file.name, text.splitlines())
     if len(points) == 0:
         raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}")
     return np.array(points), kind
@@ -89,11 +95,19 @@ def _not_a_point(name: str, number: int, text: str) -> SceneError:
 
 
 def _columns(name: str, lines: list[str]) -> list[list[float]]:
-    """Two columns below lines with words, which are headings; remarks begin with a comment mark."""
-    points = []
+    """Two columns below lines with words, which are headings, or three, the first of which counts the points.
+
+    Remarks begin with a comment mark.
+    """
+    points: list[list[float]] = []
+    first = None
     for number, line in enumerate(lines, 1):
         text = re.split("[!#%]", line)[0].replace('"', " ").strip()
         values = _numbers(text)
+        if values is not None and len(values) == 3 and not points and values[0] in (0, 1):
+            first = values[0]
+        if values is not None and first is not None and values[0] == first + len(points):
+            values = values[1:]
         if values is not None and len(values) == 2:
             points.append(values)
         elif text and (points or all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))):
@@ -106,7 +120,7 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
     header, points = dict(CHANGES), []
     inside = False
     for number, line in enumerate(lines, 1):
-        text = line.split("!")[0].strip()
+        text = re.split("[!%]", line)[0].strip()
         if text in ("point.begin", "point.end"):
             inside = text == "point.begin"
         elif inside and text:
@@ -136,26 +150,47 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
-    """Columns X and Y, in the places that ColumnDef names; the header has key=value or words, and ends anywhere."""
-    columns = ["X", "Y"]
-    points = []
-    for number, line in enumerate(lines, 1):
-        text = line.strip()
-        if not text or text.startswith(('"', "!", "%", "#")):
-            continue
-        key, equals, value = text.partition("=")
-        if equals and key.strip() == "ColumnDef":
-            columns = [word.strip().upper() for word in value.split(",")]
-        values = _numbers(text)
+    """Columns X and Y, in the places that ColumnDef names, below a header; remarks begin with a comment mark."""
+    texts = [re.split('["!%#]', line)[0].strip() for line in lines]
+    given = [text.partition("=")[2] for text in texts if re.match(r"ColumnDef\s*=", text)]
+    columns = [word.strip().upper() for word in given[-1].split(",")] if given else ["X", "Y"]
+    points: list[list[float]] = []
+    for number, text in list(enumerate(texts, 1))[_header_end(lines) :]:
+        # behind the numbers of all columns words are a remark
+        values = _numbers(" ".join(_words(text)[: len(columns)])) if given else _numbers(text)
         if values is not None and len(values) >= 2:
             points.append(values)
-        elif points and not equals:
-            raise _not_a_point(name, number, text)
+        elif text and points and "=" not in text:
+            raise _not_a_point(name, number, lines[number - 1].strip())
     places = [columns.index(each) for each in "XY" if each in columns]
     if len(places) < 2 or any(len(values) <= max(places) for values in points):
         reason = f"{name}: X and Y are needed in each line, and ColumnDef = {','.join(columns)}"
         raise SceneError("path", name, message=reason)
     return [[values[k] for k in places] for values in points]
+
+
+def _header_end(lines: list[str]) -> int:
+    """Of a header that ends with words and a blank line, and has numbers in one line at most, the number of lines."""
+    blank = next((k for k, line in enumerate(lines) if not line.strip()), 0)
+    numbers = [_numbers(line) is not None for line in lines[:blank]]
+    return blank if blank and not numbers[-1] and sum(numbers) <= 1 else 0
+
+
+def _miniprof_template(name: str, lines: list[str]) -> list[list[float]]:
+    """The points of a file's only profile."""
+    sections = [number for number, line in enumerate(lines) if SECTION.match(line.strip())]
+    if len(sections) > 1:
+        reason = f"{name} has {len(sections)} profiles: copy the lines of each into a file .ban, or .whl, of its own"
+        raise SceneError("path", name, message=reason)
+    return _miniprof(name, [line for line in lines if not line.strip().startswith("[")])
+
+
+READERS: dict[str, Callable[[str, list[str]], list[list[float]]]] = {
+    **dict.fromkeys(COLUMNS, _columns),
+    **dict.fromkeys((".prr", ".prw"), _simpack),
+    **dict.fromkeys((".ban", ".whl"), _miniprof),
+    ".mpt": _miniprof_template,
+}
 
 
 def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:

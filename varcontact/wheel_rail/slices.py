@@ -17,7 +17,7 @@ from varcontact.errors import SceneError
 from varcontact.io.contact_words import Lines
 from varcontact.system.process import lazy_property
 from varcontact.wheel_rail.curve import Curve, growing, spline
-from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile import Profile, guess_mirror_z
 from varcontact.wheel_rail.profile_files import Kind
 
 SLICES = (".slcs", ".slcw")
@@ -168,6 +168,8 @@ class ProfileSlices(checks.Checked):
             group = lines.group("S", "a profile")
             name = group.values[1].strip("'\"").replace("\\", "/")
             positions.append(scale * (offset + group.number(0)))
+            if options.get("mirror_z") is None:  # all slices as the first one
+                options["mirror_z"] = guess_mirror_z(file.parent / name, kind, options.get("scale", 1.0))
             known[name] = known.get(name) or Profile.read(file.parent / name, kind, **options)
             profiles.append(known[name])
             if len(positions) > 1 and positions[-1] - positions[-2] <= (TOGETHER if kind == "rail" else 0):
@@ -295,7 +297,7 @@ class RailSurface:
     def sections(self, x: float) -> list[Curve]:
         """Of all rails, (y, z)."""
         there = (self.ends[:, 0] <= x) & (x <= self.ends[:, 1])
-        return [self.parts[i].section(x).single_valued() for i in np.flatnonzero(there)]
+        return [self.parts[i].section(x).highest() for i in np.flatnonzero(there)]
 
     def section(self, x: float, y: float) -> Curve:
         """Of the highest rail at a place."""

@@ -65,7 +65,7 @@ IN_PLACE = Irregularity()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_height"), checks.positive), cant=angle):
+class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=checks.at_least_zero, cant=angle):
     """Two rails.
 
     Parameters
@@ -76,10 +76,12 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         ends with its slices where another one goes on. Gauge and rail tops are
         those of the first slice of the first one.
     gauge : float
-        Distance of the rails' inner sides [mm].
+        Distance of the rails' inner sides [mm]: negative where a rail is in the
+        middle, as under the only wheel of a test rig.
     gauge_height : float
         Depth below the rail top down to which the gauge is measured [mm]:
-        between the innermost points not deeper.
+        between the innermost points not deeper. 0: between the highest points,
+        for rails that have no side towards the middle of the track.
     cant : float
         Inclination of the rails towards the middle of the track, on top of what
         the profile has in itself [rad]. The rail of the Manchester benchmark's
@@ -99,7 +101,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
     Raises
     ------
     SceneError
-        If the profile is no rail's, a length is not positive, the cant is more
+        If the profile is no rail's, a height is not positive, the cant is more
         than half a radian, the profile does not reach down to the gauge height,
         or the curve is tighter than the track is wide.
 
@@ -176,7 +178,10 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         depth = points[:, 1] - points[-1, 1]
         if depth.max() < self.gauge_height:
             allowed = f"at most {depth.max():.3g} mm, where the rail's profile ends on the track side"
+            allowed += "; 0 measures the gauge between the highest points"
             raise SceneError("track.gauge_height", self.gauge_height, allowed)
+        if self.gauge_height == 0:
+            return np.array([self.gauge / 2, 0.0]) - points[-1]
         deep = int(np.flatnonzero(depth >= self.gauge_height)[-1])
         part = (self.gauge_height - depth[deep + 1]) / (depth[deep] - depth[deep + 1])
         at_height = points[deep + 1, 0] + part * (points[deep, 0] - points[deep + 1, 0])
@@ -190,7 +195,7 @@ class Track(checks.Checked, path="track", **dict.fromkeys(("gauge", "gauge_heigh
         """
         if not self.constant:
             raise SceneError("track.rail", self.rail, "one profile along the track, the same on both sides")
-        return self._in_track(self.profile, side).single_valued()
+        return self._in_track(self.profile, side).highest()
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
         matrix, shift = self._motion(side)
@@ -233,7 +238,8 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     radius : float
         Nominal radius of the wheels, where the profile's z is 0 [mm].
     inside_distance : float
-        Distance of the flange backs [mm].
+        Distance of the flange backs [mm]: 0 for the only wheel of a test rig,
+        with `flange_back` = 0 where its profile is in the middle of the axle.
     flange_back : float
         y of the flange back in the wheel's profile [mm].
 
@@ -260,7 +266,9 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     def __post_init__(self) -> None:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
         super().__post_init__()
-        object.__setattr__(self, "inside_distance", checks.positive("wheelset.inside_distance", self.inside_distance))
+        object.__setattr__(
+            self, "inside_distance", checks.at_least_zero("wheelset.inside_distance", self.inside_distance)
+        )
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
             allowed = f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
