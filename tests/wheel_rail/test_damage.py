@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import varcontact as vc
 from tests.scenes import refusals
 from tests.wheel_rail.conditions import circles, wheel
-from varcontact import reference
 from varcontact.errors import SceneError
 from varcontact.wheel_rail import (
     Archard,
@@ -81,7 +81,7 @@ def test_a_locked_wheel_in_closed_form():
     rolled = each.patch.creepage
     assert abs(rolled.vx) * rolled.speed == pytest.approx(5000.0, rel=1e-6)
     assert worn.power == pytest.approx(0.3 * 80e3 * 5.0, rel=1e-4)
-    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), sliding.case.bodies, force=80e3)
+    hertz = vc.reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), sliding.case.bodies, force=80e3)
     middle = 1e-7 * abs(rolled.vx) * hertz.peak_pressure * np.pi / 2 * hertz.a
     assert worn.depth.max() == pytest.approx(middle, rel=0.01)
     assert worn.volume == pytest.approx(1e-7 * abs(rolled.vx) * 80e3, rel=0.005)
@@ -125,7 +125,7 @@ def test_shakedown_of_circles():
     case = circles(300.0, dx=0.25, dy=0.25)
     found = replace(case, velocity=replace(case.velocity, pitch_rate=-1.0)).solve()
     (each,) = found.patches
-    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), case.bodies, force=each.normal_force)
+    hertz = vc.reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), case.bodies, force=each.normal_force)
     place = shakedown(each, 300.0)
     assert place.utilised == pytest.approx(0.3, rel=1e-4)
     exact = 0.3 - 2 * np.pi * hertz.a * hertz.b * 300.0 / (3 * each.normal_force)
@@ -189,3 +189,31 @@ def test_error_bars_of_damage():
     assert 0 < abs(one.t_gamma - other.t_gamma) < 1.5 * one.t_gamma_error < 0.05 * one.t_gamma
     places = [shakedown(each.patches[0], 300.0) for each in (found, finer)]
     assert abs(places[0].utilised - places[1].utilised) < 1.5 * places[0].utilised_error
+
+
+@pytest.fixture(scope="module")
+def patch():
+    return circles(y=2.0, dx=1.0, dy=1.0).solve().patches[0]
+
+
+def test_bodies_of_a_patch_are_the_rail_and_the_wheel(patch):
+    """The rail is body 1, z points into it; both have the same pressure, so unlike tensions by friction alone."""
+    for depth, (number, name, of_scene) in zip((1.5, -1.5), ((1, "rail", "upper"), (2, "wheel", "lower")), strict=True):
+        by_name = vc.stress(patch, [0.0, 0.0, depth], body=name)
+        for solved, body in ((patch, number), (patch.solution, of_scene)):
+            np.testing.assert_array_equal(vc.stress(solved, [0.0, 0.0, depth], body=body).stress, by_name.stress)
+        below = vc.stress_below(patch, [1.5], body=name)
+        np.testing.assert_array_equal(below.stress, vc.stress_below(patch.solution, [1.5], body=of_scene).stress)
+        (axes, *_) = vc.plot_stress(patch, plane="xy", depth=1.5, body=name).axes
+        assert f"{depth:g}" in axes.get_title()
+    assert "down into the rail" in vc.plot_stress(patch).axes[0].get_ylabel()
+
+
+test_other_names_of_bodies_are_refused = refusals(
+    (lambda patch: vc.stress(patch, [0, 0, 1], body="upper"), r"body = 'upper' is not allowed"),
+    (lambda patch: vc.stress_below(patch, [1], body="lower"), 'one of 1 or "rail", 2 or "wheel"'),
+    (lambda patch: vc.stress(patch, [0, 0, 1], body="wheel"), r"in the wheel, z <= 0"),
+    (lambda patch: vc.plot_stress(patch.solution, body="rail"), 'or "lower"; "rail" is one of a patch of a wheel'),
+    (lambda patch: vc.stress_below(patch.solution, [1], body="wheel"), "give the patch, not its solution"),
+    fixture="patch",
+)

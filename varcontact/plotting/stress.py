@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +14,17 @@ from varcontact.errors import SceneError
 from varcontact.plotting import style
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Solution
-from varcontact.results.stress import FARTHEST, ONE, SubsurfaceStress, side_of, stress
+from varcontact.results.stress import (
+    FARTHEST,
+    NAMES,
+    Body,
+    Patch,
+    SubsurfaceStress,
+    body_names,
+    side_of,
+    solution_of,
+    stress,
+)
 
 STRESSES = {
     "von_mises": "Von Mises stress",
@@ -29,14 +39,14 @@ LAYERS, ACROSS = 25, 40
 
 
 def plot_stress(
-    sol: Solution,
+    sol: Solution | Patch,
     quantity: str = "von_mises",
     *,
     plane: str = "xz",
     x: float | None = None,
     y: float | None = None,
     depth: float | None = None,
-    body: Literal["upper", "lower"] | int = 1,
+    body: Body = 1,
     ax: Axes | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Figure:
@@ -47,7 +57,7 @@ def plot_stress(
 
     Parameters
     ----------
-    sol : Solution
+    sol : Solution or PatchSolution
     quantity : str
         "von_mises", "tresca", "ideal_stress", "first_invariant", or a
         component: "xx", "yy", "zz", "xy", "xz", "yz".
@@ -63,7 +73,7 @@ def plot_stress(
         from the surface [length]; a quarter of the contact's length along x if
         not given.
     body : 1, 2, "upper" or "lower"
-        Of the plane "xy".
+        Of the plane "xy"; of a patch of a wheel 1, 2, "rail" or "wheel".
     ax, figsize
         As for `Solution.plot`.
 
@@ -78,11 +88,14 @@ def plot_stress(
         not exist, a depth that is not positive, a place that does not belong to
         the plane, or another plane than "xz" in line contact.
     """
-    if not checks.kind("solution", sol, Solution, more=ONE).pressure.any():
+    names = body_names(sol)
+    side = side_of(body, names)
+    sol = solution_of(sol)
+    if not sol.pressure.any():
         raise SceneError("solution", sol, "with contact: else nothing is stressed")
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     with style.panel(ax, figsize, (style.COLUMN * 1.25, style.COLUMN)) as (figure, drawn):
-        fields, axes, at, words = _cut(sol, plane, x, y, depth, body)
+        fields, axes, at, words = _cut(sol, plane, x, y, depth, side)
         signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
         if signed:
             i, j = ("xyz".index(letter) for letter in quantity)
@@ -116,7 +129,8 @@ def plot_stress(
         look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
         drawn.plot(first, second, color="w", markeredgewidth=2.6, **look)
         drawn.plot(first, second, color="k", markeredgewidth=1.2, label=label, **look)
-        labels = [lengths.label(("x", "y", "z, up into body 1")[i]) for i in axes]
+        into = "up into body 1" if names == NAMES else f"down into the {names[0]}"
+        labels = [lengths.label(("x", "y", f"z, {into}")[i]) for i in axes]
         title = name + (f" at {words} = {lengths.text(at)}" if words else "")
         drawn.set(xlabel=labels[0], ylabel=labels[1], title=title, aspect="equal")
         style.legend_below(drawn, columns=1)
@@ -125,7 +139,7 @@ def plot_stress(
 
 
 def _cut(
-    sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any
+    sol: Solution, plane: Any, x: Any, y: Any, depth: Any, side: int
 ) -> tuple[list[SubsurfaceStress], tuple[int, int], float, str]:
     """Fields where a stress is shown, the two axes of the picture, and the place on the third with its name."""
     plane = checks.choice("plane", plane, PLANES)
@@ -142,7 +156,6 @@ def _cut(
     else:
         depth = checks.number("depth", checks.positive("depth", depth), most=FARTHEST)
     if plane == "xy":
-        side = side_of(body)
         z = depth if side == 1 else -depth
         first, second = np.meshgrid(along, _abscissae(sol, 1))
         return [stress(sol, [first, second, np.full_like(first, z)], side)], (0, 1), z, "z"
@@ -154,10 +167,10 @@ def _cut(
     else:
         at = checks.number(third, given, most=FARTHEST)
     fields = []
-    for side, sign in ((1, 1.0), (2, -1.0)):
+    for half, sign in ((1, 1.0), (2, -1.0)):
         z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, along, indexing="ij")
         points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
-        fields.append(stress(sol, points, side))
+        fields.append(stress(sol, points, half))
     return fields, (axis, 2), at, "" if sol.scene.line else third
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 
@@ -17,7 +17,9 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, Layered
 from varcontact.system.process import SMALLER, need
 
-BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
+Body = Literal["upper", "lower", "rail", "wheel"] | int
+NAMES = ("upper", "lower")
+"""Of the bodies of a scene, the first with z >= 0; patches of wheels name theirs."""
 
 ONE = "; of a History, one of its steps"
 
@@ -26,6 +28,16 @@ FARTHEST = 1e60
 
 PER_ELEMENT, PER_DEPTH = 2200.0, 450.0
 """Bytes of `stress_below` by element: of one layer at work, and of the results of each; measured on 4096 to 262 144."""
+
+
+class Patch(Protocol):
+    """What has a solution and names for its bodies: a patch of a wheel on a rail."""
+
+    @property
+    def solution(self) -> Solution: ...
+
+    @property
+    def body_names(self) -> tuple[str, str]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,16 +100,17 @@ class SubsurfaceStress:
         return np.asarray(principal[0] - principal[2])
 
 
-def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
+def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> SubsurfaceStress:
     """The elastic field at any points in or on one body, from a solution's surface tractions.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or PatchSolution
     points : array_like, shape (3, ...)
         x, y, z [length]; ``z >= 0`` in the upper body, ``z <= 0`` in the lower.
         In line contact y does not matter.
     body : 1, 2, "upper" or "lower"
+        Of a patch of a wheel 1, 2, "rail" or "wheel"; ``z >= 0`` in the rail.
 
     Returns
     -------
@@ -131,7 +144,8 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
     0.31 at 0.48
     """
-    side, solution = side_of(body), checks.kind("solution", solution, Solution, more=ONE)
+    names = body_names(solution)
+    side, solution = side_of(body, names), solution_of(solution)
     given = checks.numbers("points", points, most=FARTHEST)
     if given.ndim == 0 or given.shape[0] != 3:
         turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
@@ -139,24 +153,27 @@ def stress(solution: Solution, points: Any, body: Literal["upper", "lower"] | in
     depth = given[2] if side == 1 else -given[2]
     outside = np.flatnonzero(depth < 0)
     if outside.size:
-        name, where = ("upper", "z >= 0") if side == 1 else ("lower", "z <= 0")
+        name, where = names[side - 1], "z >= 0" if side == 1 else "z <= 0"
         place = ", ".join([":", *map(str, np.unravel_index(outside[0], depth.shape))])
-        allowed = f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)"
+        allowed = (
+            f"in the {name}{' body' * (names == NAMES)}, {where} ({outside.size} of {depth.size} points are outside)"
+        )
         raise SceneError(f"points[{place}]", given.reshape(3, -1)[:, outside[0]].tolist(), allowed)
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
     return _field(solution, side, given, flat, below=False)
 
 
-def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"] | int = 1) -> SubsurfaceStress:
+def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> SubsurfaceStress:
     """The elastic field below all element centres at some depths: by FFT, much
     faster than point by point.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or PatchSolution
     depths : array_like, shape (n,), or a number
         Distances from the surface, ``>= 0`` [length], in either body.
     body : 1, 2, "upper" or "lower"
+        Of a patch of a wheel 1, 2, "rail" or "wheel".
 
     Returns
     -------
@@ -184,7 +201,7 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
     >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
     True
     """
-    side, solution = side_of(body), checks.kind("solution", solution, Solution, more=ONE)
+    side, solution = side_of(body, body_names(solution)), solution_of(solution)
     below = np.atleast_1d(checks.numbers("depths", depths, most=FARTHEST))
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
@@ -196,11 +213,28 @@ def stress_below(solution: Solution, depths: Any, body: Literal["upper", "lower"
     return _field(solution, side, np.stack([x, y, z]), below, below=True)
 
 
-def side_of(body: int | str) -> int:
+def body_names(solved: Any) -> tuple[str, str]:
+    """Of the bodies of a scene's solution, or of a patch of a wheel."""
+    return getattr(solved, "body_names", NAMES)
+
+
+def solution_of(solved: Any) -> Solution:
+    """That of a scene, or of a patch of a wheel, checked."""
+    solution: Any = solved.solution if hasattr(solved, "body_names") else solved
+    checks.kind("solution", solution, Solution, more=ONE)
+    return cast(Solution, solution)
+
+
+def side_of(body: Any, names: tuple[str, str]) -> int:
     """The number of a body, checked: 1 or 2."""
-    if isinstance(body, bool) or not isinstance(body, Integral | str) or body not in BODIES:
-        raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
-    return BODIES[body if isinstance(body, str) else int(body)]
+    if isinstance(body, Integral) and not isinstance(body, bool) and body in (1, 2):
+        return int(body)
+    if isinstance(body, str) and body in names:
+        return 1 + names.index(body)
+    allowed = f'one of 1 or "{names[0]}", 2 or "{names[1]}"'
+    if names == NAMES and body in ("rail", "wheel"):
+        allowed += f'; "{body}" is one of a patch of a wheel: give the patch, not its solution'
+    raise SceneError("body", body, allowed)
 
 
 def _field(solution: Solution, side: int, points: np.ndarray, where: np.ndarray, *, below: bool) -> SubsurfaceStress:

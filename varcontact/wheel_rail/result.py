@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class PatchSolution:
         estimated.
     """
 
+    body_names: ClassVar = ("rail", "wheel")
     patch: ContactPatch
     solution: Solution
     normal_error: float | None = None
