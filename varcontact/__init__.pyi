@@ -24,7 +24,7 @@ from .plotting.frequency import plot_growth
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
-from .results.error_estimate import ErrorEstimate, Refinement
+from .results.error_estimate import ErrorEstimate
 from .results.frequency import FrequencyResponse, HarmonicSolution, corrugation_growth
 from .results.history import History
 from .results.plan import Matrix, Plan, Sizes
@@ -95,7 +95,6 @@ __all__ = [
     "PressureFalling",
     "RationalFalling",
     "Reference",
-    "Refinement",
     "SampledDistance",
     "Saturated",
     "Scene",

@@ -23,6 +23,14 @@ _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 """What `float` would take for a number, or drop a part of."""
 _FLOAT = np.dtype(float)
 POISSON = "a Poisson's ratio in (-1, 0.5]"
+REFINE_BECAME = "accuracy, without a grid"
+"""What takes the place of ``refine``, an argument of `solve` up to November 2026."""
+
+
+def gone(field: str, value: Any, instead: str) -> None:
+    """Refuse an argument of an earlier version where it is given."""
+    if value is not None:
+        raise SceneError(field, value, f"left out: this version has {instead} in its place")
 
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:

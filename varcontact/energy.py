@@ -93,15 +93,12 @@ def posed(solution: Solution) -> Posed:
     ------
     SceneError
         For what is no Solution; for a step of a history, which begins with the
-        displacements of the step before; and for one that is corrected towards
-        the continuum.
+        displacements of the step before.
     """
     checks.kind("solution", solution, Solution)
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
         raise SceneError("solution", "a step of a history", "one of steady rolling, a shift or normal contact")
-    if solution.refinement is not None:
-        raise SceneError("solution", "corrected towards the continuum", "one that is solved without refine")
     disc = discretise(scene, solution.grid)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:

@@ -76,7 +76,7 @@ def converge(
 
 
 METHODS = "Tangential methods and theories, separated by commas; auto and accuracy are possible."
-ALL = "several kinds of grids, extrapolation, defect correction, all theories, accuracies of 10 to 0.1 %"
+ALL = "several kinds of grids, extrapolation, all theories, accuracies of 10 to 0.1 %"
 
 
 def tradeoff(

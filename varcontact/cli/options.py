@@ -55,7 +55,7 @@ SHARED: dict[str, Any] = {
     "tol": Annotated[float | None, option("Required natural-map residual.", default="1e-8")],
     "start": Annotated[str | None, option("Under a law of friction: search from stick or slip.")],
     "certify": Annotated[str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")],
-    "refine": Annotated[str | None, option("continuum: defect correction of steady rolling under Hertz's pressure.")],
+    "refine": Annotated[str | None, typer.Option(hidden=True)],  # refused, with what takes its place
     "accuracy": Annotated[float | None, option("Largest error by the friction limit; sets the grid.")],
     "time_budget": Annotated[float | None, option("Instead of --accuracy: a time limit in seconds.")],
 }

@@ -43,9 +43,8 @@ def scan(
     if out is not None:
         check_replaceable("--out", out, (".csv",), "table", HEADING, force)
     described, settings = vc.read_scene(scene)
-    for name in ("start", "refine"):
-        if name in settings:
-            raise SceneError(f"solve.{name}", settings[name], f"left out: a scan has no {name}")
+    if "start" in settings:
+        raise SceneError("solve.start", settings["start"], "left out: a scan has no start")
     settings |= given(**options)
     ranges = ranges_of(settings)
     if creepages is None:

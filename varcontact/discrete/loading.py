@@ -39,17 +39,17 @@ class PreviousStep:
     """What a step of a history finds, dimensionless.
 
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
-    before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
-    corrected step, which carries a finer field. Under a law of friction the coefficients (ny, nx) they bring along.
-    Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
-    particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
-    Of a third body that yields their plastic displacement and yield stress (3, ny, nx). Under a law by temperature how
-    much warmer they are at the end of the step by what heated them before (ny, nx).
+    before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where the bodies differ. Under a law of
+    friction the coefficients (ny, nx) they bring along. Of viscoelastic bodies u' is less what past tractions still
+    add at the end, `left` (2, ny, nx) the same of the particles that were here at the beginning, and `distance` what
+    they add to the distance, an element more all round. Of a third body that yields their plastic displacement and
+    yield stress (3, ny, nx). Under a law by temperature how much warmer they are at the end of the step by what heated
+    them before (ny, nx).
     """
 
     displacement: np.ndarray
     force: np.ndarray
-    traction: np.ndarray | None = None
+    traction: np.ndarray
     left: np.ndarray | None = None
     distance: np.ndarray | None = None
     friction: np.ndarray | None = None

@@ -130,8 +130,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     in less the elastic energy stored.
     """
     motion, before, traction = disc.loading.motion, disc.loading.previous_step, state.traction
-    unknown = before is not None and before.traction is None
-    if motion is None or motion.rolls == 0 or disc.loading.frictionless or unknown:
+    if motion is None or motion.rolls == 0 or disc.loading.frictionless:
         shift = shift if disc.loading.third_body is None else local_shift(disc, state)
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
@@ -149,7 +148,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     else:
         traction_then = np.zeros_like(traction)
         elastic_then = _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
-    if before is not None and before.traction is not None:
+    if before is not None:
         elastic_now = elastic_now - before.displacement
         elastic_then = elastic_then - (_elastic_shift(disc, before.traction) if before.left is None else before.left)
         traction_then = before.traction[:2]

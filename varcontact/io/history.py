@@ -25,7 +25,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, step_to_bytes
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, READ, SIZES, assembled, solution_from_bytes
+from varcontact.io.solution import AS_STORED, READ, SIZES, assembled, refuse_corrected, solution_from_bytes
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -45,7 +45,7 @@ class Stored(Sequence[Solution]):
     path: Path
     scene: Scene
     plan: Plan
-    settings: dict[str, Any]  # tolerance, polish, and what the steps are refined to, if they are
+    settings: dict[str, Any]  # tolerance and polish
     measured: Callable[[int, Solution | None, Solution], Solution] | None = None
 
     @classmethod
@@ -72,6 +72,7 @@ class Stored(Sequence[Solution]):
         with _file(path) as file:
             if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
                 raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
+            refuse_corrected(path, file.variables)
             with files.reading(path):
                 scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
                 settings = _entry(file, "settings")

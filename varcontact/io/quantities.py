@@ -22,13 +22,9 @@ OPTIONAL = {
     "weakening": (ELEMENTS, "1", "part of static - kinetic friction that particles have lost by slip"),
     "memory": (AROUND, "pressure", "tractions that viscoelastic bodies remember"),
     "plastic": (("flow", *ELEMENTS), "1", "third body: plastic displacement [length], yield stress [pressure]"),
-    "traction_on_parts": (("component", *PARTS), "pressure", "tangential traction on body 1, on parts of elements"),
-    "slip_on_parts": (("component", *PARTS), "slip", "relative slip of the continuum, means over parts of elements"),
-    "slip_correction": (("component", *ELEMENTS), "slip", "added to the rigid slip of the elements"),
-    "bound_share": (ELEMENTS, "1", "what the traction bound of the elements was multiplied by"),
     "pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements"),
 }
-"""Fields that some have: of histories under laws, of viscoelastic bodies, of a third body that yields; refinements."""
+"""Fields that some have: of histories under laws, viscoelastic bodies, third bodies that yield, elements in part."""
 
 NUMBERS = {
     "normal_force": ("force", "total compressive force"),

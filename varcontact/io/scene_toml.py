@@ -53,7 +53,7 @@ PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
-    "method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify", "refine",
+    "method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify",
     "accuracy", "time_budget"
 )  # fmt: skip
 
@@ -126,8 +126,9 @@ def _varied(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, l
 
 def solve_table(table: dict[str, Any]) -> dict[str, Any]:
     """Take the table ``[solve]`` out of a file."""
-    options = table.pop("solve", {})
-    check_keys("solve", table_of("solve", options), SOLVE_KEYS)
+    options = dict(table_of("solve", table.pop("solve", {})))
+    checks.gone("solve.refine", options.get("refine"), checks.REFINE_BECAME)
+    check_keys("solve", options, SOLVE_KEYS)
     return options
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.quantities import FIELDS, OPTIONAL
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.results.error_estimate import ErrorEstimate, Refinement
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.report import plain
@@ -39,15 +39,8 @@ if TYPE_CHECKING:
 FORMAT = "varcontact solution 1"
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
-REFINED = {
-    "traction_on_parts": "traction",
-    "slip_on_parts": "slip",
-    "slip_correction": "correction",
-    "bound_share": "share",
-}
-"""Fields of a refinement, by name its entry; files written before pressures were solved for are without the last."""
-SERIES = {"forces": (-1, 3), "creepages": (-1, 2), "estimate": (3,), "creepage_estimate": (2,)}
-"""Entries of the record of a refinement, by name the shape."""
+CORRECTED = "traction_on_parts"
+"""A field of solutions that earlier versions corrected towards the continuum, with ``refine``."""
 
 DERIVED = ("traction_bound", "normal_force", "force", "moment")
 """Fields that are not read: they follow from the others."""
@@ -88,13 +81,11 @@ def variables_of(
     units, line = sol.scene.units or IN_WORDS, sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
-        values = getattr(sol.refinement, REFINED[name], None) if name in REFINED else getattr(sol, name)
+        values = getattr(sol, name)
         if values is not None:
             said = {"units": units.of(quantity, line, shift), "long_name": words}
             variables[name] = dims, np.asarray(values), said
     grids = {"": sol.grid}
-    if sol.refinement is not None:
-        grids["_parts"] = sol.refinement.grid
     if sol.pressure_on_parts is not None:
         grids["_parts"], _ = sol.contact
     if sol.memory is not None:
@@ -113,11 +104,6 @@ def variables_of(
         "calls": plain(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
-    found = sol.refinement
-    if found is not None:
-        series = {name: getattr(found, name).tolist() for name in SERIES}
-        about = {"kind": found.kind, "grid": vars(found.grid), **series, "seconds": list(found.seconds)}
-        record["refinement"] = about
     return variables, places, record
 
 
@@ -166,6 +152,7 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     with reading(path, "cannot be read as netCDF"), h5py.File(io.BytesIO(whole)) as file:
         if file.attrs.get("format") not in (FORMAT, FORMAT.encode()):
             raise OutputError("path", path, f"is not a {FORMAT!r} file")
+        refuse_corrected(path, file)
         stored = [file[name] for name in READ if name in file]
         size = 2.0 * sum(field.size * field.dtype.itemsize for field in stored)
         need("what the file declares", size, "it is damaged, or another program's")
@@ -175,6 +162,13 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     with reading(path):
         scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
         return assembled(scene, grid, plan, found, record)
+
+
+def refuse_corrected(path: Path, variables: Container[Any]) -> None:
+    """Refuse the variables of a solution, or of a history, that an earlier version corrected towards the continuum."""
+    if CORRECTED in variables:
+        reason = 'is of an earlier version, by refine = "continuum": solve its scene with accuracy in place of a grid, '
+        raise OutputError("path", path, reason + "or read its fields by xarray.open_dataset")
 
 
 def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
@@ -192,10 +186,9 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
         raise ValueError("fields that are not on parts of the elements")
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
-    fields = {name: values for name, values in found.items() if name not in REFINED}
-    fields |= {"approach": float(found["approach"]), "creepage": tuple(map(float, found["creepage"]))}
+    fields = found | {"approach": float(found["approach"]), "creepage": tuple(map(float, found["creepage"]))}
     fields.setdefault("power_density", np.full(grid.shape, np.nan))  # files of earlier versions have none
-    estimate, refined = record.get("error_estimate"), record.get("refinement")
+    estimate = record.get("error_estimate")
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -212,20 +205,9 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
             for problem, solvers in record.get("calls", {}).items()
         },
         error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
-        refinement=None if refined is None else _refinement(found, refined),
     )
     check_entries(sol)
     return sol
-
-
-def _refinement(found: Mapping[str, Any], record: dict[str, Any]) -> Refinement:
-    fields = {entry: found[name] for name, entry in REFINED.items() if name in found}
-    fields.setdefault("share", np.ones(fields["correction"].shape[1:]))
-    series = {name: np.array(record[name], dtype=float).reshape(shape) for name, shape in SERIES.items()}
-    grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
-    if fields["traction"].shape[1:] != grid.shape:
-        raise ValueError("a refinement on parts of other elements")
-    return Refinement(kind=str(record["kind"]), grid=grid, **fields, **series, seconds=seconds)
 
 
 def check_entries(sol: Solution) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ Box = tuple[float, float, float, float]
 class Field:
     """A field of a solution, (ny, nx) or of vectors (2, ny, nx), that has a picture.
 
-    `quantity` is one of `measure`, in rolling and in a shift; `on_parts` are fields of corrected solutions.
+    `quantity` is one of `measure`, in rolling and in a shift.
     """
 
     title: str
@@ -36,14 +36,13 @@ class Field:
     quantity: str
     colours: str
     outside: bool = False
-    on_parts: bool = False
 
 
 FIELDS = {
     "pressure": Field("Pressure", "pressure", "pressure", "viridis"),
-    "slip": Field("Slip of body 1 over body 2", "slip", "slip", "YlOrBr", on_parts=True),
+    "slip": Field("Slip of body 1 over body 2", "slip", "slip", "YlOrBr"),
     "distance": Field("Distance of the bodies", "distance", "length", "cividis", outside=True),
-    "power_density": Field("Power density of friction", "work by area", "power density", "YlOrBr", on_parts=True),
+    "power_density": Field("Power density of friction", "work by area", "power density", "YlOrBr"),
     "temperature": Field("Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True),
 }
 """By the word for `Solution.plot`, which is the name in the solution."""
@@ -51,32 +50,6 @@ FIELDS = {
 
 def is_shift(sol: Solution) -> bool:
     return sol.motion is not None and sol.motion.rolls == 0
-
-
-def finest(sol: Solution) -> Solution:
-    """A solution whose fields on elements are those on their parts, if it was corrected.
-
-    The state of a part is that of its element, or of the nearest one.
-    """
-    found = sol.refinement
-    if found is None or not sol.pressure.any():
-        return sol
-    from scipy.ndimage import distance_transform_edt
-
-    rows, columns = found.cells
-    nearest = distance_transform_edt(sol.state == EXTERIOR, return_distances=False, return_indices=True)
-    state = sol.state[tuple(nearest)].repeat(rows, axis=0).repeat(columns, axis=1)
-    state = np.where(found.traction.any(axis=0), state, EXTERIOR)
-    fields = {name: getattr(found, name) for name in ("grid", "traction", "slip", "power_density")}
-    return replace(sol, state=state, **fields)
-
-
-def corrected(sol: Solution) -> str:
-    """What a title says of fields on parts of the elements."""
-    if sol.refinement is None:
-        return ""
-    rows, columns = sol.refinement.cells
-    return f"\n(corrected, on {columns} parts)" if sol.scene.line else f"\n(corrected, on {columns} x {rows} parts)"
 
 
 def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any) -> None:
@@ -98,23 +71,23 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow, if not given.
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
-    lengths, field = measure(sol.scene, "length", sol.grid.box), finest(sol)
-    state = field.state
+    lengths = measure(sol.scene, "length", sol.grid.box)
+    state = sol.state
     if isinstance(sol.motion, Steady):  # slip at the leading edge, before elements that stick, is grid error
         around = np.pad(state, ((0, 0), (1, 1)))
         leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
         state = np.where(leading & (state == SLIP), STICK, state)
-    x, y = field.grid.lines
+    x, y = sol.grid.lines
     draw_states(ax, state, lengths(x), lengths(y), sol.plastic is not None)
-    size = np.hypot(*field.traction).max(initial=0.0)
-    if _draw_arrows(ax, field.grid, field.traction, field.state > 0, 26, lengths, shown, largest or size):
+    size = np.hypot(*sol.traction).max(initial=0.0)
+    if _draw_arrows(ax, sol.grid, sol.traction, sol.state > 0, 26, lengths, shown, largest or size):
         words = f"traction, up to {measure(sol.scene, 'pressure', size).text(size)}"
         ax.plot([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
     vx, vy, spin = sol.creepage
     left, right, bottom, top = shown
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
         ax.plot(lengths(-vy / spin), lengths(vx / spin), "k.", markersize=7, label="spin pole")
-    ax.set_title(f"Tangential traction on body 1{corrected(sol)}")
+    ax.set_title("Tangential traction on body 1")
     _frame(ax, sol, lengths, shown)
     style.legend_below(ax, columns=2)
 
@@ -125,21 +98,20 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
     In line contact vectors are drawn by their components, over stick and slip areas.
     """
     field, lengths = FIELDS[name], measure(sol.scene, "length", sol.grid.box)
-    place, words = (finest(sol), corrected(sol)) if field.on_parts else (sol, "")
-    values = np.asarray(getattr(place, name))
+    values = np.asarray(getattr(sol, name))
     if name == "temperature":
         values = values[0]
-    values = values if field.outside else np.where(place.state > 0, values, np.nan)
+    values = values if field.outside else np.where(sol.state > 0, values, np.nan)
     size = np.hypot(*values) if values.ndim == 3 else values
     measured = measure(sol.scene, moved(field.quantity, is_shift(sol)), size)
-    ax.set_title(field.title + words)
+    ax.set_title(field.title)
     if sol.scene.line:
         if sol.scene.motion is not None:
             _line_areas(ax, sol, lengths)
-        x, label = lengths(place.grid.x), field.label
+        x, label = lengths(sol.grid.x), field.label
         if values.ndim == 3:
             label = "shift" if is_shift(sol) else "relative slip"
-            ax.set_title(f"{label.capitalize()} of body 1 over body 2{words}")
+            ax.set_title(f"{label.capitalize()} of body 1 over body 2")
             _draw_components(ax, x, measured(values[:, 0]), True)
         else:
             ax.plot(x, measured(values[0]), "o-", color=style.TRACTION_COLOUR)
@@ -152,13 +124,13 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         origin="lower",
         extent=tuple(lengths(sol.grid.box).tolist()),
         cmap=field.colours,
-        vmin=0.0 if shown.count() and (words or shown.min() >= -1e-6 * shown.max()) else None,
+        vmin=0.0 if shown.count() and shown.min() >= -1e-6 * shown.max() else None,
         aspect="auto",
     )
     style.colour_bar(ax, image, measured.label(field.label))
     box = sol.grid.box if field.outside else box_of(sol.state > 0, sol.grid)
     if values.ndim == 3:
-        _draw_arrows(ax, place.grid, values, place.state == SLIP, 20, lengths, box, float(shown.max()))
+        _draw_arrows(ax, sol.grid, values, sol.state == SLIP, 20, lengths, box, float(shown.max()))
     _frame(ax, sol, lengths, box)
     contact = sol.state > 0
     if field.outside and contact.any():
@@ -185,34 +157,30 @@ def draw_section(
         if not bottom <= y <= top:
             raise SceneError("y", y, f"on the grid, from {bottom:.6g} to {top:.6g}")
         row = _nearest_row(grid, y)
-    place, words = float(grid.y[row]), ""
     if sol.scene.motion is None:
         measured = measure(sol.scene, "pressure", sol.pressure[row])
         ax.plot(lengths(grid.x), measured(sol.pressure[row]), "o-", color=style.TRACTION_COLOUR)
         ax.set_ylabel(measured.label("pressure"))
     else:
-        field = finest(sol)
-        fine = _nearest_row(field.grid, place if y is None else y)
-        place, words = float(field.grid.y[fine]), corrected(sol)
-        traction, bound = field.traction[:, fine], sol.traction_bound[_nearest_row(grid, place)]
+        x, traction, bound = lengths(grid.x), sol.traction[:, row], sol.traction_bound[row]
         most = np.abs([*traction.ravel(), *bound[np.isfinite(bound)]]).max(initial=0.0)
         measured = measure(sol.scene, "pressure", most if largest is None else largest)
         if line:
             _line_areas(ax, sol, lengths)
         if np.all(np.isfinite(bound)):
-            x, ends = lengths(grid.x), measured(bound)
+            ends = measured(bound)
             if not line:
                 ax.fill_between(x, -ends, ends, color="0.93", linewidth=0)
             ax.plot(x, ends, color=style.BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
             ax.plot(x, -ends, color=style.BOUND_COLOUR, linewidth=0.9)
-        x = lengths(field.grid.x)
         if not line or traction[1].any():
             ax.plot(x, measured(np.hypot(*traction)), color="k", linewidth=1.6, label="$|p|$")
         _draw_components(ax, x, measured(traction), line)
         ax.set_ylabel(measured.label("traction"))
+    place = float(grid.y[row])
     at = lengths.text(0.0 if abs(place) < 1e-9 * grid.sides[1] else place)
     of_line = "Section along x" if sol.scene.motion is None else "Tangential traction on body 1"
-    ax.set_title((of_line if line else f"Section at y = {at}") + words)
+    ax.set_title(of_line if line else f"Section at y = {at}")
     in_row = np.zeros_like(sol.state, dtype=bool)
     in_row[row] = sol.state[row] > 0
     _section_frame(ax, sol, lengths, box_of(in_row, grid) if box is None else box)
@@ -279,9 +247,8 @@ def _x_label(sol: Solution, lengths: Measure) -> str:
 
 
 def _line_areas(ax: Axes, sol: Solution, lengths: Measure) -> None:
-    field, page = finest(sol), np.array([0.0, 1.0])
-    x = lengths(field.grid.lines[0])
-    draw_states(ax, field.state, x, page, sol.plastic is not None, transform=ax.get_xaxis_transform(), zorder=0)
+    x, page = lengths(sol.grid.lines[0]), np.array([0.0, 1.0])
+    draw_states(ax, sol.state, x, page, sol.plastic is not None, transform=ax.get_xaxis_transform(), zorder=0)
 
 
 def _draw_components(ax: Axes, x: np.ndarray, values: np.ndarray, line: bool) -> None:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.plotting import style
-from varcontact.plotting.fields import box_of, corrected, draw_areas, draw_section, draw_states, finest
+from varcontact.plotting.fields import box_of, draw_areas, draw_section, draw_states
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.history import History
 from varcontact.system.files import check_replaceable, reading, write_whole
@@ -127,7 +127,7 @@ def _draw_steps(history: History, film: Path, writer: Any) -> None:
     box = box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
     line, largest = history.scene.line, 0.0
     for sol in history:
-        largest = max(largest, float(np.hypot(*finest(sol).traction).max()))
+        largest = max(largest, float(np.hypot(*sol.traction).max()))
         if line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
     figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
@@ -144,7 +144,7 @@ def _draw_steps(history: History, film: Path, writer: Any) -> None:
                 draw_section(above, sol, box=box, largest=largest)
             else:
                 draw_areas(above, sol, box, largest)
-            above.set_title(f"Tangential traction on body 1, step {k}{corrected(sol)}")
+            above.set_title(f"Tangential traction on body 1, step {k}")
             mark.set_xdata([places[k]] * 2)
             if k == 0:
                 figure.draw_without_rendering()

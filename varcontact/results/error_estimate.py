@@ -1,10 +1,4 @@
-"""What a grid leaves open: an estimate of how far an answer is from the
-continuum, and what defect correction found.
-
-Files of earlier versions have corrections of shifts, too (slips and corrections
-are lengths then), and of steps of histories (corrections then have what the
-particles bring along).
-"""
+"""What a grid leaves open: an estimate of how far an answer is from the continuum."""
 
 from __future__ import annotations
 
@@ -13,10 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from varcontact.html import in_rows, preformatted
-from varcontact.scene.grid import Grid
 
 BY_NAME = ("values", "errors", "on_grid", "bars")
 """Entries that are by the name of a value."""
@@ -48,10 +39,7 @@ class ErrorEstimate:
     errors : dict of str to float
         Estimated error of each [-]: of a force by f Fz, of the moment by f Fz
         sqrt(ab), of a creepage by the saturation creepage, of the rest by the
-        value itself. Of a history by the largest f Fz of its steps, corrected
-        by that of the step. With infinite friction the tangential force takes
-        the place of f Fz. A corrected solution has those of shifts that are
-        known but for a constant, and have no value, too.
+        value itself. Of a history by the largest f Fz of its steps.
     how : str
         How it was estimated, in words.
     solves : tuple of Solve
@@ -123,12 +111,7 @@ class ErrorEstimate:
             part: {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
             for part in BY_NAME
         }
-        solves = steps[0].solves
-        if any(step.solves != solves for step in steps):  # each step had its own: their time adds up
-            seconds = sum(each.seconds for step in steps for each in step.solves)
-            nx, ny = (max(getattr(each, name) for step in steps for each in step.solves) for name in ("nx", "ny"))
-            solves = (Solve(nx, ny, seconds),)
-        return replace(steps[0], solves=solves, **parts)
+        return replace(steps[0], **parts)
 
     def plain(self) -> dict[str, Any]:
         """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""
@@ -154,105 +137,3 @@ def with_bar(value: float, bar: float) -> str:
         return f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
     size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
     return f"{value:.{size}g} +- {bar:.2g}"
-
-
-@dataclass(frozen=True, eq=False)
-class Refinement:
-    """A field on parts of the elements, near the continuum's
-    (docs/refinement.md). In the scene's units.
-
-    Attributes
-    ----------
-    kind : str
-        What was asked for: "continuum".
-    grid : Grid
-        The parts of the elements, explicit.
-    traction : ndarray, shape (2, ny, nx)
-        On body 1, on the parts [force/area].
-    slip : ndarray, shape (2, ny, nx)
-        The continuum's slip under it by rolling velocity [-], means over the
-        parts; zero outside the contact.
-    correction : ndarray
-        What was added to the rigid slip of the coarse elements, (2, ny, nx) of
-        the coarse grid, in the unit of slip. The solution's fields and its
-        certificate are those of the coarse problem with this correction.
-    share : ndarray, shape (ny, nx)
-        What the traction bound of the coarse elements was multiplied by [-];
-        one, but in files of earlier versions.
-    forces : ndarray, shape (passes + 1, 3)
-        Fx, Fy and Mz: of the coarse elements without correction, then of the
-        field after each pass.
-    creepages : ndarray, shape (passes + 1, 2)
-        vx and vy then: as given, or found for the forces that are given.
-    estimate : ndarray, shape (3,)
-        Estimated error of the last Fx, Fy and Mz: how much they differ from
-        those on half as many elements each way, what late passes changed or
-        left out, or how far they are from those prescribed, whichever is most.
-        Fx and Fy have the same, of the vector. No bound.
-    creepage_estimate : ndarray, shape (2,)
-        The same of vx and vy [-]; zero where they are given.
-    seconds : tuple of float
-        Of each pass.
-    """
-
-    kind: str
-    grid: Grid
-    traction: np.ndarray
-    slip: np.ndarray
-    correction: np.ndarray
-    share: np.ndarray
-    forces: np.ndarray
-    creepages: np.ndarray
-    estimate: np.ndarray
-    creepage_estimate: np.ndarray
-    seconds: tuple[float, ...]
-
-    @property
-    def passes(self) -> int:
-        """Number of passes."""
-        return len(self.forces) - 1
-
-    @property
-    def cells(self) -> tuple[int, int]:
-        """Parts of an element along y and x."""
-        (ny, nx), (rows, columns) = self.grid.shape, self.correction.shape[1:]
-        return ny // rows, nx // columns
-
-    @property
-    def force(self) -> np.ndarray:
-        """Total tangential force (Fx, Fy) of the field."""
-        return self.forces[-1, :2].copy()
-
-    @property
-    def moment(self) -> float:
-        """Twisting moment Mz of the field about the origin."""
-        return float(self.forces[-1, 2])
-
-    @property
-    def change(self) -> np.ndarray:
-        """Change of Fx, Fy and Mz by the last pass, absolute, (3,)."""
-        return np.abs(self.forces[-1] - self.forces[-2])
-
-    @property
-    def power_density(self) -> np.ndarray:
-        """Work lost by friction by area, ``-p.s``: by distance rolled [force/area]."""
-        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
-
-    @property
-    def friction_work(self) -> float:
-        """Work lost by friction in the field, by distance rolled [force]."""
-        return float(np.sum(self.power_density) * self.grid.area)
-
-    def summary(self) -> dict[str, Any]:
-        """Forces by pass, change and estimate as plain numbers."""
-        return {
-            "kind": self.kind,
-            "parts": list(self.cells),
-            "passes": self.passes,
-            "forces": self.forces.tolist(),
-            "creepages": self.creepages.tolist(),
-            "change": self.change.tolist(),
-            "error_estimate": self.estimate.tolist(),
-            "creepage_estimate": self.creepage_estimate.tolist(),
-            "seconds": list(self.seconds),
-        }

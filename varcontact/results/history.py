@@ -74,8 +74,8 @@ class History(Reported, Sequence[Solution]):
     solutions : sequence of Solution
         In memory, or read from a file one by one when asked for.
     settings : dict
-        Tolerance, polish and refinement that it was solved with: who goes on
-        with it has to ask for the same.
+        Tolerance and polish that it was solved with: who goes on with it has to
+        ask for the same.
 
     Examples
     --------
@@ -227,7 +227,7 @@ class History(Reported, Sequence[Solution]):
 
     @property
     def error_estimate(self) -> ErrorEstimate | None:
-        """How far steps are from the continuum, named as ``Fx[3]``: to an accuracy, within a time, or corrected."""
+        """How far steps are from the continuum, named as ``Fx[3]``: to an accuracy, or within a time."""
         if len(self) == 0 or self[0].error_estimate is None:
             return None
         return ErrorEstimate.of_history([sol.error_estimate for sol in self if sol.error_estimate is not None])

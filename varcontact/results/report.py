@@ -30,7 +30,7 @@ def report(sol: Solution, with_doubts: bool = True) -> str:
     if sol.scene.motion is not None:
         text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
     rows = [*(("WARNING", words) for words in sol.warnings), *_loads(sol), ("contact", text), ("", "")]
-    rows += [*_refinement(sol), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
+    rows += [*_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
     return "\n".join([*above, in_rows(headline(sol), rows, width=18)])
 
 
@@ -100,20 +100,6 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     return rows
 
 
-def _refinement(sol: Solution) -> list[tuple[str, str]]:
-    """Whose forces these are where the solution was corrected, and how far they may be from the continuum's."""
-    found, unit = sol.refinement, _unit(sol)
-    if found is None or not sol.pressure.any():
-        return []
-    parts = " x ".join(str(count) for count in (found.cells[:0:-1] if sol.scene.line else found.cells[::-1]))
-    passes = f"{found.passes} passes" if found.passes > 1 else "1 pass"
-    Fx, Fy, Mz = found.change
-    return [
-        ("continuum", f"forces and moment are those of a field on {parts} parts of each element, after {passes}"),
-        ("", f"the last pass changed Fx by {Fx:.1e}, Fy by {Fy:.1e}{unit('force')}, Mz by {Mz:.1e}{unit('moment')}"),
-    ]
-
-
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
     if sol.plan.closed_form and not sol.plan.has_friction:
@@ -124,8 +110,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
             ("", f"(residual of the discretised equations on this grid: {sampled})"),
         ]
     gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
-    which = "" if sol.refinement is None else ", of the corrected problem on the elements"
-    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}{which}")]
+    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}")]
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
@@ -139,8 +124,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
             where += " with the error of the pressure included"
         else:
             where += " with this pressure"
-        tractions = "" if sol.refinement is None else ", for the sums over the elements"
-        rows.append(("", f"guaranteed bounds on this grid{where}{tractions}: {sizes}"))
+        rows.append(("", f"guaranteed bounds on this grid{where}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
     if sol.plan.closed_form:
@@ -163,9 +147,7 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
             why = "the certificate holds for this grid; solve on another to see how the answer depends on it"
         return [("", f"no error bar: {why}")]
     force, moment, rest = "f Fz", "f Fz sqrt(ab)", "saturation"
-    if sol.scene.no_slip:
-        force, moment, rest = "the tangential force", "that force times sqrt(ab)", "the creepage"
-    elif not sol.plan.has_friction:
+    if not sol.plan.has_friction:
         force = moment = rest = "themselves"
     units = {"Fx": force, "Fy": force, "Mz": moment}
     said: dict[str, list[str]] = {}
@@ -298,7 +280,6 @@ def summary(sol: Solution) -> dict[str, Any]:
         "passes": len(sol.passes),
         "convergence": plain(sol.passes),
         "coefficient": _coefficients(sol),
-        "refinement": None if sol.refinement is None else sol.refinement.summary(),
         "seconds": sol.timing["total"],
     }
 

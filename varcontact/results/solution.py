@@ -15,7 +15,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.stick_slip import EXTERIOR, PLASTIC, SLIP, STICK
 from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import Reported
-from varcontact.results.error_estimate import ErrorEstimate, Refinement
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -103,9 +103,6 @@ class Solution(Reported):
     error_estimate : ErrorEstimate or None
         Estimated error against the continuum; forces are then those of the
         estimate, fields those of the grid.
-    refinement : Refinement or None
-        With ``refine``: the field on parts of the elements that has these
-        forces.
     pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
         Where elements at the edge count in part, see `Grid`: the pressure on
         equal parts of the elements [force/area].
@@ -153,7 +150,6 @@ class Solution(Reported):
     note: str = ""
     warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
-    refinement: Refinement | None = None
     pressure_on_parts: np.ndarray | None = None
     weakening: np.ndarray | None = None
     memory: np.ndarray | None = None
@@ -237,7 +233,7 @@ class Solution(Reported):
         friction = self.scene.friction if self.friction is None else self.friction
         if friction is not None:
             bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
-        return bound if self.refinement is None else bound * self.refinement.share
+        return bound
 
     @property
     def elements(self) -> dict[str, int]:
@@ -269,12 +265,12 @@ class Solution(Reported):
     def friction_work(self) -> float:
         """Work lost by friction, integral of `power_density`: by distance rolled [force], in a shift [force length].
 
-        In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where there is one; of a
-        `refinement` that of its field. In a step of rolling it is the work put in less the change of the elastic
-        energy. In place it is exact as long as all that slips goes on in its direction.
+        In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where there is one. In a
+        step of rolling it is the work put in less the change of the elastic energy. In place it is exact as long as all
+        that slips goes on in its direction.
         """
         rolls = isinstance(self.motion, Steady) and not self.scene.bodies.relaxes
-        if self.error_estimate is not None and self.refinement is None and rolls:
+        if self.error_estimate is not None and rolls:
             return self.power
         return float(self.power_density.sum() * self.grid.area)
 

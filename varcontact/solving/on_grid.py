@@ -28,7 +28,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
-from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
@@ -71,8 +70,7 @@ class ContactOnGrid:
     ) -> ContactOnGrid:
         """See `solve_on_grid`; operators that are `known` serve again."""
         solver = options.solver(scene)
-        way = defect_correction.loosely(solver) if options.refine else solver
-        return cls(scene, *solve_contact(scene, way, known, near=near), solver)
+        return cls(scene, *solve_contact(scene, solver, known, near=near), solver)
 
     def loaded(self, scene: Scene, options: SolveOptions, near: Solution | Near | None) -> ContactOnGrid | None:
         """With the tractions to begin with of the same scene with friction, if these leave the pressure as it is."""
@@ -116,9 +114,6 @@ def solve_on_grid(scene: Scene, options: SolveOptions, near: Solution | Near | N
     """
     found = ContactOnGrid.of(scene, options, near)
     try:
-        if options.refine:
-            disc, state, refinement = defect_correction.run(scene, found.disc, found.state, found.solver)
-            return defect_correction.refined(finish(scene, disc, state, found.solver), refinement)
         return found.solution() if options.final else finish(scene, found.disc, found.state, found.solver)
     finally:
         found.disc.operators.forget()

@@ -23,7 +23,6 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.driver import check_refine
 from varcontact.solving.selection import check_fits, select
 
 TOLERANCE = 1e-8
@@ -54,7 +53,6 @@ class Options(TypedDict, total=False):
     polish: bool | None
     start: Literal["stick", "slip"] | Solution | None
     certify: CertifyName | None
-    refine: Literal["continuum"] | None
     progress: Callable[[str], None] | None
     store: str | Path | None
     accuracy: float | None
@@ -88,7 +86,6 @@ class SolveOptions:
     polish: bool
     start: str | Solution | None
     certify: str
-    refine: bool
     store: str | Path | None
     target: Target | None
     progress: Callable[[str], None]
@@ -108,7 +105,7 @@ class SolveOptions:
         polish: bool | None = None,
         start: Any = None,
         certify: str | None = "auto",
-        refine: str | None = None,
+        refine: object = None,
         store: str | Path | None = None,
         accuracy: float | None = None,
         time_budget: float | None = None,
@@ -129,9 +126,8 @@ class SolveOptions:
             allowed = '"stick" or "slip"' + ", or a Solution" * (plan.theory is None)
             raise SceneError("start", start, allowed)
         check_saturation(scene)
-        target = _target(scene, plan, accuracy, time_budget, start, store, refine)
-        if refine is not None:
-            check_refine(scene, plan, refine, target is not None, start)
+        checks.gone("refine", refine, checks.REFINE_BECAME)
+        target = _target(scene, plan, accuracy, time_budget, start, store)
         if store is not None and not isinstance(scene.motion, Transient):
             allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
             raise SceneError("store", store, allowed)
@@ -139,7 +135,7 @@ class SolveOptions:
             allowed = "left out: a file cannot hold the function motion.control; save the answer"
             raise SceneError("store", store, allowed)
         told = checks.progress(progress)
-        return cls(scene, choices, plan, tol, polish, start, certify, refine is not None, store, target, told)
+        return cls(scene, choices, plan, tol, polish, start, certify, store, target, told)
 
     def solver(self, scene: Scene) -> ContactSolver:
         """The methods for the `scene`; on a coarser grid to a loose tolerance, without a certificate."""
@@ -149,8 +145,8 @@ class SolveOptions:
         else:
             certify, tol = "none", max(tol, LOOSE)
         stats, chosen = SolveStats(self.progress), self.target is not None
-        refined, continuum = self.final and not chosen, chosen or self.refine
-        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, refined, continuum, self.deadline)
+        refined = self.final and not chosen
+        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline)
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""
@@ -192,14 +188,13 @@ def _target(
     time_budget: float | None,
     start: Any,
     store: Any,
-    refine: Any,
 ) -> Target | None:
     """The target of a solution; None where the scene or the method leaves no choice of a grid, and none was given."""
     motion = scene.motion
     if accuracy is None and time_budget is None:
         rolls = isinstance(motion, Steady)
         names_difference = rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
-        if isinstance(scene.grid, Grid) or refine is not None or names_difference or scene.hardens:
+        if isinstance(scene.grid, Grid) or names_difference or scene.hardens:
             return None  # on a finer grid hardening takes many times as long
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None

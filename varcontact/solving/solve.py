@@ -78,7 +78,7 @@ def solve(
     polish: bool | None = None,
     start: str | Solution | None = None,
     certify: str | None = "auto",
-    refine: str | None = None,
+    refine: object = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
     accuracy: float | None = None,
@@ -138,20 +138,17 @@ def solve(
         much friction, from the static coefficient all over, which is what is
         done if nothing is given; that with little, from the kinetic one all
         over; or that near a solution with as many elements either way, from the
-        coefficients found there. With an accuracy, `time_budget` or `refine`,
-        "slip" if nothing is given: under a static and a kinetic coefficient
-        both tend to the same continuum, but from "slip" faster. In a history
-        each particle goes on as it did in the step before.
+        coefficients found there. With an accuracy or a `time_budget`, "slip"
+        if nothing is given: under a static and a kinetic coefficient both tend
+        to the same continuum, but from "slip" faster. In a history each
+        particle goes on as it did in the step before.
     certify : {"auto", "full", "gap", "none"} or None
         How much of the certificate is computed: "full", with guaranteed bounds
         on the forces; "gap", without them; "none", or None, the residuals
         alone, which are always there. "auto" is "full" up to 10 000 elements
         with friction and "gap" beyond. The report says what is left out.
-    refine : {"continuum"}, optional
-        Correct steady rolling of like bodies under Hertz's pressure towards the
-        continuum: forces, moment and `Solution.refinement` are then those of a
-        field on parts of the elements, the other fields and the certificate
-        those of the corrected problem on the elements. See docs/refinement.md.
+    refine : None
+        Refused: `accuracy`, without a grid, takes its place.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps
         are done.
@@ -167,9 +164,9 @@ def solve(
         estimated from the answer itself, and the grid refined until the
         estimate is below. The scene has no grid of its own. Without a grid,
         0.01 if neither this nor a time is given; but for infinite friction,
-        theories, `refine`, "marching", a `store`, a `Solution` to start from, a
-        history without `dq`, and a motion with `dq` or a slip difference of its
-        own: these take the usual grid, and have no error bar.
+        theories, "marching", a `store`, a `Solution` to start from, a history
+        without `dq`, and a motion with `dq` or a slip difference of its own:
+        these take the usual grid, and have no error bar.
     time_budget : float, optional
         In place of an accuracy: seconds. The most accurate answer that is
         expected within them.

@@ -12,8 +12,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
-from varcontact.discrete.loading import PreviousStep
-from varcontact.discrete.state import ContactState, means, with_subgrid
+from varcontact.discrete.state import ContactState, with_subgrid
 from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
@@ -81,7 +80,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         return replace(found, solutions=with_verified_steps(cast(Stored, found.solutions)))
     with reading(path):
         sol = replace(found, note="")
-        if isinstance(sol.scene.motion, TimeStep) and (sol.refinement is None or not sol.pressure.any()):
+        if isinstance(sol.scene.motion, TimeStep):
             return replace(sol, note=ALONE)
         disc = discretise(sol.scene, sol.grid)
         if sol.scene.conformal and sol.scene.normal_force is not None:
@@ -100,9 +99,8 @@ def with_verified_steps(stored: Stored) -> Stored:
     heat = cache(lambda k: heat_of(stored[k]))
 
     def verified(k: int, before: Solution | None, sol: Solution) -> Solution:
-        corrected = sol.refinement is not None and sol.pressure.any()
         start = march().start()
-        came = None if corrected else start if before is None else before
+        came = start if before is None else before
         heated = [*heat_before(start), *map(heat, range(k))] if stored.scene.warm else []
         return _verified(march().problem(k, came, heated)[1], sol)
 
@@ -116,21 +114,11 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
         return sol
-    if sol.refinement is not None:  # the problem on the elements was corrected, with what particles bring along
-        motion, known, share = disc.loading.motion, disc.loading.coefficient, sol.refinement.share
-        assert motion is not None
-        prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
-        Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
-        came = PreviousStep(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
-        disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
-        disc = disc.with_loading(coefficient=known * share) if np.any(share != 1) else disc
     disc = with_subgrid(disc, sol.pressure_on_parts)
     state = _state(disc, sol)
     if np.isnan(sol.power_density).any() and sol.plan.has_moment:  # an earlier file's
         density = np.zeros(sol.grid.shape)
-        if sol.refinement is not None:
-            density = means(sol.refinement.power_density, sol.refinement.cells)
-        elif sol.plan.has_friction:
+        if sol.plan.has_friction:
             density = friction_work(disc, state, shift_and_areas(disc, state)[0])
             density = density * disc.scales.pressure / unit_slip(disc)
         sol = replace(sol, power_density=density)

@@ -56,7 +56,6 @@ ADVISED = ("way", "largest_error", "median_error", "processor_seconds", "repeat_
 def default_ways() -> list[Way]:
     """The ways that are compared if none are named."""
     pairs = [(n // 2, n) for n in CELLS]
-    refined = (("refine", "continuum"),)
     return [
         *(Way(cells=n) for n in (*CELLS, 96)),
         *(Way(cells=n, coarser=coarser) for coarser, n in pairs[2:]),
@@ -64,7 +63,6 @@ def default_ways() -> list[Way]:
         *(Way(cells=n, edge="softened", motion=SECOND_ORDER) for n in CELLS),
         *(Way(cells=n, edge="softened", motion=SECOND_ORDER, coarser=m, order=1.2) for m, n in pairs[1:]),
         *(Way(cells=n, motion=SECOND_ORDER) for n in CELLS),
-        *(Way(cells=n, options=refined) for n in (8, 12, 16, 24, 32)),
         *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
         *(Way(accuracy=each) for each in TARGETS),
     ]
@@ -90,7 +88,7 @@ def tradeoff(
         Ways, or names of tangential methods and theories, which are tried with
         each number of elements, or "accuracy", for accuracies of 10 to 0.1 %;
         if not given, plain and extrapolated grids, the second-order difference,
-        defect correction, the theories, and accuracies.
+        the theories, and accuracies.
     cells : iterable of int
         Elements across the contact, for methods that are named.
     store : str or Path, optional

@@ -140,13 +140,9 @@ def _wheel(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start
 
 def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[str, Any]:
     """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
-    reasons = {
-        "store": "store must be left out: it is for histories of steps",
-        "refine": "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead",
-    }
-    for name, reason in reasons.items():
-        if methods.get(name) is not None:
-            raise SceneError(name, methods[name], message=reason)
+    checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
+    if methods.get("store") is not None:
+        raise SceneError("store", methods["store"], "left out: it is for histories of steps")
     if case.conformal is True and theory:
         reason = "tangential: theories are for ellipses in a plane; leave it out, or give conformal = False"
         raise SceneError("tangential", methods["tangential"], message=reason)

@@ -1,1 +1,0 @@
-"""Steady rolling under Hertz's pressure, corrected on its own grid towards the continuum: ``refine="continuum"``."""
