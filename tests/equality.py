@@ -75,7 +75,7 @@ def fuzz() -> Cases:
 
 
 def variants() -> Cases:
-    """Some scenes by every method, theory, coupling, formulation, accuracy, edge, scheme and way of refinement."""
+    """Some scenes by every method, theory, coupling, formulation, accuracy, edge and scheme."""
     some = {kind: random_scenes.scenes(kind, 2, 32) for kind in ("steady", "forces", "shift", "unlike", "line", "law")}
     for kind, (first, second) in some.items():
         scene, other = on_coarse_grid(first, 12), on_coarse_grid(second, 10)
@@ -91,7 +91,6 @@ def variants() -> Cases:
                 more = {name: choice}
                 yield f"{kind} {more}", lambda scene=scene, more=more: vc.solve(scene, **more)
         for more in (
-            {"refine": "continuum"},
             {"polish": False, "tol": 1e-5},
             {"tol": 1e-12},
             {"start": "slip"},
@@ -261,7 +260,6 @@ def plain(value: Any) -> Any:
         found["certificate"] = {name: plain(getattr(value.certificate, name, None)) for name in CERTIFICATE}
         found["calls"] = {p: sorted(by) for p, by in value.calls.items()}
         found["estimate"] = plain(value.error_estimate)
-        found["refinement"] = plain(value.refinement)
         return found
     if isinstance(value, vc.History):
         return {"steps": [plain(each) for each in value]}

@@ -140,6 +140,7 @@ def test_report_file_and_picture(folder, pictures):
         ("solve", "no toml at all", (), ["scene.toml", "TOML"]),
         ("solve", SCENE, ("--normal", "hertzz"), ["normal", "hertzz", "did you mean hertz"]),
         ("solve", SCENE, ("--tol", "-1"), ["tol", "-1"]),
+        ("solve", SCENE, ("--refine", "continuum"), ["refine = 'continuum'", "this version has accuracy"]),
         ("solve", SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         ("solve", SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
         ("solve", SCENE, ("--out", "a.vtk"), ["--out = 'a.vtk'", "must end in .nc, .csv, .vtu"]),

@@ -1,4 +1,4 @@
-"""Errors: what `accuracy=` keeps on random scenes, what discretisations and corrections leave, what solvers reach."""
+"""Errors: what `accuracy=` keeps on random scenes, what discretisations leave, what solvers reach."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 import varcontact as vc
-from tests import refined_references, steady_forces
+from tests import steady_forces
 from tests.benchmarks.table import Table, least
 from tests.random_scenes import KINDS, scenes
 from varcontact.data.benchmark_scenes import unlike_bank
@@ -111,23 +111,6 @@ def second_order(quick: bool) -> Table:
     return Table(["cells", *map(str, cells)], ["", *(5 * ["{:.2f}/{:.2f}/{:.2f}"])], rows)
 
 
-def corrected(quick: bool) -> Table:
-    """Errors of defect correction, its estimates, and plain grids, on twelve scenes with references."""
-    known, cells = refined_references.read_references()[:: 4 if quick else 1], (8, 16, 32, 64)
-    truth = np.array([[row[name] for name in refined_references.VALUES] for _, row in known])
-    rows: list[list[object]] = [["plain grid"], ['`refine="continuum"`'], ["its estimate"]]
-    for n in cells:
-        posed = [refined_references.scene(case, n) for case, _ in known]
-        fine = [refined_references.corrected(each) for each in posed]
-        found = [np.array([refined_references.loads(s) for s in some])
-                 for some in ([vc.solve(each, certify=None) for each in posed], fine)]  # fmt: skip
-        errors = [np.abs(each - truth).max(axis=1) for each in found]
-        errors.append(np.array([s.refinement.estimate.max() for s in fine]) / refined_references.FRICTION)
-        for row, each in zip(rows, errors, strict=True):
-            row.append([float(np.median(each)), float(each.max())])
-    return Table(["elements across", *map(str, cells)], ["", *(4 * ["{:.1e} ({:.1e})"])], rows)
-
-
 def conic(quick: bool) -> Table:
     """Residuals of Clarabel alone and of `convex`, and processor seconds of `convex` and of `active-set`."""
     bank, rows = vc.standard_bank(12) | unlike_bank(12), []
@@ -144,4 +127,4 @@ def conic(quick: bool) -> Table:
     return Table(head, ["", ".0e", ".0e", "{:.2g}, {:.2g}"], rows)
 
 
-TABLES = {"random": random, "second_order": second_order, "corrected": corrected, "conic": conic}
+TABLES = {"random": random, "second_order": second_order, "conic": conic}

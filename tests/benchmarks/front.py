@@ -1,8 +1,7 @@
-"""Error against time: all methods on the reference scenes, and defect correction beside other ways."""
+"""Error against time: all methods on the reference scenes."""
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 import varcontact as vc
@@ -85,26 +84,4 @@ def theories(quick: bool) -> Table:
     return Table(["theory", *kinds], [""] * (1 + len(kinds)), rows)
 
 
-def refine(quick: bool) -> Table:
-    """Largest error in per cent, and milliseconds, of defect correction beside plain grids and `accuracy=`."""
-    second = (("slip_difference", "second-order"), ("spin_offset", None))
-    ways = {
-        **{f"softened, {n}": Way(cells=n, edge="softened", motion=second) for n in (48,)},
-        "softened, 48 + 96": Way(cells=96, edge="softened", motion=second, coarser=48, order=1.2),
-        **{f"`accuracy={each:g}`": Way(accuracy=each) for each in (0.003, 0.001, 0.0003, 0.0001)},
-        **{f"`refine`, {n}": Way(cells=n, options=(("refine", "continuum"),)) for n in (32, 48, 64, 96)},
-    }
-    kinds = {"steady, circular": "circles", "steady, slender": "slender contacts", "forces given": "forces given"}
-    bank = {name: each for name, each in vc.continuum_values().items() if each.kind in kinds}
-    if quick:
-        bank, ways = dict(list(bank.items())[:2]), {"`refine`, 32": ways["`refine`, 32"]}
-    runs, rows = vc.tradeoff(bank, ways.values()).runs, []
-    for name, way in ways.items():
-        part = runs[runs["way"] == str(way)]
-        errors = [100 * part["error"][part["kind"] == kind].max() for kind in kinds]
-        times = 1e3 * part.groupby("kind")["processor_seconds"].median()
-        rows.append([name, *map(float, errors), [float(np.min(times)), float(np.max(times))]])
-    return Table(["", *kinds.values(), "ms"], ["", *(3 * [".2g"]), "{:.0f} to {:.0f}"], rows)
-
-
-TABLES = {"advice": advice, "accuracy": accuracy, "theories": theories, "refine": refine}
+TABLES = {"advice": advice, "accuracy": accuracy, "theories": theories}

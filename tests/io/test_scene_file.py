@@ -115,6 +115,7 @@ def test_samples_from_files(tmp_path):
     ('grid = "auto"', 'grid = {nx = 3, ny = 3, size = "big"}', "grid.size", "no such key"),
     ("[bodies]", "[body]", "body", "bodies"),
     ('normal = "clarabel"', 'norml = "clarabel"', "solve.norml", "normal"),
+    ('normal = "clarabel"', 'refine = "continuum"', "solve.refine", "this version has accuracy"),
     ('length = "mm"', "length = 1e-3", "units.length", "a name, in quotes"),
     ('length = "mm"', 'lenght = "mm"', "units.lenght", "length"),
     ("[solve]", "[solve.more]", "solve.more", "no such key"),

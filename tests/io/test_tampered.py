@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 import varcontact as vc
-from tests.scenes import make_scene
+from tests.scenes import make_scene, refused
 from varcontact.io.solution import AS_STORED
 from varcontact.solving.verify import ALONE, ANEW
 
+DATA = Path(__file__).parents[1] / "data"
 SPHERES = vc.Paraboloids(1.0, 1.5)
 ROLLING = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
 STEPS = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=[0, 4e-3, 4e-3, 0], normal_force=[None, 0.03, 0.0, None])
@@ -156,6 +158,23 @@ def test_no_part_of_a_certificate_is_believed(name, tmp_path):
     again = vc.load(path)
     assert again.note == ANEW
     assert getattr(again.certificate, name) == pytest.approx(getattr(fast.certificate, name), rel=1e-9)
+
+
+@pytest.mark.parametrize("certify", [True, False])
+@pytest.mark.parametrize("name", ["refined_shift", "refined_history"])
+def test_solutions_of_an_earlier_version_by_refine_are_refused(name, certify):
+    """Their fields can still be read, and the message says how."""
+    path = DATA / f"{name}.nc"
+    words = r"is of an earlier version, .* solve its scene with accuracy .* xarray\.open_dataset"
+    refused(lambda: vc.load(path, certify=certify), "path", match=words, error=vc.OutputError)
+    with xr.open_dataset(path) as fields:
+        assert fields["traction_on_parts"].any()
+
+
+def test_nor_are_steps_added_to_such_a_history(tmp_path):
+    store = tmp_path / "history.nc"
+    store.write_bytes((DATA / "refined_history.nc").read_bytes())
+    refused(lambda: vc.solve(HISTORY, store=store), match="is of an earlier version", error=vc.OutputError)
 
 
 def test_as_stored_is_said(sol, tmp_path):

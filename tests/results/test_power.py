@@ -8,7 +8,6 @@ import pytest
 import varcontact as vc
 from tests.friction_work import SCENES, references, work
 from tests.scenes import make_scene
-from varcontact import energy
 from varcontact.discrete.discretisation import discretise
 from varcontact.elasticity.operators import influence_operator
 from varcontact.io import records
@@ -233,12 +232,6 @@ def test_the_pressure_climbs_the_distance_where_the_surface_is_smooth():
         climbed = float(np.sum(sol.pressure * slope) * sol.grid.area)
         apart.append(abs(sol.power + sol.Fx * sol.vx - climbed))
     assert apart[2] < 0.25 * apart[1] < 0.25 * apart[0]
-
-
-def test_a_corrected_solution_has_no_problem_of_its_own():
-    scene = make_scene(vc.Paraboloids(100, 50), 5e3, vc.Steady(vx=1e-3), vc.Grid(nx=16, ny=16), bodies=LIKE)
-    with pytest.raises(vc.SceneError, match="solved without refine"):
-        energy.posed(vc.solve(scene, refine="continuum"))
 
 
 def test_the_force_of_an_approach_is_the_estimates():

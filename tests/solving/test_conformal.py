@@ -156,7 +156,6 @@ BAD = {
     ],
     "tangential": [lambda: vc.solve(in_groove(), tangential="fastsim")],
     "normal": [lambda: vc.solve(in_groove(), normal="hertz")],
-    "refine": [lambda: vc.solve(in_groove(), refine="continuum")],
 }  # fmt: skip
 
 

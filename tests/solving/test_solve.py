@@ -1,6 +1,7 @@
 """Whole scenes against closed forms, symmetries, and invariances."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
@@ -136,6 +137,14 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
 )
 def test_unknown_methods(rolling, arguments, field, words):
     refused(lambda: vc.solve(rolling(), **arguments), field, match=words)
+
+
+@pytest.mark.parametrize("options", [{}, {"accuracy": 0.01}, {"tangential": "fastsim"}])
+def test_an_argument_of_an_earlier_version_is_refused_with_what_takes_its_place(rolling, monkeypatch, options):
+    monkeypatch.setattr("varcontact.solving.on_grid.solve_contact", None)
+    grid = "auto" if "accuracy" in options else vc.Grid(nx=8, ny=8)
+    call = partial(vc.solve, rolling(grid=grid), refine="continuum", **options)
+    refused(call, "refine", "refine = 'continuum' must be left out: this version has accuracy")
 
 
 def test_progress_is_a_function():

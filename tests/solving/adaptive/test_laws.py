@@ -76,15 +76,6 @@ def test_steep_falls_are_met_before_the_elements_resolve_them(law, creepage, acc
     assert abs(sol.force[0] - (2 * fine - coarse)) <= accuracy * 0.3 * FORCE
 
 
-def test_corrected_solutions_are_those_of_the_kinetic_coefficient():
-    gridded = replace(ROLLING, grid=vc.Grid(nx=16, ny=16))
-    both, one = (vc.solve(replace(gridded, friction=f), refine="continuum") for f in (BOTH, 0.09))
-    np.testing.assert_allclose(both.force, one.force, rtol=0, atol=1e-3 * 0.3)
-    fine = vc.solve(replace(ROLLING, friction=0.09, grid=vc.Grid(nx=48, ny=48)), refine="continuum", certify=None)
-    assert np.abs(both.force - fine.force).max() / 0.3 <= both.error_estimate.largest
-    assert vc.solve(gridded, refine="continuum", start="stick").branch == "stick"
-
-
 def test_a_start_from_stick_is_refused_where_it_is_not_the_continuums():
     refused(lambda: vc.solve(ROLLING, accuracy=0.01, start="stick"), "start", match="vanishes as the grid gets finer")
     falling = replace(ROLLING, friction=vc.RationalFalling(0.3, 0.2, half_velocity=0.1))
