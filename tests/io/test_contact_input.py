@@ -360,3 +360,12 @@ def test_the_command_solves_one_scene_of_a_file(tmp_path):
     (tmp_path / "scene.toml").write_text("")
     told = "--case = 1 must be left out: only an input file of CONTACT (.inp) has several scenes"
     assert_bad_input(run("solve", "scene.toml", "--case", "1", folder=tmp_path), told)
+
+
+def test_a_row_is_as_good_as_endless_from_50_times_its_width(tmp_path):
+    """4 elements of 0.5 mm: from 100 mm on."""
+    row, no_spin = (" 4 3   -1.0 -0.6  0.5 0.4", " 4 1   -1.0 -0.6  0.5 {}"), ("0.0003  FN", "0.0  FN")
+    (scene,) = read(tmp_path, (row[0], row[1].format(100)), no_spin)
+    assert (scene.grid, scene.normal_force) == (vc.Grid(nx=4, dx=0.5, x0=-1.0), 10.0)
+    with pytest.raises(vc.SceneError, match=r"MY = 1 stands for plane strain, .* at least; DY is 99[.]9"):
+        read(tmp_path, (row[0], row[1].format(99.9)), no_spin)

@@ -146,6 +146,16 @@ def test_report_says_what_matters(sol, rolling):
     assert "Normal contact" in vc.solve(rolling(motion=None)).report()
 
 
+def test_report_says_why_there_is_no_bound(rolling):
+    """Each by its name: bodies that are unlike, and those of a conformal contact."""
+    unlike = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 2.0), nu=0.3)))
+    assert "the bodies are unlike, and the traction bound depends on the solution" in unlike.report()
+    grid = vc.Grid(nx=12, ny=10, dx=0.2, dy=0.2, x0=-1.2, y0=-1.0)
+    surface = vc.SampledDistance(np.add.outer(grid.y**2, grid.x**2) / 20, inclination=grid.y / 10)
+    conformal = vc.solve(rolling(surface=surface, grid=grid, normal_force=None, approach=0.03))
+    assert "the bodies are conformal, and the traction bound depends on the solution" in conformal.report()
+
+
 @pytest.mark.parametrize("surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)])
 def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
     """Also where the contact is so long that the axes are not equal: otherwise all arrows look along it."""

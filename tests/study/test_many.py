@@ -332,3 +332,19 @@ def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     assert spoilt.converged.tolist() == [True, False, True, True]
     others = [0, 2, 3]
     np.testing.assert_allclose(spoilt.traction[..., others], found.traction[..., others], rtol=0, atol=1e-7)
+
+
+def test_grids_that_do_not_hold_the_contact():
+    """One on which it goes on outside, and one whose elements are too large for it: refused in the words of `solve`."""
+    ball = scene("steady", np.random.default_rng(5), vc.Grid(nx=16, ny=16))
+    a, b = ball.hertz.a, ball.hertz.b
+    beside = vc.Grid(nx=16, ny=16, dx=a / 8, dy=b / 6, x0=-0.5 * a, y0=-1.3 * b)
+    coarse = vc.Grid(nx=8, ny=8, dx=4 * a, dy=4 * b, x0=-16 * a, y0=-16 * b)
+    assert not ball.hertz.on_elements(coarse).any()
+    for grid in (beside, coarse):
+        alone = replace(ball, grid=grid)
+        with pytest.raises(vc.SceneError) as expected:
+            vc.solve(alone)
+        with pytest.raises(vc.SceneError) as found:
+            vc.solve_many([ball, alone])
+        assert str(found.value) == f"scenes[1]: {expected.value}"

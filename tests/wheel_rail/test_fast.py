@@ -13,7 +13,7 @@ from varcontact.kinematics import rotation
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import StaticKinetic
 from varcontact.theories import table_forces
-from varcontact.wheel_rail.virtual_penetration import NORMAL
+from varcontact.wheel_rail.virtual_penetration import NORMAL, fast_ellipse
 
 
 @pytest.mark.parametrize("normal", ["analyn", "hertz"])
@@ -141,3 +141,18 @@ def test_each_overlap_has_its_ellipse(normal):
     found = replace(case, with_friction=False).estimate(normal)
     borne = sum(each.force[2] * np.cos(each.angle) for each in found.patches)
     assert borne == pytest.approx(4e3, rel=1e-6)
+
+
+@pytest.mark.parametrize("normal", ["virtual-penetration", "analyn"])
+def test_two_circles_that_touch_at_one_place_are_too_rough(normal):
+    """As where a profile has a corner: no strip lies between them, and no spline passes through both."""
+    case = circles()
+    locus, z = case.locus, case.touching + 0.05
+    (whole,) = locus.overlaps(z)
+    assert fast_ellipse(case, [whole], z, normal).normal_force > 0
+    twice = whole.run.start + 3
+    points, gap = locus.points.copy(), locus.gap.copy()
+    points[twice + 1], gap[twice + 1] = points[twice], gap[twice]
+    (cornered,) = replace(locus, points=points, gap=gap).overlaps(z)
+    with pytest.raises(SceneError, match="rough"):
+        fast_ellipse(case, [cornered], z, normal)

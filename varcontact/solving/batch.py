@@ -302,6 +302,8 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     shape = shape_with_margin(grid)
     if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
         return None
+    if grid.explicit and not _holds(grid, hertz):
+        return None
     difference, ahead = motion.slip_difference if isinstance(motion, Steady) else None, 0.0
     if isinstance(motion, TimeStep):
         ahead = motion.direction * motion.dq / grid.sides[0]
@@ -325,18 +327,24 @@ def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
 
 
 def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
-    """Sides, x and y of the elements, and their parts of the load: none where the contact goes on outside the grid."""
+    """Sides, x and y of the elements, and their parts of the load."""
     grid, a, b = given_grid(scene), hertz.a, hertz.b
     if not grid.explicit:
         lattice, share, _ = _across_circle(grid)
         scale = np.array([a, 0.0 if grid.line else b])
         sides = np.where(scale > 0, lattice.sides * scale, 1.0)
         return sides, lattice.x * scale[0], lattice.y * scale[1], share
-    left, right, bottom, top = grid.box
     share = hertz.on_elements(grid)
-    holds = left <= -a and a <= right and (grid.line or (bottom <= -b and b <= top))
-    carried = share.sum() if holds else 0.0
-    return np.array(grid.sides), grid.x, grid.y, share / (carried if carried > 0 else math.inf)
+    return np.array(grid.sides), grid.x, grid.y, share / share.sum()
+
+
+def _holds(grid: Grid, hertz: HertzContact) -> bool:
+    """True where the contact lies within an explicit grid, and elements are not too large for it."""
+    left, right, bottom, top = grid.box
+    inside = left <= -hertz.a and hertz.a <= right
+    if not grid.line:
+        inside &= bottom <= -hertz.b and hertz.b <= top
+    return inside and bool(hertz.on_elements(grid).any())
 
 
 def _solve_group(

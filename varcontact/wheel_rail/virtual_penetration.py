@@ -154,7 +154,7 @@ def estimate_wheel_on_rail(
         for group in joined(case.locus.overlaps(z), case.join):
             tangent = tangent_of(group, case.rail)
             approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
-            rolled, ellipse = case.creepage(tangent.frame, approach, z), _ellipse(case, group, z, normal)
+            rolled, ellipse = case.creepage(tangent.frame, approach, z), fast_ellipse(case, group, z, normal)
             Fx = Fy = moment = 0.0
             friction = case.friction_at(tangent.angle)
             if friction != 0:
@@ -169,7 +169,7 @@ def estimate_wheel_on_rail(
     return FastWheel(case, search.z, tuple(found))
 
 
-def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
+def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
     """The ellipse of a patch by either method, from the circle that is deepest in the rail."""
     deepest = max(group, key=lambda each: each.depth.max())
     k = int(deepest.depth.argmax())

@@ -91,6 +91,14 @@ def test_units_do_not_matter(normal_problem, tangential_problem, power):
         assert (scaled.status, scaled.iterations) == (raw.status, raw.iterations)
 
 
+def test_steps_beyond_the_tolerance_are_counted(problem):
+    """Small problems are solved on, to rounding; all steps of both stand in the answer."""
+    loose = newton(problem, settings=dataclasses.replace(SETTINGS, loose_tolerance=True))
+    refined = newton(problem)
+    assert abs(refined.traction - loose.traction).max() > 0
+    assert refined.iterations > loose.iterations
+
+
 def test_from_any_start(problem):
     """A start that is the answer costs one step; one that is noise, or no number at all, leads there, too."""
     raw = newton(problem)
