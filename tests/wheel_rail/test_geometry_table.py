@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.scenes import refusals
-from tests.wheel_rail.conditions import TRACK, WHEELSET, wheel
-from varcontact.errors import SceneError
+from tests.wheel_rail.conditions import TRACK, WHEELSET, cone, flat_track, wheel
+from varcontact.errors import NoContact, SceneError
 from varcontact.theories import table_forces
-from varcontact.wheel_rail import Velocity, geometry_table
+from varcontact.wheel_rail import Position, Profile, Velocity, WheelOnRail, WheelSet, geometry_table
 
 LOAD = 50e3
 MOVING = Velocity(speed=20e3, pitch_rate=-43.4, lateral=12.0, vertical=-3.0, roll_rate=2e-3, yaw_rate=0.02)
@@ -82,9 +82,40 @@ def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
     changed = table.count.copy()
     changed[8:, :] = 0
     cut = replace(table, count=changed)
-    assert len(cut.contacts(1.6, 0.0, "right")[1]) == 0
+    with pytest.raises(NoContact, match=r"y = 1\.6 mm, yaw = 0: the right wheel has no contact there"):
+        cut.contacts(1.6, 0.0, "right")
     near = cut.contacts(1.4, 0.0, "right")[1]
     assert near == pytest.approx(table.contacts(1.0, 0.0, "right")[1])
+
+
+def test_nodes_without_contact_are_nan_and_the_others_are_there(table):
+    """A wheel beside the rail, at both ends of the table; what is between is what it is without them."""
+    y = [-900.0, *table.y[4:9].tolist(), 900.0]
+    with pytest.warns(UserWarning, match=r"10 of 35 nodes have no contact, the first at y = -900 mm, yaw = -0\.01: "):
+        wide = geometry_table(TRACK, WHEELSET, y=y, yaw=table.yaw, vertical_force=LOAD)
+    assert np.isnan(wide.z[[0, -1]]).all() and np.isnan(wide.patches[[0, -1]]).all() and not wide.count[[0, -1]].any()
+    np.testing.assert_array_equal(wide.patches[1:-1], table.patches[4:9])
+    np.testing.assert_array_equal(wide.z[1:-1], table.z[4:9])
+    near, (z, found) = wide.contacts(20.0, 0.0, "right"), table.contacts(2.0, 0.0, "right")
+    assert near[0] == pytest.approx(z) and near[1] == pytest.approx(found)
+    with pytest.raises(NoContact, match="the left wheel has no contact"):
+        wide.contacts(-850.0, 0.0, "left")
+
+
+def test_of_more_patches_than_it_keeps_those_with_the_largest_force_count():
+    """Five ridges of different heights under a cylinder."""
+    y = np.linspace(-42.0, 42.0, 1681)
+    z = 0.3 * (1 - np.cos(2 * np.pi * y / 16.0)) + 0.01 * np.cos(0.31 * y + 0.5)
+    ridges, cylinder = Profile(y=y, z=z, kind="rail"), cone(0.0, half=40.0)
+    track, wheelset = flat_track(ridges, 0.3), WheelSet(wheel=cylinder)
+    given = {"track": track, "wheelset": wheelset, "vertical_force": 300e3, "with_friction": False}
+    direct = WheelOnRail(position=Position(y=0.1, yaw=1e-3), **given).estimate()
+    assert len(direct.patches) == 5
+    largest = sorted(direct.patches, key=lambda each: each.force[2])[2:]
+    with pytest.warns(UserWarning, match="of 5 patches, the 3 with the largest force count"):
+        table = geometry_table(track, wheelset, y=[-0.1, 0.1], yaw=[-1e-3, 1e-3], vertical_force=300e3)
+    wanted = sorted((each.frame.origin[1], each.ellipse.normal_force) for each in largest)
+    assert table.patches[1, 1][:, [1, 6]] == pytest.approx(np.array(wanted), rel=1e-6)
 
 
 test_what_is_refused = refusals(

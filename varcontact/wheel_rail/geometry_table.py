@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import TheoryName, elastic, formula_of
@@ -80,7 +80,8 @@ class GeometryTable:
     Between the nodes all is linear in both, and then the forces grow or shrink,
     and their ellipses as Hertz's, until the normal forces of each wheel bear
     the load; where the nodes around a position have different numbers of
-    patches, the nearest node counts. The roll about x that this takes counts in
+    patches, the nearest node counts; at nodes without contact z and patches are
+    NaN, and their count is 0. The roll about x that this takes counts in
     the height of each wheel, not in the shape of its contact.
 
     Attributes
@@ -128,23 +129,25 @@ class GeometryTable:
         ------
         SceneError
             If the position is not within the table.
+        NoContact
+            If the wheel has no contact at the nodes that count there.
         """
         checks.choice("side", side, tuple(SIGN))
         sign = SIGN[side]
         (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
         four = slice(i, i + 2), slice(j, j + 2)
-        counts = self.count[four].ravel().tolist()
+        z, counts, nodes = self.z[four].ravel(), self.count[four].ravel(), self.patches[four].reshape(4, SLOTS, COLUMNS)
         weights = np.array([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
-        if len(set(counts)) > 1:
-            nearest = 2 * round(s) + round(t)
-            counts, weights = counts[nearest:], np.eye(4)[nearest]
-        nodes = self.patches[four].reshape(4, SLOTS, COLUMNS)
+        if np.ptp(counts) > 0:
+            nearest = [2 * round(s) + round(t)]
+            z, counts, nodes, weights = z[nearest], counts[nearest], nodes[nearest], np.ones(1)
+        if counts[0] == 0:
+            reason = f"y = {y:g} mm, yaw = {yaw:g}: the {side} wheel has no contact there, see the warning of the table"
+            raise NoContact("y", y, message=reason)
         load = weights @ (nodes[..., 6] * np.cos(nodes[..., 3])).sum(axis=-1)
         found = np.tensordot(weights, nodes[:, : counts[0]], 1)
-        borne = float(found[:, 6] @ np.cos(found[:, 3]))
-        if borne > 0:
-            found[:, 4:] *= (load / borne) ** GROWTH
-        return float(weights @ self.z[four].ravel()), found * MIRRORED if side == "left" else found
+        found[:, 4:] *= (load / float(found[:, 6] @ np.cos(found[:, 3]))) ** GROWTH
+        return float(weights @ z), found * MIRRORED if side == "left" else found
 
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
@@ -229,7 +232,8 @@ def geometry_table(
     Raises
     ------
     SceneError
-        For nodes that are not so, and positions that `WheelOnRail` refuses.
+        For nodes that are not so, and where `WheelOnRail` refuses all of them;
+        of those that it refuses a warning says how many, and the first.
 
     Examples
     --------
@@ -250,28 +254,40 @@ def geometry_table(
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
     report = checks.progress(progress)
     shape = nodes[0].size, nodes[1].size
-    z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, COLUMNS))
+    z, count, patches = np.full(shape, np.nan), np.zeros(shape, dtype=int), np.full((*shape, SLOTS, COLUMNS), np.nan)
+    without: list[tuple[float, float, VarcontactError]] = []
     for i, j in np.ndindex(shape):
         report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
+        at = float(nodes[0][i]), float(nodes[1][j])
         case = WheelOnRail(
             track=track,
             wheelset=wheelset,
-            position=Position(y=float(nodes[0][i]), yaw=float(nodes[1][j])),
+            position=Position(y=at[0], yaw=at[1]),
             vertical_force=vertical_force,
             with_friction=False,
             friction=friction,
             bodies=bodies,
         )
-        found = case.estimate(normal)
+        try:
+            found = case.estimate(normal)
+        except (SceneError, NotConverged) as error:
+            without.append((*at, error))
+            continue
         if len(found.patches) > SLOTS:
             warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=2)
         largest = sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS]
         kept = sorted(largest, key=lambda each: each.frame.origin[1])
-        z[i, j], count[i, j] = found.z, len(kept)
+        z[i, j], count[i, j], patches[i, j] = found.z, len(kept), 0.0
         for k, each in enumerate(kept):
             ellipse = each.ellipse
             sizes = ellipse.a, ellipse.b, ellipse.normal_force, each.approach
             patches[i, j, k] = [*each.frame.origin, each.angle, *sizes]
+    if len(without) == count.size:
+        raise without[0][-1]
+    if without:
+        first_y, first_yaw, reason = without[0]
+        where = f"the first at y = {first_y:g} mm, yaw = {first_yaw:g}"
+        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {reason}", stacklevel=2)
     return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
 
 
