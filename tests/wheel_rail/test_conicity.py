@@ -10,6 +10,8 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from tests.wheel_rail.conditions import DATA, cone, flat_track, round_rail
 from varcontact.errors import NoContact, SceneError
@@ -145,10 +147,47 @@ def test_circles_in_closed_form():
     assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(slope * (radius / (radius - rail)) ** 2, rel=1e-3)
 
 
-def test_what_turns_away_from_the_middle_has_no_conicity():
+def test_what_turns_away_from_the_middle_has_a_negative_conicity():
+    """A cone the other way round, and circles in closed form, as above; cylinders have none."""
     track = flat_track(round_rail())
-    assert np.isnan(equivalent_conicity(track, WheelSet(wheel=cone(-0.05)), 2.0))
+    assert equivalent_conicity(track, WheelSet(wheel=cone(-0.05)), [0.5, 2.0]) == pytest.approx(-0.05, rel=1e-5)
     assert equivalent_conicity(track, WheelSet(wheel=cone(0.0)), 2.0) == 0.0
+    wheelset, slope = WheelSet(wheel=hollow(500.0, -0.01)), 0.01
+    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(-slope * (500.0 / 200.0) ** 2, rel=1e-3)
+
+
+def test_hollow_wheels_have_conicities_at_all_amplitudes():
+    """Radii differ by about -2 c y + 2 k y^3, which turns away below 3 mm: the wave is that of the integrated motion.
+
+    Below, it is the opposite difference's; where the motion does not reach the middle, it is linearised.
+    """
+    slope, growth = 0.02, 0.02 / 9.0
+    y = np.linspace(-9.0, 9.0, 901)
+    worn = Profile(y=y, z=slope * y - growth * y**3, kind="wheel", kinks=[])
+    track, wheelset = flat_track(round_rail(2.0, half=1.5), 0.2), WheelSet(wheel=worn)
+    at = np.linspace(0.0, 6.0, 241)
+    spline = CubicSpline(at, rolling_radius_difference(track, wheelset, at))
+
+    def wave(amplitude, sign):
+        """Conicity of the integrated motion, for e R = 1."""
+        motion = solve_ivp(
+            lambda s, state: [state[1], -sign * np.sign(state[0]) * spline(abs(state[0]))],
+            (0.0, 1e3),
+            [amplitude, 0.0],
+            events=middle,
+            rtol=1e-9,
+            atol=1e-12,
+        )
+        return sign * 2 * (np.pi / (4 * motion.t[-1])) ** 2
+
+    def middle(s, state):
+        return state[0]
+
+    middle.terminal = True
+    away, between, back = equivalent_conicity(track, wheelset, [2.0, 4.0, 6.0])
+    assert away == pytest.approx(wave(2.0, -1.0), rel=5e-3) and away < -0.01
+    assert back == pytest.approx(wave(6.0, 1.0), rel=5e-3) and back > 0.01
+    assert between == pytest.approx(-slope + 0.75 * growth * 4.0**2, abs=1e-3)
 
 
 def test_s1002_on_60e1():

@@ -369,8 +369,12 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     -------
     float or ndarray
         In the shape of the amplitude [-]: 0 where nothing turns the wheel set
-        back, NaN where it is turned away from the middle before it is as far
-        out.
+        back. Negative where it is turned away from the middle, as with hollow
+        wheels: minus the conicity of the opposite difference of the radii.
+        Where it is turned away on part of the way, so that it does not come
+        back to the middle from there, that of harmonic linearisation,
+        ``2/(pi a)`` times the integral of ``difference(a sin(t)) sin(t)`` over
+        a quarter of the wave.
 
     Raises
     ------
@@ -391,12 +395,24 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
         return wanted
     nodes = np.linspace(0.0, wanted.max(), int(np.ceil(wanted.max() / STEP)) + 1)
     difference = rolling_radius_difference(track, wheelset, nodes)
-    work = make_interp_spline(nodes, difference, k=1).antiderivative()
+    between = make_interp_spline(nodes, difference, k=1)
+    work = between.antiderivative()
     phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
     y, quickest = wanted[..., None] * np.sin(phase), wanted[..., None] * np.cos(phase)
-    # wavelength = 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity
-    with np.errstate(divide="ignore", invalid="ignore"):
-        left = work(wanted)[..., None] - work(y)
-        quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)
-    found = 2 * (np.pi / (4 * quarter)) ** 2
+    left = work(wanted)[..., None] - work(y)
+    turned_away = -_of_wave(-left, quickest)
+    linearised = np.mean(between(y) * np.sin(phase), axis=-1) / wanted
+    found = _of_wave(left, quickest)
+    found = np.where(np.isnan(found), turned_away, found)
+    found = np.where(np.isnan(found), linearised, found)
     return found if found.ndim else float(found)
+
+
+def _of_wave(left: np.ndarray, quickest: np.ndarray) -> np.ndarray:
+    """The conicity whose motion is as long a wave; NaN where there is none.
+
+    The wave is 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)
+    return np.asarray(2 * (np.pi / (4 * quarter)) ** 2)
