@@ -220,7 +220,7 @@ def progress(value: Any) -> Callable[[Any], None]:
 def file_name(field: str, value: Any) -> Path:
     """The name of a file, as a path."""
     name = os.fspath(value) if isinstance(value, os.PathLike) else value
-    if not isinstance(name, str) or not name or "\0" in name:
+    if not isinstance(name, str) or not name:
         raise SceneError(field, value, "the name of a file")
     return Path(name)
 

@@ -19,7 +19,7 @@ from numpy.polynomial.polynomial import polyval
 
 from varcontact import checks
 from varcontact.errors import SceneError, shortened
-from varcontact.system.files import regular
+from varcontact.system.files import first_line, regular
 
 Kind = Literal["rail", "wheel"]
 KINDS = ("rail", "wheel")
@@ -60,8 +60,8 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
         raise SceneError("path", str(file), message=f"path {shortened(str(file), 200)} is not a regular file")
     try:
         content = file.read_bytes()
-    except OSError as error:
-        reason = f"path {shortened(str(file), 200)} cannot be read ({error.strerror})"
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = f"path {shortened(str(file), 200)} cannot be read ({first_line(error)})"
         raise SceneError("path", str(file), message=reason) from None
     try:
         text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
