@@ -77,7 +77,7 @@ def drawn_texts(figure):
     for ax in [each for top in figure.axes if top.axison for each in (top, *top.child_axes)]:
         for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1)):
             low, high = sorted(axis.get_view_interval())
-            found += [text for text in axis.get_ticklabels() if low <= text.get_position()[along] <= high]
+            found += [text for text in axis.get_ticklabels(which="both") if low <= text.get_position()[along] <= high]
             found += [axis.label, axis.get_offset_text()]
         found += [ax.title]
         found += [] if ax.get_legend() is None else ax.get_legend().get_texts()
@@ -335,7 +335,7 @@ def overprinted(figure):
     for ax in figure.axes:
         for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1)):
             low, high = sorted(axis.get_view_interval())
-            labels = [text for text in axis.get_ticklabels() if low <= text.get_position()[along] <= high]
+            labels = [text for text in axis.get_ticklabels(which="both") if low <= text.get_position()[along] <= high]
             corners = [(text.get_window_extent().get_points()[:, along], text.get_text()) for text in labels]
             drawn = sorted((begin, end, text) for (begin, end), text in corners if text)
             seen += len(drawn)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,10 +10,12 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
+from tests.plotting.test_pictures import check_readable
 from varcontact.solving.discretisation_variants import Way
 from varcontact.study.tradeoff import TARGETS, Tradeoff, default_ways
 
 BANK = vc.continuum_values()
+MEASURED = Path(__file__).parents[2] / "docs" / "tradeoff.csv"
 CARTER = {"line, creepage 0.3": BANK["line, creepage 0.3"]}
 WAYS = [Way(cells=n) for n in (4, 8)] + [Way(cells=8, coarser=4, edge="touched")]
 
@@ -50,6 +53,10 @@ def test_the_front_is_what_nothing_else_beats():
     for targets, message in (("a", "targets = 'a'"), ([0.1, -1.0], "targets.*-1.0")):
         with pytest.raises(vc.SceneError, match=message):
             found.advice(targets)
+
+
+def test_labels_of_the_picture_do_not_lie_over_each_other():
+    check_readable(Tradeoff(pd.DataFrame(), pd.read_csv(MEASURED)).plot())
 
 
 def test_an_accuracy_is_advised_for_what_it_was_asked_for():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
@@ -283,6 +284,9 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
                 error = np.maximum(100 * rows["largest_error"], LEAST_ERROR)
                 ax.plot(rows["processor_seconds"], error, **looks[str(name)])
             ax.set(xscale="log", yscale="log", title=kind)
+            ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+            ax.xaxis.set_major_formatter("{x:g}")
+            ax.xaxis.minorticks_off()
             ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
             ax.grid(visible=True)
         for ax in axes[::3]:
