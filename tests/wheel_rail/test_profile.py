@@ -301,6 +301,17 @@ def test_the_highest_part_of_a_rail_is_no_noise_of_a_steep_side():
     assert channel.z_at(np.linspace(-10.0, 10.0, 5)) == pytest.approx(0.02, abs=1e-3)
 
 
+def test_a_part_that_is_left_out_is_doubted():
+    """A guard rail beside a rail, behind an upright side."""
+    head, gap, guard = np.linspace(-60.0, 0.0, 121), np.linspace(0.5, 40.0, 80), np.linspace(40.0, 110.0, 141)
+    y = np.concatenate([head, np.zeros(20), gap, guard])
+    z = np.concatenate([np.zeros(121), np.linspace(2.0, 40.0, 20), np.full(80, 40.0), np.full(141, -1.0)])
+    z[121 + 20 + 80 :] += np.linspace(0.0, 1.0, 141) ** 2
+    with pytest.warns(DoubtfulProfile, match="at y = 40 to 110 mm, not that at -60 to 0 mm, nearly as high: .* cut"):
+        beside = Profile(y=y, z=z, kind="rail")
+    assert np.isnan(beside.z_at(-30.0)) and np.isfinite(beside.z_at(80.0))
+
+
 def test_a_rail_that_can_be_touched_nowhere_is_refused():
     z = np.linspace(0.0, 40.0, 41)
     leaning = Profile(y=-z / 20.0, z=z, kind="rail")

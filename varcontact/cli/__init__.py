@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from varcontact import __version__
 from varcontact.cli.compare import compare, converge, tradeoff
 from varcontact.cli.options import METHODS
+from varcontact.cli.profiles import profiles
 from varcontact.cli.scan import curve, scan
 from varcontact.cli.serve import serve
 from varcontact.cli.solve import plan, solve
@@ -33,6 +34,7 @@ COMMANDS: dict[Any, tuple[str, str]] = {
     scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
     curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
     wheelrail: ("Solve wheels on rails, from profiles.", "wheelrail case.toml --out table.csv --plot wheel.png"),
+    profiles: ("Read the profiles of a folder, and say what is doubtful.", "profiles measured --kind rail"),
     serve: ("Solve wheels for a vehicle code, by lines of JSON.", "serve --port 5005"),
 }
 """Each command with its line in the help, and an example."""
@@ -66,7 +68,7 @@ app = typer.Typer(
     "is reported), 130 interrupted (standard error says what is kept).",
 )
 for command, (summary, example) in COMMANDS.items():
-    methods = "" if command in (tradeoff, wheelrail, serve) else f"{METHODS}\n\n"
+    methods = "" if command in (tradeoff, wheelrail, profiles, serve) else f"{METHODS}\n\n"
     app.command(short_help=summary, epilog=f"{methods}Example: varcontact {example}")(command)
 tables = typer.Typer(
     no_args_is_help=True,

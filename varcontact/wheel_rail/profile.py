@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -40,6 +41,8 @@ BLUNT, FACE = 3.0, 5.0
 balls, cones, and hollow or barrelled treads have none."""
 FINE = 0.1
 """Step along the points at which a flange is looked for [mm]."""
+WIDE = 10.0
+"""Width of a part beside the highest one of a rail that a wheel may touch as well [mm]."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
 FLAT, MOST = 1 / 5, 2 / 3
@@ -129,7 +132,8 @@ class Profile(checks.Checked):
         _check_shape(points)
         doubt = _doubt(points, self.kind)
         if doubt:
-            warnings.warn(doubt, DoubtfulProfile, stacklevel=3)
+            named = f"{self.name}: " if self.name else ""
+            warnings.warn(named + doubt, DoubtfulProfile, stacklevel=3)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
@@ -340,10 +344,25 @@ def _doubt(points: np.ndarray, kind: Kind) -> str:
         return f'profile.kind = "{kind}", but the points look like those of a {other}'
     if _upside_down(y, z, kind):
         return f"the {kind}'s profile looks upside down: z points down; read a file with z up with mirror_z=True"
+    if kind == "rail" and (parts := _parts(y, z))[1:]:
+        (first, last), (left, right) = parts[:2]
+        there = (
+            f"the part at y = {first:.4g} to {last:.4g} mm, not that at {left:.4g} to {right:.4g} mm, nearly as high"
+        )
+        return f"wheels touch {there}: along what they touch y must keep growing; cut the other off"
     if kind == "wheel" and flange(y, z) > 0:
         tip = y[z.argmax()]
         return f"the wheel's flange is at y = {tip:.4g} mm, the outside: change the sign of y, or give mirror_y=True"
     return ""
+
+
+def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
+    """The ends of the parts along which y keeps growing, wide, and nearly as high as the highest, which comes first."""
+    grows = np.append(False, np.diff(y) > 0)
+    starts = np.flatnonzero(~grows)
+    runs = [slice(a, b) for a, b in pairwise([*starts.tolist(), y.size])]
+    wide = sorted((run for run in runs if np.ptp(y[run]) > WIDE), key=lambda run: float(z[run].min()))
+    return [(float(y[run][0]), float(y[run][-1])) for run in wide if z[run].min() < z[wide[0]].min() + TIP]
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
