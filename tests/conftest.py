@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 
 import varcontact as vc
 from tests.conditions import violations
-from varcontact.discrete import operators
+from varcontact.elasticity.operators import Homogeneous
 from varcontact.solvers import interface
 from varcontact.solving import adaptive
+from varcontact.transports import HERE, Stencil
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -98,27 +99,26 @@ def paper_table():
     return read
 
 
-def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
+def table_name(rows: str, columns: str, stencil: Stencil) -> str:
     """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
     row = "z" if rows == "z" else "t"
     blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
-    if offset:
+    if len(stencil) == 1 and stencil != HERE:
         return " and ".join(f"C_{block}" for block in blocks)
-    return f"A_{blocks[0]}" + (f" - C_{blocks[0]}" if lag is not None else "")
+    return f"A_{blocks[0]}" + (f" - C_{blocks[0]}" if len(stencil) > 1 else "")
 
 
 @pytest.fixture
 def built(monkeypatch):
     """The tables of influence numbers that are built from now on: (name, operator), named as in a plan."""
-    tables, make = [], operators.influence_operator
+    tables, make = [], Homogeneous.operator
 
-    def counted(grid, rows, columns, **constants):
-        operator = make(grid, rows, columns, **constants)
-        name = table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
-        tables.append((name, operator))
+    def counted(medium, lattice, rows, columns, stencil=HERE):
+        operator = make(medium, lattice, rows, columns, stencil)
+        tables.append((table_name(rows, columns, stencil), operator))
         return operator
 
-    monkeypatch.setattr(operators, "influence_operator", counted)
+    monkeypatch.setattr(Homogeneous, "operator", counted)
     return tables
 
 

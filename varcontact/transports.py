@@ -1,14 +1,106 @@
-"""Transports: how the particles of rolling bodies carry fields over a grid, from step to step."""
+"""Transports: a motion on a lattice, as solvers meet it, and how its particles carry fields.
+
+A displacement difference over a step of rolling is a stencil: distances ahead at
+which displacements are taken, and their weights. In steady rolling particles
+meet on their way what others meet now; in a step of a history what they had is
+known; a shift is a step in place.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+Stencil = tuple[tuple[float, float], ...]
+"""Distances ahead at which displacements are taken, and their weights."""
+
+HERE: Stencil = ((0.0, 1.0),)
+"""Displacements where they are."""
+
+DIFFERENCES: dict[str, Stencil] = {
+    "first-order": ((0, 1.0), (1, -1.0)),
+    "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
+}
+"""Differences of displacements over a step of rolling, in steps ahead.
+
+The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
+"""
+
 Join = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """What a particle has after a step, from what it had and what the step does."""
+
+
+class Transport(Protocol):
+    """A motion on a lattice, dimensionless."""
+
+    @property
+    def repeats(self) -> bool:
+        """Whether what leaves a step is what arrives: in steady rolling."""
+
+    @property
+    def distance(self) -> float:
+        """Rolled in a step: positive towards positive x, zero in place."""
+
+    @property
+    def dx(self) -> float:
+        """Side of an element along x."""
+
+    @property
+    def difference(self) -> str:
+        """The entry of `DIFFERENCES` that slip over a step of rolling is."""
+
+    @property
+    def stencil(self) -> Stencil:
+        """Over which displacements by unknown tractions are differences."""
+
+    @property
+    def columns(self) -> float:
+        """Elements that particles pass in a step, with the sign of the distance."""
+
+
+@dataclass(frozen=True)
+class SteadyRolling:
+    """A step that is repeated; particles come from further along x."""
+
+    distance: float
+    dx: float
+    difference: str = "first-order"
+    repeats = True
+
+    @property
+    def stencil(self) -> Stencil:
+        return tuple((ahead * self.distance, weight) for ahead, weight in DIFFERENCES[self.difference])
+
+    @property
+    def columns(self) -> float:
+        return round(self.distance / self.dx, 9)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a history, or a shift: a step in place."""
+
+    distance: float
+    dx: float
+    difference = "first-order"
+    repeats = False
+    stencil = HERE
+
+    @property
+    def columns(self) -> float:
+        return round(self.distance / self.dx, 9)
+
+
+def mirrored(stencil: Stencil) -> Stencil:
+    """The stencil of bodies that roll the other way."""
+    return tuple((-ahead, weight) for ahead, weight in stencil)
+
+
+# ----------------------------------------------------------------------------- particles
 
 
 def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.ndarray:

@@ -9,7 +9,7 @@ import varcontact as vc
 from tests.scenes import carters_cylinders, make_scene
 from tests.steady_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
-from varcontact.elasticity.operators import DIFFERENCES
+from varcontact.transports import DIFFERENCES
 
 
 def errors(every, cells, second_order=True):

@@ -15,10 +15,9 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.loading import Loading, PreviousStep, Scales
-from varcontact.discrete.operators import Operators, medium_of
+from varcontact.discrete.operators import Operators, medium_on
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
-from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.interfaces.potential import Flow, Potential
@@ -29,6 +28,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.system.process import lazy_property
+from varcontact.transports import SteadyRolling, Step, Transport
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -104,18 +104,26 @@ class Discretisation:
         return (dx if dq is None else dq) / self.scales.length
 
     @property
+    def transport(self) -> Transport:
+        """The motion on the lattice; without one, a step in place."""
+        motion = self.loading.motion
+        distance = 0.0
+        if motion is not None and self.step is not None:
+            distance = motion.rolls * self.step
+        dx = self.lattice.sides[0]
+        if isinstance(motion, Steady):
+            return SteadyRolling(distance, dx, motion.slip_difference)
+        return Step(distance, dx)
+
+    @property
     def tangential_operator(self) -> GridOperator:
         """A_tt, or A_tt - C_tt in steady rolling."""
-        return self.operators.tangential(*self._difference)
+        return self.operators.tangential(self.transport.stencil)
 
     @property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self.operators.pressure_to_shift(*self._difference)
-
-    @property
-    def _difference(self) -> tuple[float | None, str]:
-        return self.step if self.loading.steady else None, self.loading.slip_difference
+        return self.operators.pressure_to_shift(self.transport.stencil)
 
     @property
     def cells(self) -> Cells:
@@ -265,8 +273,8 @@ class Discretisation:
         if layer is not None and layer.yields:
             stress = self.known_yield_stress if self.loading.yield_stress is None else self.loading.yield_stress
             if self.hardening > 0:
-                fresh = self.loading.steady and self.loading.yield_stress is None
-                columns = round((self.step or 0.0) / self.lattice.sides[0], 9) if fresh else 0.0
+                fresh = self.transport.repeats and self.loading.yield_stress is None
+                columns = self.transport.columns if fresh else 0.0
                 flow = Flow(stress, self.hardening, columns)
             else:
                 bound = np.minimum(bound, stress.ravel())
@@ -343,13 +351,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
         raise SceneError("scene", sizes, f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}")
     free = None if depth is None else depth / length
-    medium: Medium | Conformal = (flat := medium_of(scene.bodies, length, free, scene.speed))
-    if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
-        y = grid.y if scene.surface.y is None else scene.surface.y
-        medium = Conformal(flat, tuple((y / length).tolist()), tuple(scene.surface.inclination.tolist()))
-    third_body = scene.third_body
-    layer = 0.0 if third_body is None else third_body.compliance * scales.modulus / length
-    operators = Operators(grid.scaled(length), medium, layer)
+    operators = Operators(grid.scaled(length), medium_on(scene, grid, length, free, scene.speed))
     if known == operators:
         operators = known
     return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)

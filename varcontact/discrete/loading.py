@@ -91,10 +91,6 @@ class Loading:
         return isinstance(self.motion, Steady)
 
     @property
-    def slip_difference(self) -> str:
-        return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
-
-    @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
         return self.motion is None or (self.law is None and not np.any(self.coefficient))

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.elasticity.conformal import Conformal, conformal_operator
-from varcontact.elasticity.halfspace import HalfSpaces, Medium
-from varcontact.elasticity.operators import DIFFERENCES, GridOperator, influence_operator
+from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
+from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, materials
 from varcontact.scene.grid import Grid
-from varcontact.scene.interpolation import continuation
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.transports import HERE, Stencil
 
 if TYPE_CHECKING:
     from varcontact.elasticity.layered import Stack
@@ -40,25 +42,22 @@ class Operators:
     """
 
     lattice: Grid
-    medium: Medium | Conformal
-    layer: float = 0.0  # elastic compliance of a third body, on the diagonal
-    _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(
-        default_factory=dict, repr=False, compare=False
-    )
-    _parts: dict[tuple[Grid, Medium | Conformal], Operators] = field(default_factory=dict, repr=False, compare=False)
+    medium: Medium
+    _tables: dict[tuple[str, str, Stencil], GridOperator] = field(default_factory=dict, repr=False, compare=False)
+    _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def normal(self) -> GridOperator:
         """A_zz: distances by pressures."""
         return self._table("z", "z")
 
-    def tangential(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
+    def tangential(self, stencil: Stencil = HERE) -> GridOperator:
         """A_tt, shifts by tractions; in steady rolling A_tt - C_tt."""
-        return self._table("xy", "xy", lag, difference)
+        return self._table("xy", "xy", stencil)
 
-    def pressure_to_shift(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
+    def pressure_to_shift(self, stencil: Stencil = HERE) -> GridOperator:
         """A_tz, shifts by pressures, where K != 0; in steady rolling A_tz - C_tz."""
-        return self._table("xy", "z", lag, difference)
+        return self._table("xy", "z", stencil)
 
     @property
     def traction_to_distance(self) -> GridOperator:
@@ -67,34 +66,32 @@ class Operators:
 
     def carrying(self, distance: float) -> GridOperator:
         """C: displacements of the particles that come from further along x, by all tractions that count."""
-        return self._table("xy", "xyz" if self.medium.K != 0 else "xy", offset=distance)
+        return self._table("xy", "xyz" if self.medium.K != 0 else "xy", ((distance, 1.0),))
 
     @property
     def every(self) -> GridOperator:
         """All displacements by all tractions."""
         return self._table("xyz", "xyz")
 
-    def of(self, medium: Medium | Conformal, lattice: Grid | None = None) -> Operators:
-        """Those of another medium, a part of this one, on this lattice; or on another one, without a third body."""
+    def of(self, medium: Medium, lattice: Grid | None = None) -> Operators:
+        """Those of another medium, a part of this one, on this lattice; or on another one."""
         key = lattice or self.lattice, medium
         if key == (self.lattice, self.medium):
             return self
         if key not in self._parts:
             for oldest in list(self._parts)[: max(len(self._parts) + 1 - KEPT_MEDIA, 0)]:
                 del self._parts[oldest]
-            self._parts[key] = Operators(*key, self.layer if lattice is None else 0.0)
+            self._parts[key] = Operators(*key)
         return self._parts[key]
 
     @property
     def at_once(self) -> Operators:
         """Those of viscoelastic bodies as they are at once; of elastic ones these."""
-        return self.of(self.medium.glassy) if isinstance(self.medium, ViscoelasticMedium) else self
+        return self.of(self.medium.at_once)
 
     def at_end(self, time: float | None) -> Operators:
         """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones these."""
-        if time is None or not isinstance(self.medium, ViscoelasticMedium):
-            return self
-        return self.of(self.medium.at_end(time))
+        return self if time is None else self.of(self.medium.at_end(time))
 
     def forget(self) -> None:
         """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.
@@ -106,42 +103,38 @@ class Operators:
         for operators in self._parts.values():
             operators.forget()
 
-    def _table(
-        self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0
-    ) -> GridOperator:
-        key = rows, columns, lag, difference, offset
+    def _table(self, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+        key = rows, columns, stencil
         if key not in self._tables:
-            if lag is not None or offset:
-                kind = (lag is None, offset == 0)
-                alike = [each for each in self._tables if (each[2] is None, each[4] == 0) == kind]
+            if stencil != HERE:
+                # a few of each kind are kept: of steps of steady rolling, and of steps in time
+                single = len(stencil) == 1
+                alike = [each for each in self._tables if each[2] != HERE and (len(each[2]) == 1) == single]
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
-            if isinstance(self.medium, Conformal):
-                angles = continuation(np.array(self.medium.y), np.array(self.medium.angles))(self.lattice.y)
-                flat = partial(self._flat, lag=lag, difference=difference, offset=offset)
-                self._tables[key] = conformal_operator(rows, columns, angles, flat)
-            else:
-                self._tables[key] = self._flat(*key)
+            self._tables[key] = self.medium.operator(self.lattice, *key)
         return self._tables[key]
 
-    def _flat(self, rows: str, columns: str, lag: float | None, difference: str, offset: float) -> GridOperator:
-        """The operator of bodies on a plane, with the layer's shear ``layer p``, linear between the elements."""
-        medium = self.medium.flat if isinstance(self.medium, Conformal) else self.medium
-        step: dict[str, Any] = {"lag": lag, "difference": difference, "offset": offset}
-        operator = influence_operator(self.lattice, rows, columns, medium=medium, **step)
-        if not self.layer:
-            return operator
-        table, middle = operator.table.copy(), (operator.table.shape[2] // 2, operator.table.shape[3] // 2)
-        for ago, factor in [(0, 1.0)] if lag is None else DIFFERENCES[difference]:
-            whole, part = divmod(round((offset + ago * (lag or 0.0)) / self.lattice.sides[0], 9), 1.0)
-            for ahead, weight in ((int(whole), 1 - part), (int(whole) + 1, part)):
-                for i, name in enumerate(rows):
-                    if name in "xy" and name in columns and weight and abs(ahead) <= middle[1]:
-                        table[i, columns.index(name), middle[0], middle[1] - ahead] += factor * weight * self.layer
-        return GridOperator(operator.shape, table)
+
+def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None) -> Medium:
+    """The medium of a scene on a grid in units of a length: its bodies, what shears between them, the curved surface.
+
+    `depth` and `speed` as of `medium_of`.
+    """
+    medium: Medium = medium_of(scene.bodies, length, depth, speed)
+    layer = scene.third_body
+    if layer is not None and layer.compliance > 0:
+        medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
+    surface = scene.surface
+    if isinstance(surface, SampledDistance) and surface.inclination is not None:
+        y = grid.y if surface.y is None else surface.y
+        medium = Conformal(medium, tuple((y / length).tolist()), tuple(surface.inclination.tolist()))
+    return medium
 
 
-def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None) -> Medium:
+def medium_of(
+    bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None
+) -> Homogeneous:
     """The medium of a scene's bodies, at a speed, in units of a length.
 
     `depth` is in units of that length already; without it, it is as deep as makes all influence numbers positive.
@@ -182,7 +175,7 @@ def _stack(body: Body | str, G: float, length: float) -> Stack:
     return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
 
 
-def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: float) -> Medium:
+def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:
     """Layers that are solids of their own, and half-spaces of those at the surfaces."""
     from varcontact.elasticity.rolling_layers import RollingLayers, Solids
 

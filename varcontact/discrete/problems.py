@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
-from varcontact.elasticity.conformal import STRAIGHT, ConformalOperator
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.interfaces.potential import Potential, magnitude
 from varcontact.system.process import lazy_property
@@ -226,10 +225,8 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     rigid_shift, columns = problem.rigid_shift, operator.shape[1]
     if elements.size == 0 or len(rigid_shift) != 2:
         return None
-    if isinstance(operator, ConformalOperator):
-        angles = operator.angles[elements[0] // columns : elements[-1] // columns + 1]
-        if np.ptp(angles + angles[::-1]) > STRAIGHT:
-            return None
+    if not operator.has_mirror(slice(elements[0] // columns, elements[-1] // columns + 1)):
+        return None
     row, column = np.divmod(elements, columns)
     reflected = row.min() + row.max() - row
     half = np.flatnonzero(row > reflected)

@@ -14,11 +14,12 @@ import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
+from varcontact.discrete.operators import FREE_DEPTH
 from varcontact.discrete.problems import NormalProblem
-from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.surfaces import Cylinders
 
 SQUARE: Cells = (3, 3)
 """Parts of an element along y and x: 2 by 2 and 4 by 4 are as good (docs/sampling.md), and odd numbers have a part in
@@ -63,11 +64,11 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
     approach = disc.hertz.approach
     if disc.grid.line:  # from the depth that its influence numbers have
-        medium = disc.operators.medium
         assert isinstance(disc.bodies, Bodies)
-        assert isinstance(medium, HalfSpaces)
+        assert isinstance(disc.surface, Cylinders)
         cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
-        approach = cylinders.approach(medium.depth * disc.scales.length)
+        depth = disc.surface.reference_depth
+        approach = cylinders.approach(FREE_DEPTH * disc.scales.length if depth is None else depth)
     approach = (approach - disc.base) / disc.scales.displacement
     return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)
 

@@ -14,7 +14,7 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.interfaces.potential import Flow
-from varcontact.transports import along_rows, further_along
+from varcontact.transports import along_rows, further_along, mirrored
 
 EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
 
@@ -76,7 +76,7 @@ def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisati
         return disc
     stress = disc.known_yield_stress
     if disc.hardening > 0 and disc.loading.steady:
-        stress = Flow(stress, disc.hardening, _passed(disc)).after(np.hypot(*state.traction))
+        stress = Flow(stress, disc.hardening, disc.transport.columns).after(np.hypot(*state.traction))
     elif disc.hardening < 0:
         flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
         softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
@@ -104,7 +104,7 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
         stress = np.maximum(stress, np.hypot(*state.traction))
     flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step
     if disc.loading.steady:
-        columns = _passed(disc)
+        columns = disc.transport.columns
         flow = along_rows(flow / min(columns, 1.0), columns, 0.0, np.add)
     elif before is not None and before.plastic is not None:
         flow = flow + before.plastic[:2]
@@ -113,13 +113,7 @@ def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | Non
 
 def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
     """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
-    motion = disc.loading.motion
-    return further_along(field, _passed(disc) * (1 if motion is None else motion.rolls), fresh)
-
-
-def _passed(disc: Discretisation) -> float:
-    """Elements that particles pass in a step."""
-    return 0.0 if disc.step is None else round(disc.step / disc.lattice.sides[0], 9)
+    return further_along(field, disc.transport.columns, fresh)
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
@@ -138,10 +132,11 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     fields = traction if disc.K == 0 else np.concatenate([traction, state.pressure[None]])
     elastic_now = _elastic_shift(disc, fields)
     if not disc.operators.medium.even:
-        traction_then, operators, difference = traction, disc.operators, disc.loading.slip_difference
-        elastic_then = -operators.tangential(-rolled, difference).apply(traction)
+        traction_then = traction
+        backwards = mirrored(disc.transport.stencil)
+        elastic_then = -disc.operators.tangential(backwards).apply(traction)
         if disc.K != 0:
-            elastic_then = elastic_then - operators.pressure_to_shift(-rolled, difference).apply(fields[2:])
+            elastic_then = elastic_then - disc.operators.pressure_to_shift(backwards).apply(fields[2:])
     elif disc.loading.steady:
         traction_then = traction
         elastic_then = -_mirrored(_elastic_shift(disc, _mirrored(fields)))

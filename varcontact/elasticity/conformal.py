@@ -13,13 +13,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import Medium
-from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
+from varcontact.elasticity.operators import GridOperator, Medium, fft_box, wrapped
+from varcontact.scene.grid import Grid
+from varcontact.scene.interpolation import continuation
 from varcontact.system.process import lazy_property
+from varcontact.transports import HERE, Stencil
 
 Transforms = dict[tuple[int, ...], np.ndarray]
 """By harmonic, row and column."""
@@ -38,9 +42,9 @@ SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 
 @dataclass(frozen=True)
 class Conformal:
-    """Bodies that meet on a curved surface: a medium on the flat one, and the inclination at some y, ascending;
+    """A medium whose bodies meet on a curved surface: that on the flat one, and the inclination at some y, ascending.
 
-    beyond these with the curvature that it has at the ends.
+    Beyond these it goes on with the curvature that it has at the ends.
     """
 
     flat: Medium
@@ -55,6 +59,17 @@ class Conformal:
     @property
     def even(self) -> bool:
         return self.flat.even
+
+    @property
+    def at_once(self) -> Conformal:
+        return replace(self, flat=self.flat.at_once)
+
+    def at_end(self, time: float) -> Conformal:
+        return replace(self, flat=self.flat.at_end(time))
+
+    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+        inclination = continuation(np.array(self.y), np.array(self.angles))(lattice.y)
+        return conformal_operator(rows, columns, inclination, partial(self.flat.operator, lattice, stencil=stencil))
 
 
 def conformal_operator(
@@ -122,6 +137,7 @@ class ConformalOperator(GridOperator):
     Its `table` is that of the mean curvature: exact for elements on themselves, and what preconditioners need.
     """
 
+    toeplitz: ClassVar[bool] = False
     angles: np.ndarray
     harmonics: np.ndarray  # (5, rows, columns, 2 ny - 1, 2 nx - 1) tables, in the order of `_waves`
 
@@ -171,6 +187,17 @@ class ConformalOperator(GridOperator):
         chosen = self.harmonics[:, rows][:, :, columns]
         return ConformalOperator(self.shape, self.table[np.ix_(rows, columns)], self.angles, chosen)
 
+    def has_mirror(self, rows: slice) -> bool:
+        angles = self.angles[rows]
+        return float(np.ptp(angles + angles[::-1])) <= STRAIGHT
+
+    @classmethod
+    def in_blocks(cls, blocks: list[list[GridOperator]]) -> ConformalOperator:
+        curved = [[block for block in row if isinstance(block, ConformalOperator)] for row in blocks]
+        rows = [np.concatenate([block.harmonics for block in row], axis=2) for row in curved]
+        table = GridOperator.in_blocks(blocks).table
+        return ConformalOperator(blocks[0][0].shape, table, curved[0][0].angles, np.concatenate(rows, axis=1))
+
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
         turned = SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
         table = super().symmetric_part(sign).table
@@ -187,14 +214,3 @@ class ConformalOperator(GridOperator):
 
         box, used = fft_box(*self.shape), np.argwhere(self.harmonics.any(axis=(-2, -1)))
         return {key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box))) for key in map(tuple, used.tolist())}
-
-
-def in_blocks(blocks: list[list[GridOperator]]) -> GridOperator:
-    """Operators on one surface, rows of blocks, as a single one."""
-    first = blocks[0][0]
-    table = np.concatenate([np.concatenate([block.table for block in line], axis=1) for line in blocks])
-    if not isinstance(first, ConformalOperator):
-        return GridOperator(first.shape, table)
-    curved = [[block.harmonics for block in line if isinstance(block, ConformalOperator)] for line in blocks]
-    harmonics = np.concatenate([np.concatenate(line, axis=2) for line in curved], axis=1)
-    return ConformalOperator(first.shape, table, first.angles, harmonics)

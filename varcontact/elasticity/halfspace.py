@@ -13,10 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
+from varcontact.elasticity.operators import Homogeneous
 from varcontact.elasticity.potentials import KINDS, rectangle_potentials, strip_potentials
 from varcontact.scene.grid import Grid
 
@@ -92,37 +93,8 @@ def influence_numbers(
     return {name: np.sum([found[kind] * w for kind, w in form.items()], axis=0) for name, form in wanted.items()}
 
 
-class Medium(Protocol):
-    """Two bodies as solvers meet them, dimensionless: the combined modulus of
-    rigidity of their surfaces is 1.
-
-    Another kind of body is another medium, and nothing else. Media that are
-    equal have equal influence numbers.
-
-    Attributes
-    ----------
-    K : float
-        Size of the coupling of pressure and tractions, of half-spaces the
-        constant (60); 0: independent.
-    even : bool
-        Whether numbers are even or odd in x. All are even or odd in y.
-    """
-
-    @property
-    def K(self) -> float: ...
-    @property
-    def even(self) -> bool: ...
-
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers of an element of a grid at points from its centre, which broadcast together.
-
-        In line contact elements are strips, and y does not matter.
-        """
-        ...
-
-
 @dataclass(frozen=True)
-class HalfSpaces:
+class HalfSpaces(Homogeneous):
     """Two homogeneous, isotropic, elastic half-spaces (paper, section 2)."""
 
     nu: float

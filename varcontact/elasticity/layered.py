@@ -28,6 +28,7 @@ import numpy as np
 from scipy import special
 
 from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.operators import Homogeneous
 from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
@@ -123,7 +124,7 @@ def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class LayeredPair:
+class LayeredPair(Homogeneous):
     """Two stacks of layers, the upper and the lower: a `Medium`.
 
     Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta p_t/k`` and

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property, one_blas_thread
+from varcontact.transports import DIFFERENCES, HERE, Stencil
 
 REMEMBERED = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""
@@ -24,15 +25,6 @@ KEPT_NUMBERS = 20_000
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
-
-DIFFERENCES = {
-    "first-order": ((0, 1.0), (1, -1.0)),
-    "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
-}
-"""Differences of displacements over a step of rolling: how many steps ahead each is taken, and its weight.
-
-The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
-"""
 
 COMPLIANCE_FACTOR = 1.6
 """Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
@@ -104,6 +96,8 @@ class GridOperator:
 
     shape: tuple[int, int]
     table: np.ndarray
+    toeplitz: ClassVar[bool] = True
+    """Whether the table is all of it: whether influence numbers depend on the offset alone."""
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
         """The matrix from tractions on `loaded` to displacements in `elements`.
@@ -192,6 +186,16 @@ class GridOperator:
 
     def _part(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
+
+    def has_mirror(self, rows: slice) -> bool:
+        """Whether numbers of some rows of elements are even or odd about the line in their middle."""
+        return True
+
+    @classmethod
+    def in_blocks(cls, blocks: list[list[GridOperator]]) -> GridOperator:
+        """Operators on one surface, rows of blocks, as a single one."""
+        rows = [np.concatenate([block.table for block in row], axis=1) for row in blocks]
+        return GridOperator(blocks[0][0].shape, np.concatenate(rows))
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
         """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one mirrors its table."""
@@ -285,7 +289,68 @@ def edge_compliance(covered: np.ndarray) -> np.ndarray:
     return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
 
 
-# ----------------------------------------------------------------------------- influence numbers of a lattice
+# ----------------------------------------------------------------------------- media
+
+
+class Medium(Protocol):
+    """Two bodies as solvers meet them, dimensionless: the combined modulus of
+    rigidity of their surfaces is 1.
+
+    Another kind of body is another medium, and nothing else. Media that are
+    equal have equal influence numbers.
+    """
+
+    @property
+    def K(self) -> float:
+        """Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0: independent."""
+
+    @property
+    def even(self) -> bool:
+        """Whether influence numbers are even or odd in x: then the bodies are elastic."""
+
+    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+        """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
+
+    @property
+    def at_once(self) -> Medium:
+        """The bodies before anything relaxes; elastic ones themselves."""
+
+    def at_end(self, time: float) -> Medium:
+        """The bodies at the end of a step that takes a time; elastic ones themselves."""
+
+
+class Homogeneous(ABC):
+    """A medium that is the same everywhere along x and y: influence numbers depend on the offset alone."""
+
+    even: bool
+
+    @abstractmethod
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers of an element of a grid at points from its centre, which broadcast together.
+
+        In line contact elements are strips, and y does not matter. All are even or odd in y.
+        """
+
+    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+        """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
+        names = tuple(row + column for row in rows for column in columns)
+        offsets = tuple(ahead for ahead, _ in stencil)
+        small = len(names) * len(stencil) * lattice.size <= KEPT_NUMBERS
+        tables = (_kept_tables if small else _tables_at)(lattice, offsets, names, self)
+        if len(stencil) == 1 and stencil[0][1] == 1.0:
+            table = tables[0]
+        else:
+            table = sum(weight * each for (_, weight), each in zip(stencil, tables, strict=True))
+        return GridOperator(lattice.shape, table.reshape(len(rows), len(columns), *table.shape[1:]))
+
+    @property
+    def at_once(self) -> Medium:
+        """Elastic bodies do not relax."""
+        return self
+
+    def at_end(self, time: float) -> Medium:
+        """Elastic bodies do not relax."""
+        return self
 
 
 def influence_operator(
@@ -319,8 +384,8 @@ def influence_operator(
     lag : float, optional
         Distance `dq` [length]: C is B at the previous positions of the
         particles, ``x + dq`` (231).
-    difference : str
-        Which difference over that step, see `DIFFERENCES`.
+    difference : {"first-order", "second-order"}
+        Which difference over that step.
     offset : float
         Displacements are those at ``x + offset`` [length]: of `dq`, C itself.
 
@@ -335,18 +400,15 @@ def influence_operator(
     >>> influence_operator(Grid(nx=3, dx=0.1, x0=0.0), "xy", "xy", nu=0.3, depth=4.0).table.shape
     (2, 2, 1, 5)
     """
-    rows, columns = list(rows), list(columns)
-    names = [row + column for row in rows for column in columns]
-    parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
-    bodies: Any = medium or HalfSpaces(nu, K, depth)
-    offsets = tuple(offset + ahead * (lag or 0.0) for ahead, _ in parts)
-    small = len(names) * len(parts) * grid.size <= KEPT_NUMBERS
-    tables = (_kept_tables if small else _tables_at)(grid, offsets, tuple(names), bodies)
-    found = tables[0] if lag is None else sum(weight * each for (_, weight), each in zip(parts, tables, strict=True))
-    return GridOperator(grid.shape, found.reshape(len(rows), len(columns), *found.shape[1:]))
+    from varcontact.elasticity.halfspace import HalfSpaces
+
+    steps = DIFFERENCES[difference] if lag is not None else HERE
+    stencil = tuple((offset + ahead * (lag or 0.0), weight) for ahead, weight in steps)
+    bodies = medium or HalfSpaces(nu, K, depth)
+    return bodies.operator(grid, "".join(rows), "".join(columns), stencil)
 
 
-def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Medium) -> np.ndarray:
+def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Homogeneous) -> np.ndarray:
     """Influence numbers (offsets, components, 2 ny - 1, 2 nx - 1) by offset of elements, at points further along x.
 
     Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of the elements, as

@@ -20,8 +20,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import Medium
 from varcontact.elasticity.layered import LayeredPair, Stack, added_numbers, wave_numbers
+from varcontact.elasticity.operators import Homogeneous
 from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
@@ -48,10 +48,10 @@ class Solids:
 
 
 @dataclass(frozen=True)
-class RollingLayers:
+class RollingLayers(Homogeneous):
     """Two stacks of viscoelastic layers that roll steadily, and half-spaces of the surfaces' solids: a `Medium`."""
 
-    surfaces: Medium
+    surfaces: Homogeneous
     upper: Solids
     lower: Solids
     depth: float

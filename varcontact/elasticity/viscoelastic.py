@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import Medium
+from varcontact.elasticity.operators import Homogeneous
 from varcontact.scene.grid import Grid
 
 FAR = 40.0
@@ -41,11 +41,11 @@ class Lagging:
 
     length: float
     factor: float
-    medium: Medium
+    medium: Homogeneous
 
 
 @dataclass(frozen=True)
-class ViscoelasticMedium:
+class ViscoelasticMedium(Homogeneous):
     """Two bodies that roll steadily: as they are at once (glassy), and what lags behind.
 
     Attributes
@@ -55,7 +55,7 @@ class ViscoelasticMedium:
         One for each relaxation length.
     """
 
-    glassy: Medium
+    glassy: Homogeneous
     lagging: tuple[Lagging, ...]
 
     @property
@@ -64,9 +64,13 @@ class ViscoelasticMedium:
         return abs(self.glassy.K) + sum(each.factor * abs(each.medium.K) for each in self.lagging)
 
     @property
-    def even(self) -> bool:
+    def even(self) -> bool:  # type: ignore[override]
         """Unless something lags: the past lies ahead."""
         return self.glassy.even and not any(each.length for each in self.lagging)
+
+    @property
+    def at_once(self) -> Homogeneous:
+        return self.glassy
 
     def at_end(self, time: float) -> ViscoelasticMedium:
         """The bodies at the end of a step of a history: what follows the tractions' change in it, as if at once."""

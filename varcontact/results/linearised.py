@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import with_subgrid
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
-from varcontact.elasticity.operators import DIFFERENCES, fft_box, wrapped
+from varcontact.elasticity.operators import fft_box, wrapped
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene import consistency
@@ -21,6 +21,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.solvers.newton.kernel import CAUSAL, STICK_SHIFT, WIDER, fast_box, parzen
 from varcontact.system.process import need, one_blas_thread
+from varcontact.transports import DIFFERENCES, mirrored
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the right-hand side."""
@@ -66,7 +67,7 @@ class Linearised:
     @property
     def terms(self) -> list[tuple[int, float]]:
         """Steps ago and weights of the difference that slip is, other than now."""
-        return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.loading.slip_difference] if ago]
+        return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.transport.difference] if ago]
 
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
         """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N + 1)."""
@@ -204,12 +205,12 @@ class Linearised:
 
     def _table(self, phases: np.ndarray, way: int = 1) -> np.ndarray:
         """Influence numbers of shifts in a step, by tractions and, where they matter, pressures."""
-        disc = self.disc
-        rolled, difference, operators = way * (disc.step or 0.0), disc.loading.slip_difference, disc.operators
-        lag = rolled if disc.loading.steady else None
-        steady = operators.tangential(lag, difference).table
+        disc, operators = self.disc, self.disc.operators
+        rolled = way * (disc.step or 0.0)
+        stencil = disc.transport.stencil if way == 1 else mirrored(disc.transport.stencil)
+        steady = operators.tangential(stencil).table
         if disc.K != 0:
-            steady = np.concatenate([steady, operators.pressure_to_shift(lag, difference).table], axis=1)
+            steady = np.concatenate([steady, operators.pressure_to_shift(stencil).table], axis=1)
         carried = [operators.carrying(ago * rolled).table for ago, _ in self.terms]
         return np.tensordot(phases, [steady, *carried], axes=1)
 

@@ -17,6 +17,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import Calls
+from varcontact.transports import SteadyRolling
 
 
 def solution_of(
@@ -101,7 +102,10 @@ def rolling_resistance(sol: Solution) -> float:
     if rolls == 0 or not sol.scene.coupled or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
-    operator, pressure = disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference), sol.pressure[None]
+    transport = disc.transport
+    steady = SteadyRolling(abs(transport.distance), transport.dx, transport.difference)
+    operator = disc.operators.pressure_to_shift(steady.stencil)
+    pressure = sol.pressure[None]
     if sol.scene.conformal:  # rolled the other way, by a mirror across x
         twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
     else:

@@ -16,7 +16,6 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
-from varcontact.elasticity.conformal import in_blocks
 from varcontact.errors import Saturated, VarcontactError
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
@@ -125,7 +124,7 @@ def coupled_newton(
     blocks = operators.normal, disc.tangential_operator.between(chosen, chosen)
     across = operators.traction_to_distance.between((0,), chosen), disc.pressure_to_shift.between(chosen, (0,))
     problem = CoupledProblem(
-        operator=in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
+        operator=type(blocks[0]).in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
         blocks=blocks,
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift[list(chosen)],

@@ -10,7 +10,6 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.halfspace import HalfSpaces
-from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.scene.motion import Steady
 from varcontact.solvers.batched.newton import solve_batch
 from varcontact.solvers.batched.problem import BatchedProblem
@@ -18,6 +17,7 @@ from varcontact.solving.batch import MOST_ELEMENTS
 from varcontact.solving.contact_solver import answered
 from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.system.process import one_blas_thread
+from varcontact.transports import DIFFERENCES
 
 BESIDE = "side by side with other contacts, by newton"
 

@@ -20,7 +20,7 @@ from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged, interpolated, sampled
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.loading import PreviousStep
-from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of
+from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medium_on
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import arriving, unit_slip
@@ -91,7 +91,7 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     rows, numbers = grid.rows + 2, 8 * 3 * scene.motion.steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
-    disc = replace(disc, operators=Operators(disc.lattice, medium, disc.operators.layer))
+    disc = replace(disc, operators=Operators(disc.lattice, medium_on(scene, grid, length, depth / length, speed=length)))
     return March(scene, disc, solver, columns, medium.lagging)
 
 

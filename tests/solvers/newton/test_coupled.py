@@ -7,7 +7,6 @@ import varcontact as vc
 from tests.scenes import make_scene
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.conformal import in_blocks
 from varcontact.solvers.newton.coupled import CoupledProblem, ScaledCoupled
 
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
@@ -26,7 +25,7 @@ def scaled(request):
     disc = discretise(scene, scene.grid)
     blocks = disc.operators.normal, disc.tangential_operator
     problem = CoupledProblem(
-        operator=in_blocks([[blocks[0], disc.operators.traction_to_distance], [disc.pressure_to_shift, blocks[1]]]),
+        operator=type(blocks[0]).in_blocks([[blocks[0], disc.operators.traction_to_distance], [disc.pressure_to_shift, blocks[1]]]),
         blocks=blocks,
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift,

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from varcontact.elasticity.operators import DIFFERENCES
+from varcontact.transports import DIFFERENCES
 from varcontact.solvers.newton import hierarchy
 
 

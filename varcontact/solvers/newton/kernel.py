@@ -14,7 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from varcontact.elasticity.conformal import ConformalOperator
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
 from varcontact.system.process import lazy_property
 
@@ -125,7 +124,7 @@ class SoftenedKernel:
 class CurvedKernel:
     """That of a surface whose curvature varies, on a box from a row of its grid."""
 
-    def __init__(self, operator: ConformalOperator, first: int) -> None:
+    def __init__(self, operator: GridOperator, first: int) -> None:
         self.operator, self.first = operator, first
         self._unit = np.float32(unit(operator))
 
@@ -203,7 +202,7 @@ def product_and_plain(operator: RestrictedOperator, shape: tuple[int, int]) -> t
     """The operator on a box, and its kernel there; of a surface whose curvature varies that of the mean one."""
     whole = operator.grid_operator
     plain = kernel(whole, shape)
-    if not isinstance(whole, ConformalOperator):
+    if whole.toeplitz:
         return plain, plain
     return CurvedKernel(whole, int(operator.elements.min()) // whole.shape[1]), plain
 

@@ -1,0 +1,48 @@
+"""An elastic layer between the bodies, which shears by its compliance times the traction upon it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from varcontact.elasticity.operators import GridOperator, Medium
+from varcontact.scene.grid import Grid
+from varcontact.transports import HERE, Stencil
+
+
+@dataclass(frozen=True)
+class ShearLayer:
+    """A medium with such a layer between its bodies; the compliance is dimensionless, G = 1."""
+
+    bodies: Medium
+    compliance: float
+
+    @property
+    def K(self) -> float:
+        return self.bodies.K
+
+    @property
+    def even(self) -> bool:
+        return self.bodies.even
+
+    @property
+    def at_once(self) -> ShearLayer:
+        return replace(self, bodies=self.bodies.at_once)
+
+    def at_end(self, time: float) -> ShearLayer:
+        return replace(self, bodies=self.bodies.at_end(time))
+
+    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+        """That of the bodies, with the shear of the layer, linear between the centres of elements."""
+        bare = self.bodies.operator(lattice, rows, columns, stencil)
+        sheared = [name for name in "xy" if name in rows and name in columns]
+        table = bare.table.copy()
+        ny, nx = lattice.shape
+        for ahead, weight in stencil:
+            whole, part = divmod(round(ahead / lattice.sides[0], 9), 1.0)
+            for column, share in ((int(whole), 1 - part), (int(whole) + 1, part)):
+                if share == 0 or abs(column) >= nx:
+                    continue
+                for name in sheared:
+                    place = rows.index(name), columns.index(name), ny - 1, nx - 1 - column
+                    table[place] += weight * share * self.compliance
+        return GridOperator(bare.shape, table)
