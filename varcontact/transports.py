@@ -21,7 +21,7 @@ Stencil = tuple[tuple[float, float], ...]
 HERE: Stencil = ((0.0, 1.0),)
 """Displacements where they are."""
 
-DIFFERENCES: dict[str, Stencil] = {
+DIFFERENCES: dict[str, tuple[tuple[int, float], ...]] = {
     "first-order": ((0, 1.0), (1, -1.0)),
     "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
 }

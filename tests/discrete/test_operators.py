@@ -12,6 +12,7 @@ from tests.scenes import LIKE, make_scene
 from varcontact.discrete import penetration
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import ContactState
+from varcontact.transports import SteadyRolling
 
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
 EXPLICIT = vc.Grid(nx=12, ny=12, dx=0.25, dy=0.25, x0=-1.5, y0=-1.5)
@@ -70,10 +71,11 @@ def test_steps_of_many_lengths_leave_a_few_tables(rolling):
     """Steady rolling has tables for each length of its step; those of the last few are kept, and the others are not."""
     operators = discretise(rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0)), TIGHT).operators
     normal = weakref.ref(operators.normal)
-    made = [weakref.ref(operators.tangential(lag)) for lag in np.linspace(0.05, 0.5, 20)]
+    steps = [SteadyRolling(distance, 0.1).stencil for distance in np.linspace(0.05, 0.5, 20)]
+    made = [weakref.ref(operators.tangential(stencil)) for stencil in steps]
     kept = [each() is not None for each in made]
     assert sum(kept) == 4 and all(kept[-4:])
-    assert normal() is not None and operators.tangential(0.5) is made[-1]()
+    assert normal() is not None and operators.tangential(steps[-1]) is made[-1]()
 
 
 # ----------------------------------------------------------------------------- Samples outside the potential contact

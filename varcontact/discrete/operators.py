@@ -132,9 +132,7 @@ def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, spee
     return medium
 
 
-def medium_of(
-    bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None
-) -> Homogeneous:
+def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None) -> Homogeneous:
     """The medium of a scene's bodies, at a speed, in units of a length.
 
     `depth` is in units of that length already; without it, it is as deep as makes all influence numbers positive.

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -100,7 +99,6 @@ class HalfSpaces(Homogeneous):
     nu: float
     K: float = 0.0
     depth: float = 1.0
-    even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         dx, dy = grid.sides

@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -135,7 +135,6 @@ class LayeredPair(Homogeneous):
     upper: Stack
     lower: Stack
     depth: float = 1.0
-    even: ClassVar[bool] = True  # as of all elastic bodies that are the same everywhere along x
 
     @lazy_property
     def K(self) -> float:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, ClassVar, Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -322,7 +322,15 @@ class Medium(Protocol):
 class Homogeneous(ABC):
     """A medium that is the same everywhere along x and y: influence numbers depend on the offset alone."""
 
-    even: bool
+    @property
+    @abstractmethod
+    def K(self) -> float:
+        """Size of the coupling of pressure and tractions; 0: independent."""
+
+    @property
+    def even(self) -> bool:
+        """Whether influence numbers are even or odd in x, as of elastic bodies."""
+        return True
 
     @abstractmethod
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
@@ -344,11 +352,11 @@ class Homogeneous(ABC):
         return GridOperator(lattice.shape, table.reshape(len(rows), len(columns), *table.shape[1:]))
 
     @property
-    def at_once(self) -> Medium:
+    def at_once(self) -> Homogeneous:
         """Elastic bodies do not relax."""
         return self
 
-    def at_end(self, time: float) -> Medium:
+    def at_end(self, time: float) -> Homogeneous:
         """Elastic bodies do not relax."""
         return self
 

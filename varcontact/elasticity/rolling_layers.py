@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +55,11 @@ class RollingLayers(Homogeneous):
     upper: Solids
     lower: Solids
     depth: float
-    even: ClassVar[bool] = False  # the past lies ahead
+
+    @property
+    def even(self) -> bool:
+        """Never: the past lies ahead."""
+        return False
 
     @property
     def glassy(self) -> LayeredPair:

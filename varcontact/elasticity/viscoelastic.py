@@ -64,7 +64,7 @@ class ViscoelasticMedium(Homogeneous):
         return abs(self.glassy.K) + sum(each.factor * abs(each.medium.K) for each in self.lagging)
 
     @property
-    def even(self) -> bool:  # type: ignore[override]
+    def even(self) -> bool:
         """Unless something lags: the past lies ahead."""
         return self.glassy.even and not any(each.length for each in self.lagging)
 

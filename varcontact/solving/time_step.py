@@ -91,7 +91,9 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     rows, numbers = grid.rows + 2, 8 * 3 * scene.motion.steps * len(medium.lagging)
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
-    disc = replace(disc, operators=Operators(disc.lattice, medium_on(scene, grid, length, depth / length, speed=length)))
+    disc = replace(
+        disc, operators=Operators(disc.lattice, medium_on(scene, grid, length, depth / length, speed=length))
+    )
     return March(scene, disc, solver, columns, medium.lagging)
 
 

@@ -25,7 +25,9 @@ def scaled(request):
     disc = discretise(scene, scene.grid)
     blocks = disc.operators.normal, disc.tangential_operator
     problem = CoupledProblem(
-        operator=type(blocks[0]).in_blocks([[blocks[0], disc.operators.traction_to_distance], [disc.pressure_to_shift, blocks[1]]]),
+        operator=type(blocks[0]).in_blocks(
+            [[blocks[0], disc.operators.traction_to_distance], [disc.pressure_to_shift, blocks[1]]]
+        ),
         blocks=blocks,
         distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift,

@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from varcontact.transports import DIFFERENCES
 from varcontact.solvers.newton import hierarchy
+from varcontact.transports import DIFFERENCES
 
 
 @dataclass(frozen=True, eq=False)
