@@ -102,7 +102,7 @@ def posed(solution: Solution) -> Posed:
     disc = discretise(scene, solution.grid)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
-        disc = disc.with_loading(coefficient=solution.friction)
+        disc = disc.with_loading(friction=solution.friction)
     pressure, traction = solution.pressure / disc.scales.pressure, solution.traction / disc.scales.pressure
     approach = (solution.approach - disc.base) / disc.scales.displacement
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)

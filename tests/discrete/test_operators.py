@@ -51,7 +51,7 @@ def test_what_is_derived_shares_what_any_builds(rolling):
     """Also what a child builds, its parent and its siblings have."""
     scene = rolling(grid=EXPLICIT)
     disc = discretise(scene, EXPLICIT)
-    child = disc.with_loading(coefficient=np.full(EXPLICIT.shape, 0.2))
+    child = disc.with_loading(friction=np.full(EXPLICIT.shape, 0.2))
     sibling = disc.with_loading(motion=vc.Steady(vx=0.1))
     assert child.tangential_operator is sibling.tangential_operator is disc.tangential_operator
     assert discretise(scene, EXPLICIT, disc.operators).operators is disc.operators

@@ -28,7 +28,7 @@ from varcontact.discrete.residuals import (
     worst,
 )
 from varcontact.discrete.state import ContactState, means, normal_as_solved
-from varcontact.discrete.stick_slip import with_yield_stress
+from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.html import in_rows, preformatted
 from varcontact.interfaces.potential import ROUNDING, magnitude, project
@@ -152,7 +152,7 @@ def certificate_of(
     where the pressure is a closed form that is asked for. The `level` is one of `LEVELS`, or "auto"; `lazily` bounds
     on forces are left to when they are asked for.
     """
-    disc = with_yield_stress(disc, state)
+    disc = with_implied_fields(disc, state)
     normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
     normal_error = normal_residual(normal, pressure, approach)
     tangential = None if disc.loading.frictionless else disc.tangential_problem(state.pressure, acting=state.traction)
@@ -206,8 +206,7 @@ def _of_tractions(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the pressure, (3,) each."""
     not_known = np.full(3, np.nan)
-    hardens = disc.hardening != 0 and (disc.loading.steady or disc.hardening < 0)
-    if disc.K != 0 or disc.loading.law is not None or hardens:
+    if disc.K != 0 or disc.implicit:
         return _unknown(tangential), not_known
     tractions, shifts = tangential.of_grid(state.traction, state.rigid)
     if closed_form:

@@ -14,19 +14,21 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
-from varcontact.discrete.loading import Loading, PreviousStep, Scales
+from varcontact.discrete.loading import Loading, PreviousStep
 from varcontact.discrete.operators import Operators, medium_on
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
-from varcontact.interfaces.potential import Flow, Potential
+from varcontact.interfaces.interface import Fields, Quantity, Surroundings
+from varcontact.interfaces.potential import Potential
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.units import Scales
 from varcontact.system.process import lazy_property
 from varcontact.transports import SteadyRolling, Step, Transport
 
@@ -153,19 +155,26 @@ class Discretisation:
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
 
     @property
-    def hardening(self) -> float:
-        """Dimensionless k of a third body that yields; zero where there is none."""
-        layer = self.loading.third_body
-        return 0.0 if layer is None else layer.k_tau * self.scales.displacement / self.scales.pressure
+    def surroundings(self) -> Surroundings:
+        """What interfaces find: the transport, what particles brought along, the implicit fields of this pass."""
+        before = self.loading.previous_step
+        arrived: Fields = {} if before is None else before.arrived
+        return Surroundings(self.transport, arrived, self.loading.implicit)
 
     @property
-    def known_yield_stress(self) -> np.ndarray:
-        """Dimensionless yield stress (ny, nx) at the beginning of a step: of fresh material, or what it brings."""
-        layer, before = self.loading.third_body, self.loading.previous_step
-        assert layer is not None
-        if before is not None and before.plastic is not None:
-            return np.asarray(before.plastic[2])
-        return np.full(self.grid.shape, layer.tau_c0 / self.scales.pressure)
+    def implicit(self) -> tuple[Quantity, ...]:
+        """The fields of the interfaces that the contact itself determines; none: its problem is convex."""
+        if self.loading.frictionless:
+            return ()
+        return self.loading.interface.implicit(self.transport)
+
+    def potential(self, pressure: np.ndarray) -> Potential:
+        """The potential of the tractions on the grid, under a dimensionless pressure (ny, nx)."""
+        return self.loading.interface.potential(pressure, self.surroundings)
+
+    def under(self, **fields: np.ndarray) -> Discretisation:
+        """The same contact under implicit fields."""
+        return self.with_loading(implicit={**self.loading.implicit, **fields})
 
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
@@ -228,7 +237,7 @@ class Discretisation:
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
         distance = self.distance if surface is self.surface else surface.distance(self.grid)
-        loading = replace(Loading.of(scene), previous_step=previous_step)
+        loading = replace(Loading.of(scene, self.scales), previous_step=previous_step)
         operators = self.operators.at_end(getattr(scene.motion, "dt", None))
         at_step = replace(self, loading=loading, operators=operators)
         return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
@@ -265,22 +274,11 @@ class Discretisation:
         """
         motion = self.loading.motion
         assert motion is not None
-        pressing = (pressure if bound_pressure is None else bound_pressure).ravel()
-        with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            friction = np.broadcast_to(np.asarray(self.loading.coefficient), pressure.shape).ravel()
-            bound = friction * np.maximum(pressing, 0.0)
-        flow, layer = None, self.loading.third_body
-        if layer is not None and layer.yields:
-            stress = self.known_yield_stress if self.loading.yield_stress is None else self.loading.yield_stress
-            if self.hardening > 0:
-                fresh = self.transport.repeats and self.loading.yield_stress is None
-                columns = self.transport.columns if fresh else 0.0
-                flow = Flow(stress, self.hardening, columns)
-            else:
-                bound = np.minimum(bound, stress.ravel())
-        bears = (pressing > 0) & (bound > 0)
+        pressing = pressure if bound_pressure is None else bound_pressure
+        potential = self.potential(pressing)
+        bears = (pressing > 0) & (potential.bound > 0)
         if possible is not None:
-            bears |= possible.ravel() & (friction > 0)
+            bears |= possible & (np.asarray(self.loading.coefficient) > 0)
         elements = np.flatnonzero(bears)
         shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:
@@ -299,7 +297,7 @@ class Discretisation:
         return TangentialProblem(
             operator=operator,
             rigid_shift=shift[list(directions)],
-            potential=Potential(bound, flow).on(elements),
+            potential=potential.on(elements),
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
@@ -354,7 +352,9 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     operators = Operators(grid.scaled(length), medium_on(scene, grid, length, free, scene.speed))
     if known == operators:
         operators = known
-    return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)
+    return Discretisation(
+        scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene, scales), operators
+    )
 
 
 def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid, beyond: float = 0.0) -> np.ndarray:

@@ -1,37 +1,22 @@
-"""What acts on a contact: its load, motion and friction, and in a history the step before; and the scales of both."""
+"""What acts on a contact: its load, motion and interface, and in a history the step before."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from varcontact.interfaces.coulomb import FRICTION, Coulomb, FrictionLaw
+from varcontact.interfaces.interface import Fields, Interface, Several
+from varcontact.interfaces.third_body import YieldingLayer
 from varcontact.scene.friction import Law
-from varcontact.scene.interface import Thermal, ThirdBody
+from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-
-
-@dataclass(frozen=True)
-class Scales:
-    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined G."""
-
-    length: float
-    pressure: float
-    modulus: float
-    line: bool
-
-    @property
-    def displacement(self) -> float:
-        """[length]"""
-        return self.pressure * self.length / self.modulus
-
-    @property
-    def force(self) -> float:
-        """[force]; in line contact [force/length]."""
-        return self.pressure * (self.length if self.line else self.length**2)
+from varcontact.scene.units import Scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +24,10 @@ class PreviousStep:
     """What a step of a history finds, dimensionless.
 
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
-    before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where the bodies differ. Under a law of
-    friction the coefficients (ny, nx) they bring along. Of viscoelastic bodies u' is less what past tractions still
-    add at the end, `left` (2, ny, nx) the same of the particles that were here at the beginning, and `distance` what
-    they add to the distance, an element more all round. Of a third body that yields their plastic displacement and
-    yield stress (3, ny, nx). Under a law by temperature how much warmer they are at the end of the step by what heated
-    them before (ny, nx).
+    before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where the bodies differ.
+    Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
+    particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
+    `arrived` are the other fields that particles bring along, by the names of their quantities.
     """
 
     displacement: np.ndarray
@@ -52,39 +35,57 @@ class PreviousStep:
     traction: np.ndarray
     left: np.ndarray | None = None
     distance: np.ndarray | None = None
-    friction: np.ndarray | None = None
-    plastic: np.ndarray | None = None
-    rise: np.ndarray | None = None
+    arrived: Fields = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Loading:
-    """What acts on a contact, physical: force or approach, motion, friction; in a history also the step before.
+    """What acts on a contact: force or approach, motion, friction and layers; in a history the step before.
 
-    Without a motion it is normal contact only. The coefficient of friction is one number or one for each element,
-    (ny, nx); under a law it is that taken at the moment, the static one where nothing is known of slip. So is the yield
-    stress of a third body, dimensionless (ny, nx): that with which particles arrive; of one that does not harden, that
-    which holds.
+    Without a motion it is normal contact only. `implicit` are the fields of the interfaces that the contact itself
+    determines, as they are taken in this pass.
     """
 
     normal_force: float | None
     approach: float | None
     motion: Motion | None
-    law: Law | None
-    coefficient: float | np.ndarray | None
-    previous_step: PreviousStep | None = None
-    third_body: ThirdBody | None = None
-    yield_stress: np.ndarray | None = None
+    friction: float | np.ndarray | Law | None
+    layer: YieldingLayer | None = None
     thermal: tuple[Thermal, Thermal] | None = None
+    previous_step: PreviousStep | None = None
+    implicit: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, scene: Scene) -> Loading:
+    def of(cls, scene: Scene, scales: Scales) -> Loading:
         """That of a scene; of a history without its motion."""
-        law = scene.friction if isinstance(scene.friction, Law) else None
-        coefficient = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
-        motion, layer = None if isinstance(scene.motion, Transient) else scene.motion, scene.third_body
-        load = scene.normal_force, scene.approach
-        return cls(*load, motion, law, coefficient, third_body=layer, thermal=scene.thermal)
+        motion = None if isinstance(scene.motion, Transient) else scene.motion
+        third_body = scene.third_body
+        layer = None
+        if third_body is not None and third_body.yields:
+            layer = YieldingLayer.of(third_body, scales)
+        return cls(scene.normal_force, scene.approach, motion, scene.friction, layer, scene.thermal)
+
+    @property
+    def law(self) -> Law | None:
+        return self.friction if isinstance(self.friction, Law) else None
+
+    @property
+    def coefficient(self) -> float | np.ndarray | None:
+        """The coefficient of friction, one number or (ny, nx): under a law that of this pass, or the static one."""
+        if FRICTION in self.implicit:
+            return self.implicit[FRICTION]
+        return self.friction.static if isinstance(self.friction, Law) else self.friction
+
+    @property
+    def frictional(self) -> Interface:
+        """The interface of friction alone."""
+        assert self.friction is not None
+        return FrictionLaw(self.friction) if isinstance(self.friction, Law) else Coulomb(self.friction)
+
+    @property
+    def interface(self) -> Interface:
+        """All that acts between the bodies."""
+        return self.frictional if self.layer is None else Several((self.frictional, self.layer))
 
     @property
     def steady(self) -> bool:

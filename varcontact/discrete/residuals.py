@@ -15,7 +15,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.positive_definite import positive_definite
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState, normal_as_solved
-from varcontact.discrete.stick_slip import with_yield_stress
+from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.errors import SceneError
 from varcontact.interfaces.potential import magnitude
 from varcontact.system.process import one_blas_thread
@@ -30,7 +30,7 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
     The third is what the normal one does to the tractions of unlike bodies. All are relative to the largest pressure
     or traction.
     """
-    disc = with_yield_stress(disc, state)
+    disc = with_implied_fields(disc, state)
     normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
     tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     return (

@@ -8,7 +8,9 @@ pressures are found before any tractions, which must not change them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid, undeformed_distance
 from varcontact.discrete.operators import FREE_DEPTH
 from varcontact.discrete.problems import NormalProblem
+from varcontact.interfaces.coulomb import FRICTION
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Cells, Grid
@@ -45,10 +48,28 @@ class ContactState:
     passes: tuple[tuple[float, float], ...] = ()
     bound_pressure: np.ndarray | None = None
     slips: np.ndarray | None = None  # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
-    # (ny, nx) Under a law of friction: the coefficient of the next pass, and where the search began
-    friction: np.ndarray | None = None
-    yield_stress: np.ndarray | None = None  # (ny, nx) Of a third body, in the next pass
+    # implicit fields of the interfaces in the next pass, (ny, nx), and where the search for them began
+    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
     branch: str = ""
+
+    @property
+    def friction(self) -> np.ndarray | None:
+        """Under a law the coefficients of the next pass."""
+        return self.fields.get(FRICTION)
+
+    def under(self, **fields: np.ndarray) -> ContactState:
+        """The same with implicit fields."""
+        return replace(self, fields={**self.fields, **fields})
+
+    def unknown(self, name: str) -> np.ndarray:
+        """What passes seek: a field of the contact, or an implicit one of the interfaces."""
+        return np.asarray(self.fields[name] if name in self.fields else getattr(self, name))
+
+    def with_unknown(self, name: str, value: np.ndarray) -> ContactState:
+        if name in self.fields:
+            return self.under(**{name: value})
+        changed: dict[str, Any] = {name: value}
+        return replace(self, **changed)
 
 
 def unloaded(grid: Grid) -> ContactState:

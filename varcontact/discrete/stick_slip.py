@@ -1,9 +1,4 @@
-"""Where a contact state sticks, flows and slips, by how much, and the work that friction takes.
-
-A third body that yields flows before it slips: its yield stress goes with the
-particles, and the local shift of the bodies is that of the slip less what
-flows.
-"""
+"""Where a contact state sticks, flows and slips, by how much, and the work that friction takes."""
 
 from __future__ import annotations
 
@@ -13,40 +8,86 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
-from varcontact.interfaces.potential import Flow
-from varcontact.transports import along_rows, further_along, mirrored
+from varcontact.interfaces.interface import Fields, Response
+from varcontact.transports import further_along, mirrored
 
 EXTERIOR, STICK, SLIP, PLASTIC = 0, 1, 2, 3
+AT_BOUND = 1e-8
+"""Relative distance beyond the bound from which a trial traction slips."""
 
 
 def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
     """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick, slip, plastic.
 
     An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
-    bound and slip opposes it. The slip is the local shift E, less what a third body flows.
+    bound and slip opposes it. The slip is the local shift E, less what flows between the bodies.
     """
-    shift, contact = local_shift(disc, state), state.pressure > 0
+    shift = local_shift(disc, state)
+    contact = state.pressure > 0
     areas = contact.astype(np.int8)
-    if disc.loading.motion is None:
+    loading = disc.loading
+    if loading.motion is None:
         return shift, areas
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
-    elif not disc.loading.no_slip:
-        own, disc = own_influence(disc), with_yield_stress(disc, state)
-        limit, stress = np.asarray(disc.loading.coefficient) * state.pressure, disc.loading.yield_stress
+    elif not loading.no_slip:
+        disc = with_implied_fields(disc, state)
+        potential = disc.potential(state.pressure)
+        friction_bound = friction_bound_of(disc, state.pressure)
+        own = own_influence(disc)
         trial = state.traction - shift / own
-        size, noise, flows = np.hypot(*trial), 1e-12 * np.abs(trial).max(), np.zeros_like(contact)
-        bound = limit if stress is None or disc.hardening > 0 else np.minimum(limit, stress)
-        if stress is not None and disc.hardening > 0:
-            flows = size > stress * (1 + 1e-8) + noise
-            size = Flow(stress, disc.hardening).sizes(size, own)
-        slips = size > bound * (1 + 1e-8) + noise
+        size = np.hypot(*trial)
+        noise = 1e-12 * np.abs(trial).max()
+        flows = np.zeros_like(contact)
+        if potential.flow is not None:
+            flows = size > potential.flow.threshold * (1 + AT_BOUND) + noise
+        beyond = potential.sizes(size, own) > potential.bound * (1 + AT_BOUND) + noise
         areas[contact & flows] = PLASTIC
-        areas[contact & slips] = SLIP
-        areas[contact & slips & (bound < limit)] = PLASTIC
-    if disc.loading.third_body is None:
+        areas[contact & beyond] = SLIP
+        areas[contact & beyond & (potential.bound < friction_bound)] = PLASTIC
+    if loading.layer is None or loading.frictionless:
         return shift, areas
-    return shift + plastic_flow(disc, state, shift, areas), areas
+    return shift + flow_of(disc, state, shift, areas), areas
+
+
+def friction_bound_of(disc: Discretisation, pressure: np.ndarray) -> np.ndarray:
+    """The bound of friction alone, (ny, nx); zero where nothing moves."""
+    if disc.loading.friction is None:
+        return np.zeros_like(pressure)
+    return disc.loading.frictional.potential(pressure, disc.surroundings).bound
+
+
+def response_of(disc: Discretisation, state: ContactState) -> Response:
+    """What interfaces are told of a state."""
+    shift = local_shift(disc, state)
+    return Response(state.pressure, state.traction, shift, friction_bound_of(disc, state.pressure))
+
+
+def with_implied_fields(disc: Discretisation, state: ContactState) -> Discretisation:
+    """The same under the fields of a layer between the bodies that go with a state, from any source."""
+    layer = disc.loading.layer
+    if layer is None or disc.loading.frictionless:
+        return disc
+    return disc.under(**layer.implied(response_of(disc, state), disc.surroundings))
+
+
+def flow_of(disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """What a layer flows in a step, (2, ny, nx), dimensionless, under the local shift of a state."""
+    flow = with_implied_fields(disc, state).potential(state.pressure).flow
+    if flow is None:
+        return np.where(areas == PLASTIC, -shift, 0.0)
+    return flow.shift(state.traction)
+
+
+def left_fields(disc: Discretisation, state: ContactState) -> Fields:
+    """What particles have at the end of a step, dimensionless, by the names of the layer's quantities."""
+    layer = disc.loading.layer
+    if layer is None:
+        return {}
+    response = response_of(disc, state)
+    areas = shift_and_areas(disc, state)[1]
+    flowed = flow_of(disc, state, response.shift, areas)
+    return layer.leave(response, flowed, disc.surroundings)
 
 
 def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -66,51 +107,6 @@ def local_shift(disc: Discretisation, state: ContactState) -> np.ndarray:
     return shift
 
 
-def with_yield_stress(disc: Discretisation, state: ContactState) -> Discretisation:
-    """The same with the yield stress that goes with the tractions of a state, where a third body yields.
-
-    In steady rolling particles harden along their rows, from the leading edge; one that softens does so in the step.
-    """
-    layer = disc.loading.third_body
-    if layer is None or not layer.yields:
-        return disc
-    stress = disc.known_yield_stress
-    if disc.hardening > 0 and disc.loading.steady:
-        stress = Flow(stress, disc.hardening, disc.transport.columns).after(np.hypot(*state.traction))
-    elif disc.hardening < 0:
-        flows = np.asarray(disc.loading.coefficient) * state.pressure > stress
-        softened = np.maximum(stress + disc.hardening * np.hypot(*local_shift(disc, state)), 0.0)
-        stress = np.where(flows, softened, stress)
-    return disc.with_loading(yield_stress=stress)
-
-
-def plastic_flow(disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """What a third body flows in a step, (2, ny, nx), dimensionless, under the local shift of a state."""
-    stress = None if disc.loading.frictionless else with_yield_stress(disc, state).loading.yield_stress
-    if stress is None:
-        return np.zeros_like(shift)
-    if disc.hardening <= 0:
-        return np.where(areas == PLASTIC, -shift, 0.0)
-    return Flow(stress, disc.hardening).shift(state.traction)
-
-
-def plastic_state(disc: Discretisation, state: ContactState) -> np.ndarray | None:
-    """Plastic displacement and yield stress of the particles at the end of a step, (3, ny, nx), dimensionless."""
-    stress = with_yield_stress(disc, state).loading.yield_stress
-    if stress is None:
-        return None
-    shift, (_, areas) = local_shift(disc, state), shift_and_areas(disc, state)
-    if disc.hardening > 0:
-        stress = np.maximum(stress, np.hypot(*state.traction))
-    flow, before = plastic_flow(disc, state, shift, areas), disc.loading.previous_step
-    if disc.loading.steady:
-        columns = disc.transport.columns
-        flow = along_rows(flow / min(columns, 1.0), columns, 0.0, np.add)
-    elif before is not None and before.plastic is not None:
-        flow = flow + before.plastic[:2]
-    return np.concatenate([flow, stress[None]])
-
-
 def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarray:
     """Values (..., ny, nx) of the particles where they were a step ago, `fresh` beyond the grid."""
     return further_along(field, disc.transport.columns, fresh)
@@ -125,7 +121,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     """
     motion, before, traction = disc.loading.motion, disc.loading.previous_step, state.traction
     if motion is None or motion.rolls == 0 or disc.loading.frictionless:
-        shift = shift if disc.loading.third_body is None else local_shift(disc, state)
+        shift = shift if disc.loading.layer is None else local_shift(disc, state)
         return np.asarray(0.0 - np.sum(traction * shift, axis=0))
     assert disc.step is not None
     rolled, (x, y), scales = motion.rolls * disc.step, disc.points, disc.scales

@@ -18,6 +18,9 @@ from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import TimeStep
 from varcontact.transports import further_along
 
+RISE = "temperature_rise"
+"""How much warmer particles are at the end of a step by what heated them before."""
+
 
 @dataclass(frozen=True, eq=False)
 class Heat:

@@ -10,7 +10,9 @@ import numpy as np
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import Discretisation, discretise, undeformed_distance
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import friction_work, plastic_state, shift_and_areas, unit_slip
+from varcontact.discrete.stick_slip import friction_work, left_fields, shift_and_areas, unit_slip
+from varcontact.interfaces.interface import Fields
+from varcontact.interfaces.third_body import DISPLACEMENT, YIELD_STRESS
 from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import semi_axes
 from varcontact.results.solution import Solution
@@ -37,9 +39,6 @@ def solution_of(
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
-    plastic = plastic_state(disc, state)
-    if plastic is not None:
-        plastic *= np.array([scale, scale, disc.scales.pressure])[:, None, None]
     rolled = unit_slip(disc)
     unknown = scene.approach_undetermined and scene.approach is None
     density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
@@ -66,9 +65,26 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=calls,
-        plastic=plastic,
+        plastic=_plastic(disc, left_fields(disc, state)),
         pressure_on_parts=None if disc.subgrid is None else disc.subgrid.pressure * disc.scales.pressure,
     )
+
+
+def _plastic(disc: Discretisation, left: Fields) -> np.ndarray | None:
+    """Plastic displacement and yield stress in physical units, (3, ny, nx), as a solution keeps them."""
+    if not left:
+        return None
+    displacement = left[DISPLACEMENT] * disc.scales.displacement
+    stress = left[YIELD_STRESS] * disc.scales.pressure
+    return np.concatenate([displacement, stress[None]])
+
+
+def carried_fields(sol: Solution, disc: Discretisation) -> Fields:
+    """What particles have at the end of a step, dimensionless, from a solution: the reverse of `_plastic`."""
+    if sol.plastic is None:
+        return {}
+    displacement = sol.plastic[:2] / disc.scales.displacement
+    return {DISPLACEMENT: displacement, YIELD_STRESS: sol.plastic[2] / disc.scales.pressure}
 
 
 def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:

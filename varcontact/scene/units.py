@@ -77,3 +77,23 @@ IN_WORDS = Units(length="length", force="force")
 SI = Units(length="m", force="N")
 MM_N = Units(length="mm", force="N")
 """Millimetres and newtons, with moduli and pressures in N/mm^2 = MPa."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined G."""
+
+    length: float
+    pressure: float
+    modulus: float
+    line: bool
+
+    @property
+    def displacement(self) -> float:
+        """[length]"""
+        return self.pressure * self.length / self.modulus
+
+    @property
+    def force(self) -> float:
+        """[force]; in line contact [force/length]."""
+        return self.pressure * (self.length if self.line else self.length**2)

@@ -13,8 +13,9 @@ from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState, cells_of, divided, hertz_pressure, means
-from varcontact.discrete.stick_slip import with_yield_stress
+from varcontact.discrete.stick_slip import with_implied_fields
 from varcontact.errors import NotConverged, Saturated
+from varcontact.interfaces.coulomb import FRICTION
 from varcontact.interfaces.potential import project
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -111,29 +112,35 @@ class ContactSolver:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
-            if disc.hardening < 0 or (disc.hardening > 0 and disc.loading.steady):
-                return self._hardened(disc, state)
-            return self._under_yield_stress(disc, state)
+            if any(each.name != FRICTION for each in disc.implicit):
+                return self._with_layer(disc, state)
+            return self._under_fields(disc, state)
 
-    def _hardened(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state whose tractions go with the yield stress that they leave: at once, or passes until that stays."""
-        if self.plan.tangential == "newton" and disc.hardening > 0:
-            at_once = self._under_yield_stress(disc, state)
+    def _with_layer(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state whose tractions go with the fields of a layer that they imply: at once, or passes until these stay.
+
+        Newton's method takes a potential that follows from the tractions as it is.
+        """
+        if self.plan.tangential == "newton" and disc.potential(state.pressure).implicit:
+            at_once = self._under_fields(disc, state)
             if at_once.solved["tangential"]:
                 return at_once
-        known, passes = disc.known_yield_stress if state.yield_stress is None else state.yield_stress, state.passes
+        (sought,) = (each for each in disc.implicit if each.name != FRICTION)
+        fresh = np.full(disc.grid.shape, sought.fresh)
+        first = state.fields.get(sought.name, disc.surroundings.arrived.get(sought.name, fresh))
 
         def one(state: ContactState) -> tuple[ContactState, float]:
-            after = self._under_yield_stress(disc.with_loading(yield_stress=state.yield_stress), state)
-            then = with_yield_stress(disc, after)
-            return replace(after, yield_stress=then.loading.yield_stress), residuals(then, after)[1]
+            after = self._under_fields(disc.under(**{sought.name: state.fields[sought.name]}), state)
+            then = with_implied_fields(disc, after)
+            implied = then.surroundings.implicit[sought.name]
+            return after.under(**{sought.name: implied}), residuals(then, after)[1]
 
-        first, residual = one(replace(state, yield_stress=known))
+        begun, residual = one(state.under(**{sought.name: first}))
         limits = Limits(PASSES * self.tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, least=0.0)
-        return replace(settled(one, first, residual, "yield_stress", limits), passes=passes)
+        return replace(settled(one, begun, residual, sought.name, limits), passes=state.passes)
 
-    def _under_yield_stress(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The tractions under a known yield stress, where a third body has one."""
+    def _under_fields(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The tractions under the implicit fields as they are."""
         marches = self.plan.formulation == "marching"
         problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=marches)
         size, limit = math.hypot(*(force or 0.0 for force in problem.force)), problem.area * float(problem.bound.sum())
@@ -197,7 +204,7 @@ def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) ->
         return _coupled(disc, solver, replace(start, branch=branch_of(solver.start)), solver.tol)
     begin = solver.start
     if solver.continuum and begin is None and not (law.continuous and isinstance(disc.loading.motion, TimeStep)):
-        start, begin = replace(start, friction=None), "slip"
+        start, begin = replace(start, fields={}), "slip"
     return _under_law(disc, solver, with_coefficients(disc, start, begin))
 
 
@@ -207,11 +214,11 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
     assert law is not None
 
     def one(state: ContactState) -> tuple[ContactState, float]:
-        trial = disc.with_loading(coefficient=state.friction)
+        trial = disc.under(friction=state.fields[FRICTION])
         enough = SEEN * state.passes[-1][1] if state.passes else FIRST  # no more than the next pass sees
         after = _coupled(trial, solver, state, max(tol, enough))
-        after = replace(after, friction=coefficients_after(trial, after))
-        found = residuals(disc.with_loading(coefficient=coefficient(disc, after)), after)
+        after = after.under(friction=coefficients_after(trial, after))
+        found = residuals(disc.under(friction=coefficient(disc, after)), after)
         return after, max(found) if solver.plan.loops else found[1]
 
     elements = int(np.count_nonzero(start.pressure)) + 2
@@ -219,7 +226,7 @@ def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState)
     if law.continuous:
         limits = replace(limits, passes=MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
     try:
-        return settled(one, *one(replace(start, passes=())), "friction", limits)
+        return settled(one, *one(replace(start, passes=())), FRICTION, limits)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})") from None
 

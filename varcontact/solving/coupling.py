@@ -76,8 +76,8 @@ def settled(
             if of_law or (early and isinstance(error, Saturated)):
                 raise
             break
-        given = [*given, np.asarray(getattr(state, unknown))][-MEMORY:]
-        found = [*found, np.asarray(getattr(after, unknown))][-MEMORY:]
+        given = [*given, state.unknown(unknown)][-MEMORY:]
+        found = [*found, after.unknown(unknown)][-MEMORY:]
         state = after = replace(after, passes=(*before, (distance(found[-1], given[-1]), residual)))
         gained = residual < least
         best, lost = (after, 0) if gained else (best, lost + 1)
@@ -89,7 +89,7 @@ def settled(
         held = 0 if gained and held < HELD else held + accelerated
         accelerated = held < HELD and (accelerated or (ready and not residual < SLOW * before[-1][1]))
         if accelerated:
-            state = replace(after, **{unknown: np.clip(_mixed(found, changes), limits.least, limits.greatest)})
+            state = after.with_unknown(unknown, np.clip(_mixed(found, changes), limits.least, limits.greatest))
     return replace(best, passes=state.passes)
 
 

@@ -26,8 +26,9 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
-from varcontact.discrete.temperature import Heat, background, surface_temperatures, temperature_rise
+from varcontact.discrete.temperature import RISE, Heat, background, surface_temperatures, temperature_rise
 from varcontact.errors import SceneError
+from varcontact.interfaces.coulomb import FRICTION
 from varcontact.interfaces.potential import magnitude, project
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -51,7 +52,7 @@ def with_coefficients(disc: Discretisation, state: ContactState, start: str | So
         friction = _known(law, start)
     else:
         friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)
-    return replace(state, friction=friction, branch=branch_of(start))
+    return replace(state.under(friction=friction), branch=branch_of(start))
 
 
 def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
@@ -74,7 +75,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     law = _law(disc)
     if law.memory_distance > 0:
         known = disc.loading.coefficient if state.friction is None else state.friction
-        shift, areas = shift_and_areas(disc.with_loading(coefficient=known), state)
+        shift, areas = shift_and_areas(disc.under(friction=np.asarray(known)), state)
         slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
         return _with_memory(disc, state, *_own(disc, state, slip), slip)
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
@@ -188,7 +189,7 @@ def _own(disc: Discretisation, state: ContactState, slip: np.ndarray) -> tuple[n
         else:
             assert isinstance(motion, TimeStep) and thermal is not None
             rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
-            known = None if before is None else before.rise
+            known = None if before is None else before.arrived.get(RISE)
             temperature = (rise if known is None else rise + known) + background(1.0, thermal)[0]
     around = temperature, state.pressure * disc.scales.pressure, *np.meshgrid(disc.grid.x, disc.grid.y)
     return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(slip.shape, law.static)
@@ -212,7 +213,7 @@ def _with_memory(
             after = law.after(known, own[:, i], slip[:, i], disc.grid.sides[0])
             known = found[:, i] = np.where(remembers[:, i], after, rest[:, i])
         return found
-    came = rest if before is None or before.friction is None else before.friction
+    came = rest if before is None else before.arrived.get(FRICTION, rest)
     return np.where(remembers, came if motion.rolls else law.after(came, own, slip, 1.0), rest)
 
 

@@ -309,7 +309,7 @@ def finish(
         raise SceneError("surface.h", disc.base, f"counted from a level near the contact, less a constant: {rounded}")
     law, in_time = disc.loading.law, isinstance(disc.loading.motion, TimeStep)
     if law is not None and plan.has_friction:
-        disc = disc.with_loading(coefficient=coefficient(disc, state))
+        disc = disc.under(friction=coefficient(disc, state))
     lazily = plan.tangential in MATRIX_FREE and solver.certify == "auto"
     with solver.stats.stage("certificate"):
         certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)

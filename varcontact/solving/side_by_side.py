@@ -64,7 +64,7 @@ def _rolls_alike(contact: ContactOnGrid) -> bool:
     loading, motion = disc.loading, disc.loading.motion
     if not (isinstance(motion, Steady) and motion.dq is motion.Fx is motion.Fy is None and loading.law is None):
         return False
-    plain = type(disc.operators.medium) is HalfSpaces and loading.third_body is None and disc.grid.edge == "centres"
+    plain = type(disc.operators.medium) is HalfSpaces and loading.layer is None and disc.grid.edge == "centres"
     few = plan.solves and not disc.grid.line and disc.grid.size <= MOST_ELEMENTS
     finite = loading.coefficient is not None and bool(np.isfinite(loading.coefficient).all())
     return plain and few and plan.coupling == "none" and finite

@@ -294,7 +294,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         disc, state = on_parts, replace(unloaded(grid), pressure=means(given, cells), approach=approach)
     tractions = _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
     if isinstance(scene.friction, Law):
-        disc = disc.with_loading(coefficient=coefficient(disc, replace(state, traction=tractions)))
+        disc = disc.under(friction=coefficient(disc, replace(state, traction=tractions)))
     try:
         return certificate_of(disc, replace(state, traction=tractions), plan.closed_form)
     finally:

@@ -24,11 +24,12 @@ from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medi
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
 from varcontact.discrete.stick_slip import arriving, unit_slip
-from varcontact.discrete.temperature import Heat, temperature_rise
+from varcontact.discrete.temperature import RISE, Heat, temperature_rise
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
 from varcontact.errors import NoContact, Saturated, SceneError
-from varcontact.results.physical import solution_of
+from varcontact.interfaces.coulomb import FRICTION
+from varcontact.results.physical import carried_fields, solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Cells, Grid
@@ -198,17 +199,18 @@ class March:
         if before.memory is not None:
             came = self._with_memory(came, motion, before)
         step = disc.at_step(scene, came)
-        came = replace(came, friction=remembered(step, before, heated))
-        layer, plastic = step.loading.third_body, before.plastic
-        if layer is not None and plastic is not None:
-            displacement = arriving(step, plastic[:2], 0.0) / step.scales.displacement
-            yield_stress = arriving(step, plastic[2:], layer.tau_c0) / step.scales.pressure
-            came = replace(came, plastic=np.concatenate([displacement, yield_stress]))
+        arrived: dict[str, np.ndarray] = {}
+        friction = remembered(step, before, heated)
+        if friction is not None:
+            arrived[FRICTION] = friction
+        if before.plastic is not None and step.loading.layer is not None:
+            left = carried_fields(before, step)
+            arrived |= {each.name: arriving(step, left[each.name], each.fresh) for each in step.loading.layer.carried}
         if heated and disc.loading.thermal is not None:
             nothing = np.zeros(disc.grid.shape)
             path = [*heated, Heat.of(nothing, nothing > 0, motion)]
-            came = replace(came, rise=temperature_rise(path, disc.grid.sides[0], disc.loading.thermal))
-        return scene, step.with_loading(previous_step=came)
+            arrived[RISE] = temperature_rise(path, disc.grid.sides[0], disc.loading.thermal)
+        return scene, step.with_loading(previous_step=replace(came, arrived=arrived))
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
         """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
@@ -292,8 +294,8 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
         traction = np.zeros_like(traction)
     state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
     came = disc.loading.previous_step
-    known = remembered(disc, before) if came is None else came.friction
-    return state if known is None else replace(state, friction=known, branch="history")
+    known = remembered(disc, before) if came is None else came.arrived.get(FRICTION)
+    return state if known is None else replace(state.under(friction=known), branch="history")
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:

@@ -123,7 +123,7 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
             density = density * disc.scales.pressure / unit_slip(disc)
         sol = replace(sol, power_density=density)
     if disc.loading.law is not None and sol.plan.has_friction:
-        disc = disc.with_loading(coefficient=coefficient(disc, state))
+        disc = disc.under(friction=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
     # the way through units and back; unlike bodies with little friction magnify it, and distances from far away
     coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
@@ -158,4 +158,6 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         if np.isnan(rigid).any():
             moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
             rigid = np.where(np.isnan(rigid), moved, rigid)
-    return replace(state, approach=approach, rigid=rigid, friction=sol.friction)
+    if sol.friction is not None:
+        state = state.under(friction=sol.friction)
+    return replace(state, approach=approach, rigid=rigid)

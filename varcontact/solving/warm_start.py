@@ -9,6 +9,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
+from varcontact.interfaces.coulomb import FRICTION
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -44,7 +45,8 @@ class Series:
         steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
         if last is not None and plan == last[1] and plan.coupling == "none" and _same_but_motion(scene, last[0]):
             disc = last[2].with_loading(motion=scene.motion)
-            state = replace(last[3], iterations={}, status={}, solved={}, friction=None)
+            fields = {name: field for name, field in last[3].fields.items() if name != FRICTION}
+            state = replace(last[3], iterations={}, status={}, solved={}, fields=fields)
             state = contact(disc, steps, state)
         else:
             check_fits(scene, plan)

@@ -1,0 +1,43 @@
+"""Coulomb's friction: tractions within a coefficient times the pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.interfaces.interface import Interface, Quantity, Surroundings
+from varcontact.interfaces.potential import Potential
+from varcontact.scene.friction import Law
+from varcontact.transports import Transport
+
+FRICTION = "friction"
+
+
+@dataclass(frozen=True, eq=False)
+class Coulomb(Interface):
+    """A coefficient for all elements, or one for each, (ny, nx); infinite: no slip."""
+
+    coefficient: float | np.ndarray
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        return Potential(friction_bound(self.coefficient, pressure))
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionLaw(Interface):
+    """A law of friction: the coefficients of this pass, or where nothing is known of slip the static one."""
+
+    law: Law
+
+    def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
+        return (Quantity(FRICTION, "coefficient", self.law.static),)
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        return Potential(friction_bound(at.implicit.get(FRICTION, self.law.static), pressure))
+
+
+def friction_bound(coefficient: float | np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """The traction bound of a coefficient under a pressure (ny, nx)."""
+    with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
+        return np.broadcast_to(np.asarray(coefficient), pressure.shape) * np.maximum(pressure, 0.0)

@@ -1,0 +1,112 @@
+"""The protocol of interfaces: what acts between the bodies, and what their particles remember of it.
+
+An interface gives the potential of the traction under the fields that it needs.
+Fields that particles bring along from the step before have arrived; those that
+the contact itself determines are implicit, and are sought by passes. Without
+implicit fields the problem is convex, and a certificate may bound forces. All
+fields are dimensionless and on the grid, (ny, nx) or (2, ny, nx).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from varcontact.interfaces.potential import Potential
+from varcontact.transports import Transport
+
+Fields = Mapping[str, np.ndarray]
+"""Fields by the name of their quantity."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that particles carry, or that the contact itself determines."""
+
+    name: str
+    kind: str  # its unit: "coefficient", "stress", "length", "temperature"
+    fresh: float  # of particles that have not been in contact
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What an interface finds: the transport, the fields that have arrived, and the implicit ones of this pass."""
+
+    transport: Transport
+    arrived: Fields = field(default_factory=dict)
+    implicit: Fields = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What an interface is told of a contact: pressure, tractions, local shift E, and the bound of friction."""
+
+    pressure: np.ndarray
+    traction: np.ndarray
+    shift: np.ndarray
+    friction_bound: np.ndarray
+
+
+class Interface:
+    """An interface without memory; each kind says what is different."""
+
+    @property
+    def carried(self) -> tuple[Quantity, ...]:
+        """What particles remember from step to step."""
+        return ()
+
+    def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
+        """What the contact itself determines."""
+        return ()
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        """The potential on the grid under a pressure (ny, nx)."""
+        raise NotImplementedError
+
+    def implied(self, response: Response, at: Surroundings) -> Fields:
+        """The implicit fields that go with a response, from any source."""
+        return {}
+
+    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
+        """What particles have at the end of a step in which the shift `flowed` (2, ny, nx)."""
+        return {}
+
+
+def refuse_shared(parts: tuple[Interface, ...]) -> None:
+    """Two interfaces must not own the same carried quantity."""
+    names = [quantity.name for part in parts for quantity in part.carried]
+    shared = sorted({name for name in names if names.count(name) > 1})
+    if shared:
+        owners = ", ".join(type(part).__name__ for part in parts)
+        raise ValueError(f"interfaces {owners}: {shared[0]!r} is carried by more than one of them")
+
+
+@dataclass(frozen=True, eq=False)
+class Several(Interface):
+    """Interfaces at once: the smallest bound holds, and one may flow."""
+
+    parts: tuple[Interface, ...]
+
+    def __post_init__(self) -> None:
+        refuse_shared(self.parts)
+
+    @property
+    def carried(self) -> tuple[Quantity, ...]:
+        return tuple(each for part in self.parts for each in part.carried)
+
+    def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
+        return tuple(each for part in self.parts for each in part.implicit(transport))
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        first, *others = (part.potential(pressure, at) for part in self.parts)
+        for other in others:
+            first = first & other
+        return first
+
+    def implied(self, response: Response, at: Surroundings) -> Fields:
+        return {name: each for part in self.parts for name, each in part.implied(response, at).items()}
+
+    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
+        return {name: each for part in self.parts for name, each in part.leave(response, flowed, at).items()}

@@ -1,0 +1,85 @@
+"""A layer between the bodies that yields: it flows along the traction, and hardens or softens as it flows.
+
+Its yield stress goes with the particles. Sources: Hou, Kalousek, Magel, Wear 211
+(1997) 134-140; Vollebregt, Wear 314 (2014) 87-95. The elastic shear of the layer
+belongs to the medium.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.interfaces.interface import Fields, Interface, Quantity, Response, Surroundings
+from varcontact.interfaces.potential import Flow, Potential
+from varcontact.scene.interface import ThirdBody
+from varcontact.scene.units import Scales
+from varcontact.transports import Transport, along_rows
+
+YIELD_STRESS = "yield_stress"
+DISPLACEMENT = "plastic_displacement"
+
+
+@dataclass(frozen=True)
+class YieldingLayer(Interface):
+    """A layer that yields, dimensionless: the stress of fresh material, and how it changes with the plastic shift.
+
+    With a positive `hardening` elements flow within the bound of friction. Otherwise the yield stress is a bound like
+    that of friction, and what flows is the whole shift.
+    """
+
+    fresh_stress: float
+    hardening: float
+
+    @classmethod
+    def of(cls, layer: ThirdBody, scales: Scales) -> YieldingLayer:
+        return cls(layer.tau_c0 / scales.pressure, layer.k_tau * scales.displacement / scales.pressure)
+
+    @property
+    def carried(self) -> tuple[Quantity, ...]:
+        return Quantity(DISPLACEMENT, "length", 0.0), Quantity(YIELD_STRESS, "stress", self.fresh_stress)
+
+    def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
+        """The yield stress, where tractions change it in the same step: by softening, or along rows in rolling."""
+        hardens_along_rows = self.hardening > 0 and transport.repeats
+        if self.hardening < 0 or hardens_along_rows:
+            return (Quantity(YIELD_STRESS, "stress", self.fresh_stress),)
+        return ()
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        stress = at.implicit.get(YIELD_STRESS)
+        follows = stress is None and at.transport.repeats
+        if stress is None:
+            stress = self._arrived_stress(pressure.shape, at)
+        if self.hardening <= 0:
+            return Potential(stress)
+        columns = at.transport.columns if follows else 0.0
+        return Potential(np.full(pressure.shape, np.inf), Flow(stress, self.hardening, columns))
+
+    def implied(self, response: Response, at: Surroundings) -> Fields:
+        """The yield stress that goes with tractions: of particles hardened on their way, or softened in the step."""
+        stress = self._arrived_stress(response.pressure.shape, at)
+        if self.hardening > 0 and at.transport.repeats:
+            flow = Flow(stress, self.hardening, at.transport.columns)
+            stress = flow.after(np.hypot(*response.traction))
+        elif self.hardening < 0:
+            flows = response.friction_bound > stress
+            softened = np.maximum(stress + self.hardening * np.hypot(*response.shift), 0.0)
+            stress = np.where(flows, softened, stress)
+        return {YIELD_STRESS: stress}
+
+    def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
+        stress = self.implied(response, at)[YIELD_STRESS]
+        if self.hardening > 0:
+            stress = np.maximum(stress, np.hypot(*response.traction))
+        if at.transport.repeats:
+            columns = at.transport.columns
+            flowed = along_rows(flowed / min(columns, 1.0), columns, 0.0, np.add)
+        elif DISPLACEMENT in at.arrived:
+            flowed = flowed + at.arrived[DISPLACEMENT]
+        return {DISPLACEMENT: flowed, YIELD_STRESS: stress}
+
+    def _arrived_stress(self, shape: tuple[int, ...], at: Surroundings) -> np.ndarray:
+        """The yield stress at the beginning of a step: what particles bring along, else that of fresh material."""
+        return at.arrived.get(YIELD_STRESS, np.full(shape, self.fresh_stress))
