@@ -227,12 +227,11 @@ def solution_of(solved: Any) -> Solution:
 
 def side_of(body: Any, names: tuple[str, str]) -> int:
     """The number of a body, checked: 1 or 2."""
-    if isinstance(body, Integral) and not isinstance(body, bool) and body in (1, 2):
-        return int(body)
-    if isinstance(body, str) and body in names:
-        return 1 + names.index(body)
+    numbers: dict[Any, int] = {1: 1, names[0]: 1, 2: 2, names[1]: 2}
+    if not isinstance(body, bool) and isinstance(body, Integral | str) and body in numbers:
+        return numbers[body if isinstance(body, str) else int(body)]
     allowed = f'one of 1 or "{names[0]}", 2 or "{names[1]}"'
-    if names == NAMES and body in ("rail", "wheel"):
+    if names == NAMES and isinstance(body, str) and body in ("rail", "wheel"):
         allowed += f'; "{body}" is one of a patch of a wheel: give the patch, not its solution'
     raise SceneError("body", body, allowed)
 

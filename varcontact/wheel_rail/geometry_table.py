@@ -285,9 +285,9 @@ def geometry_table(
     if len(without) == count.size:
         raise without[0][-1]
     if without:
-        first_y, first_yaw, reason = without[0]
+        first_y, first_yaw, first = without[0]
         where = f"the first at y = {first_y:g} mm, yaw = {first_yaw:g}"
-        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {reason}", stacklevel=2)
+        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=2)
     return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
 
 

@@ -368,7 +368,8 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
     """Whether the z of a file is to change its sign, where nobody says it."""
     points, kind = read_points(path, kind)
-    return _guess_mirror(*(scale * points.T), kind, path)
+    y, z = scale * points.T
+    return _guess_mirror(y, z, kind, path)
 
 
 def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:
