@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import difflib
+import functools
 import inspect
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, ParamSpec, Self, TypeVar
 
 import numpy as np
 
@@ -22,6 +23,10 @@ SMALL, LARGE = 1e-100, 1e100
 _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 """What `float` would take for a number, or drop a part of."""
 _FLOAT = np.dtype(float)
+P = ParamSpec("P")
+R = TypeVar("R")
+HandedOn = Callable[[Mapping[str, Any]], Iterable[str]]
+"""Names of the options that a function hands on, by all options that are given."""
 POISSON = "a Poisson's ratio in (-1, 0.5]"
 REFINE_BECAME = "accuracy, without a grid"
 """What takes the place of ``refine``, an argument of `solve` up to November 2026."""
@@ -256,6 +261,40 @@ def nearest(value: Any, names: Iterable[str]) -> str:
     other_case = [name for name in known if name.lower() == value.lower()]
     close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
     return f" (did you mean {close[0]}?)" if close else ""
+
+
+def options_of(function: Callable[..., Any], **given: Any) -> tuple[str, ...]:
+    """The names of all options of a public function: its own, and those that it hands on, by what else is given."""
+    code = inspect.unwrap(function).__code__
+    handed_on: HandedOn = getattr(function, "handed_on", _nothing)
+    return *code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *handed_on(given)
+
+
+def _nothing(given: Mapping[str, Any]) -> Iterable[str]:
+    return ()
+
+
+def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """A public function that refuses misspelt options before any work; `handed_on` has names of ``**options``."""
+
+    def checking(function: Callable[P, R]) -> Callable[P, R]:
+        own = frozenset(options_of(function))
+
+        @functools.wraps(function)
+        def checked(*args: P.args, **options: P.kwargs) -> R:
+            if not own.issuperset(options):
+                names = [name for name in options_of(checked, **options) if name not in ("self", "cls")]
+                for name in options:
+                    if name not in names:
+                        instead = nearest(name, names) or f"; it has {', '.join(dict.fromkeys(names))}"
+                        message = f"{function.__qualname__} has no option {name}{instead}"
+                        raise SceneError(name, options[name], message=message)
+            return function(*args, **options)
+
+        checked.handed_on = handed_on  # type: ignore[attr-defined]
+        return checked
+
+    return checking
 
 
 def short_entries(value: Any) -> str:

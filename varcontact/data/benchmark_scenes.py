@@ -15,6 +15,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 
 
+@checks.named_options()
 def standard_bank(cells: int = 12) -> dict[str, Scene]:
     """Fourteen scenes by name, dimensionless (G = 1, Fz = 1), from easy to hard.
 
@@ -36,6 +37,7 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
     return _on_grids("standard", cells)
 
 
+@checks.named_options()
 def unlike_bank(cells: int = 12) -> dict[str, Scene]:
     """Twenty scenes of unlike bodies by name, dimensionless: four pairs of
     bodies in five motions each.

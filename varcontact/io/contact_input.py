@@ -42,6 +42,7 @@ Case = dict[str, Any]
 "surface"."""
 
 
+@checks.named_options()
 def read_contact_input(path: str | Path) -> list[Scene]:
     """The cases of an input file of CONTACT, module 3, as scenes on the same elements.
 

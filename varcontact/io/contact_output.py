@@ -62,6 +62,7 @@ class ContactOutput:
     patches: tuple[dict[str, float], ...]
 
 
+@checks.named_options()
 def read_contact_output(path: str | Path) -> list[ContactOutput]:
     """The forces, moments, creepages and approaches that CONTACT printed, from
     its file ``<experiment>.out``.

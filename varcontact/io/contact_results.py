@@ -98,6 +98,7 @@ class ContactResult:
         """Of an element, with the length of the one row of a line contact."""
         return self.values["DX"] * self.values["DY"]
 
+    @checks.named_options()
     def scene(self, motion: Steady | Shift) -> Scene:
         """The problem as the file has it: elements, undeformed distance, bodies, friction, and the approach H + UN.
 
@@ -142,6 +143,7 @@ class ContactResult:
             message = f"bodies: M = {M}, {OTHER_BODIES[M]}, cannot be certified; elastic half-spaces (M = 0) can"
             raise SceneError("bodies", OTHER_BODIES[M], message=message)
 
+    @checks.named_options()
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of a `scene`.
 
@@ -169,6 +171,7 @@ class ContactResult:
         return self.traction, self.pressure
 
 
+@checks.named_options()
 def read_contact_result(path: str | Path) -> ContactResult:
     """Pressures and tractions of a case that CONTACT solved, from its file
     ``<experiment>.<case>.mat``.

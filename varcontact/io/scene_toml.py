@@ -58,6 +58,7 @@ SOLVE_KEYS = (
 )  # fmt: skip
 
 
+@checks.named_options()
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     """Read a scene from a TOML file.
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from varcontact import checks
 from varcontact.plotting import style
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.frequency import FrequencyResponse
@@ -44,6 +45,7 @@ def plot_response(
     return figure
 
 
+@checks.named_options()
 def plot_growth(
     growth: xr.Dataset,
     *,

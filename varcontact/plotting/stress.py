@@ -38,6 +38,7 @@ LAYERS, ACROSS = 25, 40
 """Depths of a section in each body, and points at most across the contact."""
 
 
+@checks.named_options()
 def plot_stress(
     sol: Solution | Patch,
     quantity: str = "von_mises",

@@ -46,6 +46,7 @@ MOST_ERROR = 100.0
 """Errors in per cent above which a method is of no use: not drawn."""
 
 
+@checks.named_options()
 def plot_curve(
     solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]] | xr.Dataset,
     *,
@@ -174,6 +175,7 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
     return curves, along.label(CREEPAGES[against][0]), Measure(1.0, ""), "friction limit"
 
 
+@checks.named_options()
 def plot_comparison(table: pd.DataFrame) -> Figure:
     """Picture of a comparison: error of the tractions against time, a point for
     each scene and method.

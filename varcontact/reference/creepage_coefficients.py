@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.checks import broadcasting, poisson, positives
 
 
@@ -30,6 +31,7 @@ class CreepageCoefficients:
     C33: Any
 
 
+@checks.named_options()
 def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     """Creepage and spin coefficients of an elliptic contact, for any axial
     ratio and Poisson's ratio.

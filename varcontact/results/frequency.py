@@ -83,6 +83,7 @@ class FrequencyResponse:
         fields = {name: (("wave_number", "input"), self.values[:, i]) for i, name in enumerate(self.outputs)}
         return xr.Dataset(fields, coords=coordinates)
 
+    @checks.named_options()
     def plot(self, output: str = "Fx", by: str = "vx", *, figsize: tuple[float, float] | None = None) -> Figure:
         """Bode's diagram, size and phase over the wave number, and Nyquist's, of one derivative.
 
@@ -97,6 +98,7 @@ class FrequencyResponse:
 
         return plot_response(self, output, by, figsize)
 
+    @checks.named_options()
     def state_space(
         self,
         order: int = 6,
@@ -247,6 +249,7 @@ def _rational(s: np.ndarray, values: np.ndarray, order: int) -> tuple[np.ndarray
     return poles, fit[:-1] * sizes, fit[-1].real * sizes
 
 
+@checks.named_options()
 @one_blas_thread()
 def corrugation_growth(
     sol: Solution,

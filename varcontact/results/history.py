@@ -134,6 +134,7 @@ class History(Reported, Sequence[Solution]):
         dq = self.dq
         return series_of(self, "friction_work") * np.where(dq > 0, dq, 1.0)
 
+    @checks.named_options()
     def temperature(self, k: int = -1) -> np.ndarray:
         """Temperature of the surfaces of body 1 and body 2 at the end of a
         step, followed along the material.
@@ -162,6 +163,7 @@ class History(Reported, Sequence[Solution]):
         path = [*heat_before(self.scene.motion.start), *map(heat_of, self[:count])]
         return temperatures_in_time(path, self.grid.sides[0], thermal)
 
+    @checks.named_options()
     def work_along(self, period: float | None = None) -> xr.DataArray:
         """Work lost by friction where it was lost on the bodies: by area, along
         the way X that they have rolled.
@@ -259,6 +261,7 @@ class History(Reported, Sequence[Solution]):
 
         return dataset(self)
 
+    @checks.named_options()
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
 
@@ -269,6 +272,7 @@ class History(Reported, Sequence[Solution]):
 
         save(self, path, overwrite)
 
+    @checks.named_options()
     def plot(self, figsize: tuple[float, float] | None = None) -> Figure:
         """Picture of the forces, the creepages that prescribed forces gave, and the areas along the middle row.
 
@@ -279,6 +283,7 @@ class History(Reported, Sequence[Solution]):
 
         return plot_history(self, figsize)
 
+    @checks.named_options()
     def animate(self, path: str | Path, fps: float = 10.0, overwrite: bool = False) -> None:
         """Write a moving picture: stick and slip with the tractions in each step, over the forces of all.
 

@@ -329,6 +329,7 @@ class Solution(Reported):
 
         return dataframe(self)
 
+    @checks.named_options()
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a file in the format of its ending, whole or not at all.
 
@@ -342,6 +343,7 @@ class Solution(Reported):
 
         save(self, path, overwrite=overwrite)
 
+    @checks.named_options()
     def to_html(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the report as one web page, with picture and command; `path` (.html) and `overwrite` as of `save`."""
         check_ending("path", checks.file_name("path", path), ".html")
@@ -371,6 +373,7 @@ class Solution(Reported):
 
         return sensitivity(self)
 
+    @checks.named_options()
     def frequency_response(self, wave_number: float | Sequence[float] | np.ndarray) -> FrequencyResponse:
         """Complex derivatives of the forces by creepages, load and roughness that swing as the contact rolls.
 
@@ -382,6 +385,7 @@ class Solution(Reported):
 
         return frequency_response(self, wave_number)
 
+    @checks.named_options()
     def plot(
         self,
         what: Panel | Sequence[Panel] | None = None,
@@ -421,6 +425,7 @@ class Solution(Reported):
 
         return plot(self, what, ax=ax, figsize=figsize, y=y)
 
+    @checks.named_options()
     def section(
         self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
     ) -> Figure:

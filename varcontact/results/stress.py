@@ -100,6 +100,7 @@ class SubsurfaceStress:
         return np.asarray(principal[0] - principal[2])
 
 
+@checks.named_options()
 def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> SubsurfaceStress:
     """The elastic field at any points in or on one body, from a solution's surface tractions.
 
@@ -163,6 +164,7 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
     return _field(solution, side, given, flat, below=False)
 
 
+@checks.named_options()
 def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> SubsurfaceStress:
     """The elastic field below all element centres at some depths: by FFT, much
     faster than point by point.

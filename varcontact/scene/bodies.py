@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
+from varcontact import checks
 from varcontact.checks import Checked, is_array, poisson_ratio, positive, positive_or_infinite
 from varcontact.errors import SceneError
 
@@ -79,6 +80,7 @@ class Bodies(Checked):
         object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
 
     @classmethod
+    @checks.named_options()
     def from_young(cls, E: float | tuple[float, float], nu: float | tuple[float, float]) -> Bodies:
         """From Young's modulus, (160): ``G = E / (2 (1 + nu))``.
 

@@ -73,6 +73,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
     __repr__ = checks.short_entries
 
     @classmethod
+    @checks.named_options()
     def flat(cls, length: float, radius: float, at: float, worn: bool = False, samples: int = 201) -> Carried:
         """A wheel flat, straight across.
 
@@ -114,6 +115,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
             depth = half**2 / (2 * radius) * (1 + np.cos(np.pi * s / half)) / 2
         return cls(-depth, checks.number("at", at) + s)
 
+    @checks.named_options()
     def on(self, grid: Grid, rolled: float) -> np.ndarray:
         """Height at the element centres of a grid.
 
@@ -139,6 +141,7 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
             found[np.ix_(rows, inside)] = self._between.at(X[inside], y[rows])
         return found
 
+    @checks.named_options()
     def worn(self, depth: np.ndarray) -> Carried:
         """The same less a depth.
 

@@ -381,6 +381,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
         return scene_text(self)
 
+    @checks.named_options()
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a scene file, which `read_scene` and the command line read; whole or not at all.
 

@@ -38,6 +38,7 @@ class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
     line: ClassVar[bool] = False
 
     @classmethod
+    @checks.named_options()
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
         """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
 
@@ -262,6 +263,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         lateral = np.cos(angle) * traction[1] - np.sin(angle) * pressure
         return np.array([traction[0], lateral]), np.sin(angle) * traction[1] + np.cos(angle) * pressure
 
+    @checks.named_options()
     def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
         """Other `fields` (..., ny, nx) at the places of the samples, at the centres of the elements of a `grid`."""
         if self.x is None:
@@ -277,6 +279,7 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         assert self.x is not None
         return Interpolation.of(self.x, self.y, self.h)
 
+    @checks.named_options()
     def smoothed(self, wavelength: float) -> SampledDistance:
         """The surface without waves shorter than a wavelength: for measured
         samples whose noise rules the pressure.

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, shape_with_margin, wanted_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.penetration import outside
@@ -26,6 +27,7 @@ SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (
 """Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind of method."""
 
 
+@checks.named_options()
 def plan(
     scene: Scene,
     normal: str = "auto",

@@ -93,7 +93,7 @@ def select(
     for field, name in wanted.items():
         if not isinstance(name, str):
             raise SceneError(field, name, "the name of a method")
-    choice("method", method, PRESETS)
+    _check_method(method)
     _check_solvers(scene, normal, tangential)
     choice("coupling", coupling, ("auto", *COUPLING_METHODS))
     choice("formulation", formulation, ("auto", *FORMULATIONS))
@@ -129,6 +129,21 @@ def select(
         special=special,
         fallback=fallback,
     )
+
+
+def _check_method(method: str) -> None:
+    """Refuse a name that is no method; where it is one of something else, say of what."""
+    arguments = {
+        "tangential": [*registry.tangential_methods(), *THEORIES],
+        "normal": registry.normal_methods(),
+        "coupling": COUPLING_METHODS,
+        "formulation": FORMULATIONS,
+    }
+    if isinstance(method, str) and method not in PRESETS:
+        meant = [f'{argument}="{method}"' for argument, names in arguments.items() if method in names]
+        if meant:
+            raise SceneError("method", method, f"one of {', '.join(PRESETS)}; did you mean {' or '.join(meant)}?")
+    choice("method", method, PRESETS)
 
 
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:

@@ -65,6 +65,7 @@ def solve(
 ) -> HarmonicSolution: ...
 
 
+@checks.named_options()
 @one_blas_thread()
 def solve(
     scene: Scene,
@@ -230,6 +231,7 @@ def solve(
     return harmonic_solution(scene, found) if swings else found
 
 
+@checks.named_options()
 @one_blas_thread()
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
     """Judge tractions from any source by the gap and the residuals of the

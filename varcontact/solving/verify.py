@@ -35,6 +35,7 @@ ALONE = "the certificate is as stored in the file: a step by itself cannot be me
 ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
 
 
+@checks.named_options()
 def load(path: str | Path, certify: bool = True) -> Solution | History:
     """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
 

@@ -48,6 +48,7 @@ SHOWN = {
 """Headings of the printed table, with the columns under them and their format."""
 
 
+@checks.named_options()
 def compare(
     scenes: Scene | Mapping[str, Scene] | Sequence[Scene],
     methods: Iterable[str] = DEFAULT_METHODS,

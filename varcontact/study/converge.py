@@ -33,6 +33,7 @@ MOST_OFFSETS = 1000
 """Offsets of one grid: their mean has no noise left that matters."""
 
 
+@checks.named_options()
 def converge(
     scene: Scene,
     cells: Iterable[int],

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.html import Reported
 from varcontact.study.csv_table import cell, columns_of_text, plain_rows
@@ -80,6 +81,7 @@ class Convergence(Reported):
         ]
         return cls(runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None]))
 
+    @checks.named_options()
     def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
         """The row of `limits` of a `quantity` of `QUANTITIES`, as a dict; of the only `method`, or the one named.
 
@@ -93,6 +95,7 @@ class Convergence(Reported):
             raise SceneError("quantity, method", (quantity, method), message=message)
         return rows[0]
 
+    @checks.named_options()
     def plot(self, quantities: Sequence[str] | None = None) -> Figure:
         """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid.
 

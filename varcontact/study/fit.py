@@ -67,6 +67,7 @@ class CreepCurveFit(Reported):
         return "\n".join([*lines, f"residual {self.rms:.3g} (root mean square of the forces)"])
 
 
+@checks.named_options()
 def fit_creep_curve(
     scene: Scene,
     parameters: Mapping[str, tuple[float, float, float]],

@@ -34,6 +34,7 @@ FIELDS = {
 }
 
 
+@checks.named_options()
 def solve_many(
     scenes: Iterable[Scene],
     *,

@@ -63,11 +63,13 @@ class ContinuumValues:
         """The largest error bar of the values that count, in their units."""
         return max(self.bars[name] / unit for name, unit in self.units.items())
 
+    @checks.named_options()
     def error(self, found: Mapping[str, float]) -> float:
         """The error of an answer: the largest of the errors of its values `found`, in their units; NaN if one lacks."""
         return error(found, {name: self.values[name] for name in self.units}, self.units)
 
 
+@checks.named_options()
 def continuum_values(path: str | Path | None = None) -> dict[str, ContinuumValues]:
     """Scenes by name with their continuum values, from the package's own file.
 

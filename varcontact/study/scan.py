@@ -31,6 +31,7 @@ ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
 """The names of creepages, and of the shifts that take their place."""
 
 
+@checks.named_options()
 def scan(
     scene: Scene,
     creepages: np.ndarray,
@@ -141,6 +142,7 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
     return [replace(motion, **dict(zip(names, triple, strict=True))) for triple in given.tolist()]
 
 
+@checks.named_options()
 def creep_curve(
     scene: Scene,
     methods: Iterable[str] | Mapping[str, Mapping[str, Any]] = ("auto", "fastsim", "fastrip"),

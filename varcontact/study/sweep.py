@@ -80,6 +80,7 @@ class Standing:
         return f"{self.done} of {self.of} scenes{failed}{left}"
 
 
+@checks.named_options()
 def sweep(
     scenes: Scene | Sequence[Scene] | Mapping[str, Scene],
     over: Mapping[str, Any] | None = None,
@@ -221,6 +222,7 @@ def sweep(
     return tabulated(records, coordinates, described)
 
 
+@checks.named_options()
 def read_sweep(path: str | Path) -> xr.Dataset:
     """The results in the store of a sweep, also while it is running.
 

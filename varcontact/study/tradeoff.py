@@ -68,6 +68,7 @@ def default_ways() -> list[Way]:
     ]
 
 
+@checks.named_options()
 def tradeoff(
     scenes: Mapping[str, ContinuumValues] | None = None,
     methods: Iterable[str | Way] | None = None,
@@ -292,6 +293,7 @@ class Tradeoff(Reported):
         part = self.classes[(self.classes["kind"] == kind) & self.classes["front"]]
         return part.sort_values("processor_seconds")
 
+    @checks.named_options()
     def advice(self, targets: float | Sequence[float] = TARGETS) -> pd.DataFrame:
         """The fastest way of each class whose errors are below the `targets`, one or several, in all scenes.
 

@@ -59,6 +59,12 @@ class CreepForces:
     Mz: Any
 
 
+def theory_options() -> list[str]:
+    """Further arguments that some theory takes."""
+    return list(dict.fromkeys(name for names in OPTIONS.values() for name in names))
+
+
+@checks.named_options(lambda given: theory_options())
 def creep_forces(
     theory: TheoryName,
     *,
@@ -166,7 +172,7 @@ def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
     formula, known = VECTORISED[checks.choice("theory", theory, VECTORISED)], OPTIONS.get(theory, ())
     for name in options:
         if name not in known:
-            allowed = f"one of {', '.join(known)}" if known else "left out"
+            allowed = f"one of {', '.join(known)}{checks.nearest(name, known)}" if known else "left out"
             raise SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
     return formula
 

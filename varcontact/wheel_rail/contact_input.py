@@ -55,6 +55,7 @@ Case = dict[str, Any]
 "dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
 
 
+@checks.named_options()
 def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     """The cases of an input file of CONTACT, module 1, as wheels on rails.
 

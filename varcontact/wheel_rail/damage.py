@@ -47,6 +47,7 @@ class Shakedown:
     index_error: float
 
 
+@checks.named_options()
 def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     """A patch in the shakedown diagram.
 
@@ -79,6 +80,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     return Shakedown(utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error))
 
 
+@checks.named_options()
 def worn_profile(
     found: Sequence[WheelRailSolution],
     archard: Archard | ArchardMap,
@@ -143,6 +145,7 @@ def worn_profile(
     return replace(profile, y=profile.y + y, z=profile.z + z)
 
 
+@checks.named_options(lambda given: checks.options_of(WheelOnRail.solve))
 def wear_down(
     cases: Sequence[WheelOnRail | WheelSetOnTrack],
     archard: Archard | ArchardMap,

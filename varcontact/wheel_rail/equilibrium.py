@@ -196,7 +196,7 @@ def estimate_wheel_set(
     found = _solution(balance, x, solver, 0, None)
     if found.imbalance > tol:
         words = f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join"
-        warnings.warn(words, stacklevel=3)
+        warnings.warn(words, stacklevel=4)
     return found
 
 

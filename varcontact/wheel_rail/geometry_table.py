@@ -26,7 +26,7 @@ from varcontact import checks
 from varcontact.errors import NoContact, NotConverged, SceneError, VarcontactError
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.bodies import Bodies
-from varcontact.theories.creep_forces import TheoryName, elastic, formula_of
+from varcontact.theories.creep_forces import TheoryName, elastic, formula_of, theory_options
 from varcontact.theories.linear import Contact
 from varcontact.wheel_rail.locus import contact_locus
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
@@ -110,6 +110,7 @@ class GeometryTable:
 
     __repr__ = checks.short_entries
 
+    @checks.named_options()
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
         """Height of the axle and the contacts of a wheel.
 
@@ -149,6 +150,7 @@ class GeometryTable:
         found[:, 4:] *= (load / float(found[:, 6] @ np.cos(found[:, 3]))) ** GROWTH
         return float(weights @ z), found * MIRRORED if side == "left" else found
 
+    @checks.named_options(lambda given: theory_options())
     def forces(
         self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
     ) -> WheelSetForces:
@@ -199,6 +201,7 @@ class GeometryTable:
         return WheelSetForces(on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled.T, np.array([Fx, Fy]).T)
 
 
+@checks.named_options()
 def geometry_table(
     track: Track,
     wheelset: WheelSet,
@@ -274,7 +277,7 @@ def geometry_table(
             without.append((*at, error))
             continue
         if len(found.patches) > SLOTS:
-            warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=2)
+            warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=3)
         largest = sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS]
         kept = sorted(largest, key=lambda each: each.frame.origin[1])
         z[i, j], count[i, j], patches[i, j] = found.z, len(kept), 0.0
@@ -287,7 +290,7 @@ def geometry_table(
     if without:
         first_y, first_yaw, first = without[0]
         where = f"the first at y = {first_y:g} mm, yaw = {first_yaw:g}"
-        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=2)
+        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3)
     return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
 
 
@@ -307,6 +310,7 @@ def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int
     return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
 
+@checks.named_options()
 def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     """Rolling radius of the right wheel less that of the left, both where they touch first.
 
@@ -355,6 +359,7 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     return found if found.ndim else float(found)
 
 
+@checks.named_options()
 def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any:
     """The conicity of the wheel set whose motion is as long a wave, by EN 15302.
 

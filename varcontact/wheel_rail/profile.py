@@ -160,6 +160,7 @@ class Profile(checks.Checked):
         return preformatted(repr(self))
 
     @classmethod
+    @checks.named_options()
     def read(
         cls,
         path: str | Path,
@@ -227,17 +228,20 @@ class Profile(checks.Checked):
             raise SceneError(error.field, error.value, message=f"{name}: {error}") from None
 
     @classmethod
+    @checks.named_options()
     def s1002(cls, *, step: float = 0.25) -> Profile:
         """The wheel S1002 of EN 13715, its points a `step` apart [mm]."""
         y, z = s1002(checks.positive("step", step))
         return cls(y=y, z=z, kind="wheel", name="S1002")
 
     @classmethod
+    @checks.named_options()
     def rail_60e1(cls, *, step: float = 0.25) -> Profile:
         """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright, its points a `step` apart [mm]."""
         y, z = rail_60e1(checks.positive("step", step))
         return cls(y=y, z=z, kind="rail", name="60E1")
 
+    @checks.named_options()
     def save(self, path: str | Path) -> None:
         """Write the points to a file of two columns (.csv) at a `path`, as `read` takes it.
 
@@ -286,6 +290,7 @@ class Profile(checks.Checked):
         sign = 1 if self.kind == "rail" else -1
         return sign * self.running.curvatures(self.running.at(checks.numbers("y", y)))
 
+    @checks.named_options()
     def smoothed(self, length: float) -> Profile:
         """The same points with another smoothing, of the wavelength `length` [mm], see `Profile`."""
         return replace(self, smoothing=length)
@@ -384,7 +389,7 @@ def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) ->
     elif kind == "rail" and _hollow(z):
         words = "the rail is hollow, with z down; mirror_z=False says that it is, mirror_z=True that z points up"
     if words:
-        warnings.warn(f"{name}: {words}", DoubtfulProfile, stacklevel=3)
+        warnings.warn(f"{name}: {words}", DoubtfulProfile, stacklevel=4)
     return mirrored
 
 

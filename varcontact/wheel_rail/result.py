@@ -354,6 +354,7 @@ class Wear:
         return plot_wear(self)
 
 
+@checks.named_options()
 def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) -> Wear:
     """Indices of wear of a solved wheel on a rail.
 

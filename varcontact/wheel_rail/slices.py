@@ -134,6 +134,7 @@ class ProfileSlices(checks.Checked):
         return all(each is self.first for each in self.profiles) and not self.z.any()
 
     @classmethod
+    @checks.named_options(lambda given: checks.options_of(Profile.read))
     def read(cls, path: str | Path, kind: Kind, **options: Any) -> ProfileSlices | tuple[ProfileSlices, ...]:
         """Read slices from a file of CONTACT (`.slcs` of rails, `.slcw` of wheels).
 

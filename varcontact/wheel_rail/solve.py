@@ -69,7 +69,7 @@ def solve_wheel_on_rail(
     ((_, found),) = solve_wheels_on_rails([case], tol, certify, **methods)
     if isinstance(found, VarcontactError):
         raise found
-    warn(found, stacklevel=5)
+    warn(found, stacklevel=6)
     return found
 
 

@@ -39,6 +39,11 @@ OF_AXLE = ("outcome", "reason", "warnings", "y", "roll", "yaw", "z", "pitch_rate
 OF_WHEEL = ("Y_over_Q", "nadal")
 
 
+def _of_wheel_sets(given: Mapping[str, Any]) -> tuple[str, ...]:
+    return checks.options_of(WheelSetOnTrack.estimate if given.get("fast") is True else WheelSetOnTrack.solve)
+
+
+@checks.named_options(_of_wheel_sets)
 def sweep_wheel_sets(
     cases: WheelSetOnTrack | Mapping[str, WheelSetOnTrack],
     over: Mapping[str, Iterable[Any]],

@@ -39,7 +39,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.reference.hertz import approaches, hertz, semi_axes
-from varcontact.theories.creep_forces import TheoryName, creep_forces
+from varcontact.theories.creep_forces import TheoryName, creep_forces, formula_of
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
@@ -144,8 +144,9 @@ def estimate_wheel_on_rail(
     case: WheelOnRail, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
 ) -> FastWheel:
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
-    check_sides(case.track.profile, stacklevel=4)
+    check_sides(case.track.profile, stacklevel=5)
     normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
+    formula_of(tangential, {name: value for name, value in options.items() if name != "slope"})
     case.friction_at(0.0)  # refused if it is a law
 
     search, found = BearingHeight(case, tol), list[FastPatch]()

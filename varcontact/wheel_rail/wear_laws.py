@@ -116,6 +116,7 @@ class ArchardMap(checks.Checked, path="wear", **dict.fromkeys(("hardness", "k_se
         return np.asarray(np.where(pressed > self.seizure * self.hardness, self.k_seizure, mild))
 
 
+@checks.named_options()
 def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RAIL) -> np.ndarray:
     """Area worn off a wheel's profile by distance, by the function of British Rail.
 
@@ -143,6 +144,7 @@ def british_rail_wear(t_gamma: Any, diameter: float, pieces: Pieces = BRITISH_RA
     return _by_pieces("t_gamma", t_gamma, pieces) / checks.positive("diameter", diameter)
 
 
+@checks.named_options()
 def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarray:
     """Mass worn off R8T wheel steel by distance and area of contact, by the
     function of the University of Sheffield.
@@ -170,6 +172,7 @@ def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarr
     return _by_pieces("t_gamma_by_area", t_gamma_by_area, pieces)
 
 
+@checks.named_options()
 def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]] = WHOLE_LIFE) -> np.ndarray:
     """Damage of a rail by rolling contact fatigue by one passage, by the whole life rail model.
 

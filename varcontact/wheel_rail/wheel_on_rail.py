@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -111,6 +112,18 @@ class OnTrack(
     conformal: Literal["auto"] | bool = "auto"
     vertical_force: float | None = None
     z: float | None = None
+
+
+def _of_solve(given: Mapping[str, Any]) -> tuple[str, ...]:
+    from varcontact.solving.solve import solve
+
+    return checks.options_of(solve)
+
+
+def _of_theories(given: Mapping[str, Any]) -> list[str]:
+    from varcontact.theories.creep_forces import theory_options
+
+    return ["slope", *theory_options()]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -225,6 +238,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
             return self.wheelset.placed(self.side)
         return self.wheelset.surface(self.side, self.position.pitch)
 
+    @checks.named_options()
     def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
         """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
         theta = float(np.arcsin(location[0] / self.wheelset.radius))
@@ -248,6 +262,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         """The height of the axle at which the wheel just touches the rail [mm]."""
         return self.locus.touching
 
+    @checks.named_options()
     @one_blas_thread()
     def patches(self, z: float, *, with_grid: bool = True) -> tuple[ContactPatch, ...]:
         """All contact patches at a height of the axle, from left to right.
@@ -351,6 +366,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
         return creepages(self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle)
 
+    @checks.named_options(_of_solve)
     @one_blas_thread()
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the
@@ -385,6 +401,7 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
 
         return solve_wheel_on_rail(self, tol, certify, methods)
 
+    @checks.named_options(_of_theories)
     def estimate(
         self,
         normal: str = "virtual-penetration",

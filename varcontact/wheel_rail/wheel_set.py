@@ -111,6 +111,7 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
             if friction == 0 and not set(self.free) <= {"y", "roll"}:
                 raise SceneError("free", self.free, "y or roll: without friction nothing else is determined")
 
+    @checks.named_options()
     def wheel(self, side: Side, z: float) -> WheelOnRail:
         """The wheel on a `side`, with the axle at a height `z` [mm]."""
         friction: Any = self.friction
@@ -134,6 +135,7 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         position, velocity = replace(self.position, **at), replace(self.velocity, **moving)
         return replace(self, track=track, position=position, velocity=velocity)
 
+    @checks.named_options(lambda given: checks.options_of(WheelOnRail.solve))
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelSetSolution:
         """Solve all patches of both wheels, with the positions and velocities
         that balance the loads.
@@ -164,6 +166,7 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
 
         return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
 
+    @checks.named_options(lambda given: checks.options_of(WheelOnRail.estimate))
     def estimate(
         self,
         normal: str = "virtual-penetration",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.results.error_estimate import with_bar
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile, flange
@@ -100,11 +101,13 @@ class WheelSetSolution(WheelForces):
         """Friction power of all patches [W]; NaN by a theory that has no moment."""
         return sum(each.friction_power for each in self.patches)
 
+    @checks.named_options()
     def y_over_q(self, side: Side) -> float:
         """Lateral by vertical force of the wheel on a `side`, positive where it pushes its rail outwards [-]."""
         force = getattr(self, side).force
         return float(SIGN[side] * force[1] / force[2])
 
+    @checks.named_options()
     def nadal(self, side: Side) -> float:
         """Y/Q by Nadal's limit, ``(tan d - f)/(1 + f tan d)``, on a `side`.
 
