@@ -87,6 +87,39 @@ def test_what_forces_do_not_determine_is_said():
     assert fit.values["friction"] == pytest.approx(0.3, abs=3 * fit.errors["friction"])
 
 
+def test_a_parameter_on_a_bound_is_said_and_the_others_have_errors_with_it_fixed():
+    """Polach's k_A, 0.5, in a range that ends below: friction has the error of a fit without k_A, given the bound."""
+    noise = 100.0 * np.random.default_rng(3).normal(size=VX.size)
+    noisy = vc.creep_curve(wheel(), {"polach": {"k_A": 0.5, "k_S": 0.2}}, vx=VX).Fx[0].to_numpy() + noise
+    friction, k_S = (0.35, 0.1, 0.6), (0.15, 0.05, 0.3)
+    given = {"vx": VX, "Fx": noisy, "method": "polach"}
+    fit = vc.fit_creep_curve(wheel(), {"friction": friction, "k_A": (0.35, 0.3, 0.4), "k_S": k_S}, **given)
+    assert fit.on_bounds == ("k_A",)
+    assert fit.values["k_A"] == pytest.approx(0.4, rel=1e-3)
+    assert np.isnan(fit.errors["k_A"])
+    np.testing.assert_array_equal(np.isnan(fit.correlation), [[False, True, False], [True] * 3, [False, True, False]])
+    near = vc.fit_creep_curve(wheel(), {"friction": friction, "k_A": (0.4, 0.4, 0.4 + 1e-9), "k_S": k_S}, **given)
+    assert near.on_bounds == ("k_A",)
+    for name in ("friction", "k_S"):
+        assert fit.values[name] == pytest.approx(near.values[name], rel=1e-3)
+        assert fit.errors[name] == pytest.approx(near.errors[name], rel=0.01)
+        assert 0 < fit.errors[name] < np.inf
+    assert "k_A = 0.4 (on a bound of its range)" in fit.report()
+    assert "errors are those with k_A fixed" in fit.report()
+    wide = vc.fit_creep_curve(wheel(), {"friction": friction, "k_A": (0.4, 0.1, 1.0), "k_S": k_S}, **given)
+    assert wide.on_bounds == ()
+    assert wide.values["k_A"] == pytest.approx(0.5, abs=3 * wide.errors["k_A"])
+    assert "bound" not in wide.report()
+
+
+def test_one_parameter_alone_on_its_bound():
+    exact = vc.creep_curve(wheel(), ["fastsim"], vx=VX).Fx[0].to_numpy()
+    fit = vc.fit_creep_curve(wheel(), {"friction": (0.2, 0.1, 0.25)}, vx=VX, Fx=exact, method="fastsim")
+    assert fit.on_bounds == ("friction",)
+    assert fit.values["friction"] == pytest.approx(0.25, rel=1e-3)
+    assert "errors are those" not in fit.report()
+
+
 def test_options_of_theories_and_any_units():
     data = vc.creep_curve(wheel(), {"polach": {"k_A": 0.5, "k_S": 0.2}}, vx=VX)
     guesses = {"k_A": (0.9, 0.1, 1.0), "k_S": (0.4, 0.05, 1.0)}

@@ -285,7 +285,7 @@ def corrugation_growth(
     xarray.Dataset
         By wavelength, and by speed where there are several: `growth`, of the
         wave by the mean depth worn off, relative to its height [1/length];
-        `shift`, phase by which it moves towards +X by that depth [1/length];
+        `phase_shift`, phase by which it moves towards +X by that depth [1/length];
         `load_swing`, complex, by height [force/length]. `wear` (wavelength, y)
         is the complex work of the wave by its height and by area of the rail,
         `smooth` (y) that without the wave, by rows of elements.
@@ -360,7 +360,11 @@ def corrugation_growth(
             wear[i, j] = -of_row * (work @ np.exp(-1j * k[i] * grid.x))
             loads[i, j] = resultants["Fz"] @ amplitudes
     whole, dims = wear.sum(axis=-1) / smooth.sum(), ("wavelength", "speed")
-    fields: dict[str, Any] = {"growth": (dims, -whole.real), "shift": (dims, whole.imag), "load_swing": (dims, loads)}
+    fields: dict[str, Any] = {
+        "growth": (dims, -whole.real),
+        "phase_shift": (dims, whole.imag),
+        "load_swing": (dims, loads),
+    }
     fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
     places = {"wavelength": np.atleast_1d(np.asarray(wavelengths, float)), "y": grid.y, "speed": np.atleast_1d(speed)}
     dataset = xr.Dataset(fields, places)

@@ -24,6 +24,8 @@ REFUSED = 10.0
 """Residual, by the largest force, of parameters that a scene refuses: no step ends there."""
 DIFFERENCE = 1e-3
 """Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where areas change."""
+BESIDE = 0.01
+"""Distance from a bound, by the range, within which a parameter may stand on it: the search stays inside."""
 SEEN = 1e-8
 """Least effect of a combination of parameters on the forces, by that of the one with the greatest."""
 
@@ -37,9 +39,12 @@ class CreepCurveFit(Reported):
     values, errors : dict of str to float
         By parameter. The errors assume independent errors of the measurements,
         of one size unless `sigma` says it; inf where they exceed the range of a
-        parameter: these forces do not determine it.
+        parameter: these forces do not determine it. NaN on a bound.
+    on_bounds : tuple of str
+        Parameters that stand on a bound of their range, where the forces would
+        have them beyond; the errors of the others are with these fixed.
     correlation : ndarray, shape (k, k)
-        Between the parameters.
+        Between the parameters; NaN for those on bounds.
     rms : float
         Root mean square of the residuals [force].
     scene : Scene
@@ -52,6 +57,7 @@ class CreepCurveFit(Reported):
 
     values: dict[str, float]
     errors: dict[str, float]
+    on_bounds: tuple[str, ...]
     correlation: np.ndarray
     rms: float
     scene: Scene
@@ -60,11 +66,15 @@ class CreepCurveFit(Reported):
 
     def report(self) -> str:
         """The parameters with their errors, a line each, and the residual."""
-        unknown = {
-            name: "" if error < np.inf else " (not determined by these forces)" for name, error in self.errors.items()
-        }
-        lines = [f"{name} = {with_bar(value, self.errors[name])}{unknown[name]}" for name, value in self.values.items()]
+        lines = [self._line(name, value, self.errors[name]) for name, value in self.values.items()]
+        if self.on_bounds and len(self.on_bounds) < len(self.values):
+            lines.append(f"errors are those with {', '.join(self.on_bounds)} fixed")
         return "\n".join([*lines, f"residual {self.rms:.3g} (root mean square of the forces)"])
+
+    def _line(self, name: str, value: float, error: float) -> str:
+        if name in self.on_bounds:
+            return f"{name} = {value:.4g} (on a bound of its range)"
+        return f"{name} = {with_bar(value, error)}{' (not determined by these forces)' if error == np.inf else ''}"
 
 
 @checks.named_options()
@@ -117,7 +127,7 @@ def fit_creep_curve(
     Notes
     -----
     Trust-region least squares (`scipy.optimize.least_squares`); the errors are from the curvature at the minimum,
-    ``sigma^2 (J'J)^-1``.
+    ``sigma^2 (J'J)^-1``, over the parameters that do not stand on a bound.
 
     Examples
     --------
@@ -187,17 +197,36 @@ def fit_creep_curve(
     size = np.maximum(np.abs(first), 1e-3 * (high - low))
     found = least_squares(residuals, first, bounds=(low, high), x_scale=size, diff_step=DIFFERENCE)
     rms = scale * float(np.sqrt(np.mean(found.fun**2)))
-    spread = scale * np.sqrt(2 * found.cost / (used.sum() - len(names))) if sigma is None else sigma
-    _, seen, ways = np.linalg.svd(found.jac * size, full_matrices=False)
-    spreads = ways.T * size[:, None] / np.maximum(seen, SEEN * seen[0]) * (spread / scale)
-    errors, inverse = np.linalg.norm(spreads, axis=1), spreads @ spreads.T
+    held = _on_bounds(found, size, low, high)
+    free = np.flatnonzero(~held)
+    spread = scale * np.sqrt(2 * found.cost / (used.sum() - free.size)) if sigma is None else sigma
+    errors, correlation = np.full(len(names), np.nan), np.full((len(names), len(names)), np.nan)
+    if free.size:
+        errors[free], correlation[np.ix_(free, free)] = _spread(found.jac[:, free], size[free], spread / scale)
     fitted, options, curve = curve_of(found.x)
     return CreepCurveFit(
         values=dict(zip(names, found.x.tolist(), strict=True)),
-        errors=dict(zip(names, np.where(errors < high - low, errors, np.inf).tolist(), strict=True)),
-        correlation=inverse / np.outer(errors, errors),
+        errors=dict(zip(names, np.where(errors >= high - low, np.inf, errors).tolist(), strict=True)),
+        on_bounds=tuple(name for name, on_bound in zip(names, held, strict=True) if on_bound),
+        correlation=correlation,
         rms=rms,
         scene=fitted,
         options=options,
         curve=curve,
     )
+
+
+def _on_bounds(found: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """True for parameters on a bound: as the search has it, or beside one, beyond which the next step would lead."""
+    step = np.linalg.lstsq(found.jac * size, -found.fun, rcond=SEEN)[0] * size
+    beside = np.minimum(found.x - low, high - found.x) <= BESIDE * (high - low)
+    beyond = (found.x + step < low) | (found.x + step > high)
+    return np.asarray((found.active_mask != 0) | (beside & beyond))
+
+
+def _spread(jacobian: np.ndarray, size: np.ndarray, spread: float) -> tuple[np.ndarray, np.ndarray]:
+    """Standard errors and correlation of parameters, from derivatives of residuals that have a standard error."""
+    _, seen, ways = np.linalg.svd(jacobian * size, full_matrices=False)
+    spreads = ways.T * size[:, None] / np.maximum(seen, SEEN * seen[0]) * spread
+    errors = np.linalg.norm(spreads, axis=1)
+    return errors, spreads @ spreads.T / np.outer(errors, errors)
