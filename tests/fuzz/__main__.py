@@ -20,7 +20,7 @@ def too_long(*_):
 
 
 parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
-parser.add_argument("campaign", choices=("scenes", "certificates", "files", "arguments", "extremes"))
+parser.add_argument("campaign", choices=("scenes", "certificates", "files", "flips", "arguments", "extremes"))
 parser.add_argument("--seed", type=int, default=0, help="which cases (default 0)")
 parser.add_argument("--cases", type=int, help="how many (default 100; all extremes)")
 parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")

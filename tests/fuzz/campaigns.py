@@ -8,14 +8,14 @@ import varcontact as vc
 from tests.conditions import Held
 from tests.elasticity_again import influence
 from tests.fuzz.arguments import arguments
-from tests.fuzz.files import files
+from tests.fuzz.files import files, flips
 from tests.fuzz.judge import faults, projected, untruths
 from tests.fuzz.outcome import Case
 from tests.fuzz.scenes import scene
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 from varcontact.theories.on_grid import THEORIES
 
-__all__ = ["arguments", "certificates", "files", "scenes"]
+__all__ = ["arguments", "certificates", "files", "flips", "scenes"]
 Random = np.random.Generator
 SLOW = ("cvxpy:",)
 """Rarely taken: a solve is more than ten times as long."""

@@ -1,4 +1,4 @@
-"""Cases of bad files: scenes in TOML, damaged at random."""
+"""Cases of bad files: scenes in TOML, damaged at random, and files of results with one bit flipped."""
 
 import json
 import math
@@ -6,6 +6,7 @@ import tempfile
 import tomllib
 from collections.abc import Callable
 from copy import deepcopy
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 import varcontact as vc
 from tests.fuzz.junk import PLAIN
 from tests.fuzz.outcome import Case, says_what
+from tests.scenes import make_scene
 
 Random = np.random.Generator
 SMALL, SHORT = 600, 10
@@ -134,3 +136,74 @@ def _toml(value) -> str:
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(key)} = {_toml(each)}" for key, each in value.items()) + "}"
     return '"none"' if value is None else str(value)
+
+
+# ----------------------------------------------------------------------------- flipped bits
+
+
+def flips(rng: Random) -> Case:
+    """One bit of a solution, a history or a sweep flipped: refused, or every figure in it is as before."""
+    name = str(rng.choice(["solution.nc", "history.nc", "sweep.nc"]))
+    content, before = results_to_damage()[name]
+    place, bit = int(rng.integers(len(content))), int(rng.integers(8))
+    damaged = bytearray(content)
+    damaged[place] ^= 1 << bit
+
+    def within() -> list[str]:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / name
+            path.write_bytes(damaged)
+            return different(figures_of(path), before)
+
+    return Case(f"bit {bit} of byte {place} of {name}", within, says_what, bad_input=True)
+
+
+Figures = list[dict[str, bytes]]
+"""Of each step of a solution or a history, or each scene of a sweep."""
+
+
+@cache
+def results_to_damage() -> dict[str, tuple[bytes, Figures]]:
+    """Files of results, with the figures in them."""
+    grid = vc.Grid(nx=6, ny=6)
+    rolling = make_scene(vc.Ellipse(a=1.2, b=0.9), motion=vc.Steady(vx=0.04), grid=grid)
+    steps = make_scene(vc.Paraboloids(10.0, 10.0), 0.3, vc.Transient(steps=4, dq=0.2, vx=0.01), grid)
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / name for name in ("solution.nc", "history.nc", "sweep.nc")]
+        vc.solve(rolling).save(paths[0])
+        vc.solve(steps).save(paths[1])
+        vc.sweep(rolling, {"motion.vx": [0.01, 0.02, 0.05]}, store=paths[2])
+        for path in paths:
+            found[path.name] = path.read_bytes(), figures_of(path)
+    return found
+
+
+def figures_of(path: Path) -> Figures:
+    """All figures in a file of results, as bytes."""
+    if path.name == "sweep.nc":
+        swept = vc.read_sweep(path)
+        names = [*swept.data_vars, *swept.coords]
+        scenes = [swept.isel({"motion.vx": k}) for k in range(swept.sizes["motion.vx"])]
+        return [{name: scene[name].values.tobytes() for name in names} for scene in scenes]
+    found = vc.load(path, certify=False)
+    names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage", "power_density")
+    steps = [found] if isinstance(found, vc.Solution) else list(found)
+    figures = [{name: np.asarray(getattr(sol, name)).tobytes() for name in names} for sol in steps]
+    for sol, each in zip(steps, figures, strict=True):
+        each["report"] = repr((sol.certificate.plain(), sol.iterations, sol.timing, sol.scene)).encode()
+    if isinstance(found, vc.History):
+        series = {"normal_force": found.normal_force, "forces": found.force, "approach": found.approach}
+        for name, values in series.items():
+            for each, value in zip(figures, values, strict=True):
+                each[f"{name} of the history"] = np.asarray(value).tobytes()
+    return figures
+
+
+def different(found: Figures, before: Figures) -> list[str]:
+    """Figures that are others than before; a scene may be called unfinished, and the last step may be missing."""
+    faults = [] if len(found) in (len(before), len(before) - 1) else [f"{len(found)} of {len(before)}"]
+    for k, (now, then) in enumerate(zip(found, before, strict=False)):
+        unfinished = "outcome" in now and not any(now["outcome"])
+        faults += [] if unfinished else [f"{k}: {name}" for name in then if now[name] != then[name]]
+    return faults

@@ -4,9 +4,11 @@ import contextlib
 import json
 import os
 import random
+import shutil
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import pytest
@@ -14,36 +16,76 @@ import pytest
 import varcontact as vc
 from tests.command import ROLLING_SPHERES, assert_bad_input, run, scene_file
 from tests.scenes import refused
+from varcontact.io.records import checked_layout
 from varcontact.io.solution import without_checksum
 from varcontact.system.files import SCENE_BYTES
 
 SCENE = scene_file(cells=6)
+DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory, rolling):
-    """A solution and a history, by name, as bytes."""
+    """A solution, a history and a sweep, by name, as bytes."""
     folder = tmp_path_factory.mktemp("whole")
     grid = vc.Grid(nx=6, ny=6)
     vc.solve(rolling(grid=grid)).save(folder / "solution.nc")
     motion, surface = vc.Transient(steps=2, vx=0.01), vc.Paraboloids(1.0, 0.8)
     vc.solve(rolling(grid=grid, surface=surface, normal_force=1e-3, motion=motion), store=folder / "history.nc")
-    return {name: (folder / f"{name}.nc").read_bytes() for name in ("solution", "history")}
+    vc.sweep(rolling(grid=grid), {"motion.vx": [0.01, 0.02]}, store=folder / "sweep.nc")
+    return {name: (folder / f"{name}.nc").read_bytes() for name in ("solution", "history", "sweep")}
 
 
 def read_all(path):
     """Everything that a file can be asked for."""
+    if b"varcontact sweep index" in path.read_bytes():
+        return [vc.read_sweep(path)]
     found = vc.load(path)
     if isinstance(found, vc.History):
         return [found.rolled, *(sol.report() for sol in found)]
     return [found.report()]
 
 
+@pytest.mark.parametrize("name", ["solution", "sweep"])
+def test_damage_that_keeps_hdf5_busy_for_ever(files, tmp_path, name):
+    """Beyond Ctrl-C: the checksum is compared before HDF5 opens the file."""
+    content, path = bytearray(files[name]), tmp_path / "damaged.nc"
+    content[1873:2073] = bytes(200)
+    path.write_bytes(content)
+    read = vc.load if name == "solution" else vc.read_sweep
+    refused(lambda: read(path), match=r"is damaged \(its bytes are not those", error=vc.OutputError)
+
+
+def test_a_history_goes_on_from_steps_that_are_whole(rolling, tmp_path):
+    """One flipped bit in a step, or an earlier version, whose steps have no checksum."""
+    motion, grid = vc.Transient(steps=4, dq=0.2, vx=0.01), vc.Grid(nx=6, ny=6)
+    scene, store = rolling(grid=grid, motion=motion), tmp_path / "run.nc"
+
+    def stop(word):
+        if word.startswith("3 of"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted):
+        vc.solve(scene, store=store, progress=stop)
+    whole = store.read_bytes()
+    content, layout = bytearray(whole), checked_layout(store)
+    content[layout.begin + layout.size // 2] ^= 1
+    store.write_bytes(content)
+    for call in (lambda: vc.solve(scene, store=store), lambda: vc.load(store).normal_force, vc.load(store).to_xarray):
+        refused(call, match=r"is damaged in step 0 \(its bytes are not those", error=vc.OutputError)
+    assert store.read_bytes() == content
+    shutil.copy(DATA / "history_format_1.nc", store)
+    words = "was written by an earlier version, and can only be read; name a new file"
+    earlier = vc.load(store)
+    assert len(earlier) == 2
+    refused(lambda: vc.solve(earlier.scene, store=store), match=words, error=vc.OutputError)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_random_damage(files, tmp_path, seed):
     """Whatever bytes are changed: the file is refused, or what it says is measured."""
     chance, path = random.Random(seed), tmp_path / "damaged.nc"
-    content = bytearray(files[chance.choice(["solution", "history", "history"])])
+    content = bytearray(files[chance.choice(["solution", "history", "history", "sweep"])])
     for _ in range(chance.choice([1, 3, 30])):
         content[chance.randrange(min(len(content), chance.choice([200, 4000, 10**9])))] = chance.randrange(256)
     if seed % 4 == 0:

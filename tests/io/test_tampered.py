@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.io import netcdf_file
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
+from varcontact.io.records import checked_layout
 from varcontact.io.solution import AS_STORED
 from varcontact.solving.verify import ALONE, ANEW
 
@@ -187,13 +189,24 @@ def test_as_stored_is_said(sol, tmp_path):
         vc.load(tmp_path / "sol.nc", certify="perhaps")
 
 
+def with_other_tractions(path, step):
+    """Half the tractions in a step, and the checksum that fits them."""
+    layout = checked_layout(path)
+    content, at = bytearray(path.read_bytes()), layout.begin + step * layout.size
+    with netcdf_file(path, "r", mmap=False) as file:
+        old = file.variables["traction"][step].tobytes()
+    new = (np.frombuffer(old, ">f8") * 0.5).astype(">f8").tobytes()
+    record = bytes(content[at : at + layout.size - 4]).replace(old, new)
+    content[at : at + layout.size] = record + zlib.crc32(record).to_bytes(4, "big")
+    path.write_bytes(content)
+
+
 def test_a_history_is_measured_step_by_step(tmp_path):
     """Lazily: what is wrong with a step is found when it, or what goes on from it, is asked for."""
     path = tmp_path / "history.nc"
     rolling = vc.Transient(steps=4, dq=0.1, vx=4e-3)
     vc.solve(dataclasses.replace(HISTORY, motion=rolling)).save(path)
-    with netcdf_file(path, "a", mmap=False) as file:
-        file.variables["traction"][1] *= 0.5
+    with_other_tractions(path, step=1)
     again = vc.load(path)
     assert len(again) == 4
     assert again[0].note == again[3].note == ""

@@ -19,7 +19,7 @@ import pytest
 import xarray as xr
 
 import varcontact as vc
-from varcontact.io.records import record_type
+from varcontact.io.records import INDEX_MARK, record_type
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
@@ -136,21 +136,50 @@ def test_a_single_scene_of_normal_contact_and_theories(scene):
     assert (vc.sweep(scene, OVER, tangential="fastsim")["outcome"] == "approximate").all()
 
 
-def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
-    """Own processes, threads, and a cluster of two worker processes."""
+@pytest.fixture(scope="module")
+def client():
+    """That of a cluster of two worker processes, which makes itself dask's default."""
     from distributed import Client, LocalCluster
 
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
+    with cluster, Client(cluster) as client:
+        assert len(client.scheduler_info()["workers"]) == 2
+        yield client
+
+
+def test_all_executors_give_the_same_bytes(scene, alone, client, tmp_path):
+    """Own processes, threads, and a cluster."""
     expected, swept = alone[0].read_bytes(), alone[1]
     assert vc.sweep(scene, OVER, chunk=4, workers=2, store=tmp_path / "processes.nc").identical(swept)
     with ThreadPoolExecutor(2) as pool:
         vc.sweep(scene, OVER, chunk=4, executor=pool, store=tmp_path / "threads.nc")
         assert pool.submit(int).result() == 0, "it stays open"
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
-    with cluster, Client(cluster, set_as_default=False) as client:
-        assert len(client.scheduler_info()["workers"]) == 2
-        vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
+    vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
     same = {file.stem: file.read_bytes() == expected for file in tmp_path.iterdir()}
     assert same == {"processes": True, "threads": True, "cluster": True}
+
+
+def test_a_worker_of_the_cluster_dies(scene, alone, client, tmp_path):
+    """Dask gives its chunk to another one, and the store is the same."""
+    pids = list(client.run(os.getpid).values())
+
+    def kill(standing):
+        if standing.done == 4:
+            os.kill(pids[0], signal.SIGKILL)
+
+    vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "sweep.nc", progress=kill)
+    assert (tmp_path / "sweep.nc").read_bytes() == alone[0].read_bytes()
+
+
+def test_files_are_written_beside_a_client_of_dask(scene, client, tmp_path):
+    """Xarray would ask the cluster for a lock of each file, also of one in memory."""
+    sol, rolling = vc.solve(scene), vc.Transient(steps=2, dq=0.2, vx=0.01)
+    sol.save(tmp_path / "solution.nc")
+    assert vc.load(tmp_path / "solution.nc").pressure.tobytes() == sol.pressure.tobytes()
+    history = vc.solve(dataclasses.replace(scene, motion=rolling), store=tmp_path / "history.nc")
+    assert vc.load(tmp_path / "history.nc").to_xarray().identical(history.to_xarray())
+    swept = vc.sweep(scene, OVER, store=tmp_path / "sweep.nc")
+    assert vc.read_sweep(tmp_path / "sweep.nc").identical(swept)
 
 
 def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):
@@ -308,15 +337,18 @@ def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
     assert store.read_bytes() == alone[0].read_bytes()
 
 
-def test_another_file_is_refused_and_stays(scene, tmp_path):
-    store, no_sweep = tmp_path / "run.nc", "is not a 'varcontact sweep 2' file"
+def test_another_file_is_refused_and_stays(scene, alone, tmp_path):
+    netcdf = alone[0].read_bytes().partition(INDEX_MARK)[0]
+    store, no_sweep = tmp_path / "run.nc", "is not a 'varcontact sweep 3' file"
     vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0.2, vx=0.01)), store=store)
     vc.solve(scene).save(tmp_path / "solution.nc")
     for content, words in (
         (store.read_bytes(), no_sweep),
         ((tmp_path / "solution.nc").read_bytes(), no_sweep),
         (b"words", no_sweep),
-        (b"\x89HDF\r\n\x1a\n" + bytes(40), r"cannot be read as a sweep \(.*\)"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(40), no_sweep),
+        (netcdf, r"is damaged \(its index is missing\)"),
+        (netcdf.replace(b"sweep 3", b"sweep 2"), "is a sweep of an earlier version: .*"),
         ((ROOT / "tests" / "data" / "sweep_format_1.nc").read_bytes(), "is a sweep of an earlier version: .*"),
     ):
         store.write_bytes(content)

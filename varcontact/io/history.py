@@ -8,14 +8,14 @@ and nothing of it is kept in memory.
 
 from __future__ import annotations
 
-import io
 import json
 import operator
 import os
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -23,7 +23,18 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.records import COUNT_AT, HISTORY_FORMAT, MAGIC, SERIES, step_to_bytes
+from varcontact.io.records import (
+    COUNT_AT,
+    HISTORY_FORMAT,
+    MAGIC,
+    NOT_AS_WRITTEN,
+    SERIES,
+    UNCHECKED_HISTORY,
+    Layout,
+    check_steps,
+    checked_layout,
+    step_to_bytes,
+)
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, READ, SIZES, assembled, refuse_corrected, solution_from_bytes
 from varcontact.results.history import History
@@ -59,21 +70,26 @@ class Stored(Sequence[Solution]):
                 if not files.begins_with(path, MAGIC):
                     raise OutputError("store", path, "exists already and holds no history")
                 other = cls.read(path)
-                with _file(path) as file:
-                    if len(other) and "power_density" not in file.variables:
-                        raise OutputError("store", path, "was written by an earlier version, and can be read only")
+                if _layout(path) is None:
+                    raise OutputError(
+                        "store", path, "was written by an earlier version, and can only be read; name a new file"
+                    )
                 if _identity(stored) != _identity(other):
                     raise OutputError("store", path, "holds the history of another scene, or by other methods")
+                other.check()
             yield stored
 
     @classmethod
     def read(cls, path: Path) -> Stored:
         """The steps in a file that is there."""
         with _file(path) as file:
-            if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
+            form = getattr(file, "format", b"").decode(errors="replace")
+            if form not in (HISTORY_FORMAT, UNCHECKED_HISTORY):
                 raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
             refuse_corrected(path, file.variables)
             with files.reading(path):
+                if form == HISTORY_FORMAT and _layout(path) is None:
+                    raise ValueError(NOT_AS_WRITTEN)
                 scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
                 settings = _entry(file, "settings")
                 settings["tol"] = checks.positive("tol", settings["tol"])
@@ -93,12 +109,17 @@ class Stored(Sequence[Solution]):
             return Grid(**_entry(file, "grid"))
 
     def __len__(self) -> int:
-        try:
-            with self.path.open("rb") as file:
-                file.seek(COUNT_AT)
-                return int.from_bytes(file.read(4), "big")
-        except FileNotFoundError:
+        if not self.path.exists():
             return 0
+        layout = _layout(self.path)
+        count = _count(self.path)
+        size = self.path.stat().st_size
+        if layout is not None:
+            # behind the steps that count is a part of the next one at most; others may add steps meanwhile
+            most = layout.begin + (_count(self.path) + 1) * layout.size
+            if not layout.begin + count * layout.size <= size <= most:
+                raise OutputError("path", self.path, f"is damaged (it has not the size of {count} steps)")
+        return count
 
     def __getitem__(self, k: Any) -> Any:
         """A step; it is `History` that takes slices."""
@@ -110,7 +131,15 @@ class Stored(Sequence[Solution]):
         with files.reading(self.path, f"is damaged in step {k}"):
             return self.measured(k, before, sol)
 
+    def check(self, steps: Iterable[int] | None = None) -> None:
+        """Refuse steps, by default any, that are not as they were written."""
+        layout = _layout(self.path)
+        if layout is not None:
+            with files.reading(self.path, "cannot be read"):
+                check_steps(self.path, layout, range(len(self)) if steps is None else steps)
+
     def _read(self, k: int) -> Solution:
+        self.check([k])
         with _file(self.path) as file, files.reading(self.path, f"is damaged in step {k}"):
             grid = Grid(**_entry(file, "grid"))
             found = {name: _native(file.variables[name][k]) for name in READ if name in file.variables}
@@ -121,6 +150,7 @@ class Stored(Sequence[Solution]):
         """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros([0, *(SIZES[dim] for dim in SERIES[name][0])])
+        self.check()
         with _file(self.path) as file, files.reading(self.path):
             if name != "friction_work" or "power_density" in file.variables:
                 return _native(file.variables[name][:])
@@ -136,11 +166,11 @@ class Stored(Sequence[Solution]):
             with files.replacing("store", self.path) as file:
                 file.write(step_to_bytes(self.scene, self.plan, self.settings, sol, first=True))
             return
-        with _file(self.path) as header:
-            begin = int(header.first_step.decode())
+        layout = _layout(self.path)
+        assert layout is not None
         step = step_to_bytes(self.scene, self.plan, self.settings, sol, first=False)
         with files.writing("store", self.path), self.path.open("r+b") as file:
-            file.seek(begin + k * len(step))
+            file.seek(layout.begin + k * layout.size)
             file.write(step)
             file.truncate()
             file.flush()
@@ -170,15 +200,20 @@ def dataset(history: History) -> xr.Dataset:
 
     if len(history) == 0:
         raise OutputError("history", "to_xarray", "no step of the history is finished")
-    source: Any = getattr(history.solutions, "path", None)  # of which only what is asked for is read
-    if source is None:
-        source = io.BytesIO()
+    steps = history.solutions
+    source: Path | BytesIO
+    if isinstance(steps, Stored):  # of which only what is asked for is read
+        steps.check()
+        source = steps.path
+    else:
+        source = BytesIO()
         _write(history, source)
         source.seek(0)
     data = xr.open_dataset(source, engine="scipy")
+    data = data.drop_vars(["start", "check"], errors="ignore")
     words = {name: data[name].astype(str).values for name in ("component", "rigid")}
-    steps = {"step": np.arange(len(history)), "rolled": ("step", history.rolled)}
-    return data.drop_vars("start", errors="ignore").assign_coords(words | steps)
+    places = {"step": np.arange(len(history)), "rolled": ("step", history.rolled)}
+    return data.assign_coords(words | places)
 
 
 def _write(history: History, file: BinaryIO) -> None:
@@ -195,11 +230,25 @@ def _write(history: History, file: BinaryIO) -> None:
     file.write(len(steps).to_bytes(4, "big"))
 
 
+def _layout(path: Path) -> Layout | None:
+    """The places of the steps in a file whose header is as it was written."""
+    with files.reading(path, "cannot be read"):
+        return checked_layout(path)
+
+
+def _count(path: Path) -> int:
+    """The number of steps in a file."""
+    with files.reading(path, "cannot be read"), path.open("rb") as file:
+        file.seek(COUNT_AT)
+        return int.from_bytes(file.read(4), "big")
+
+
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
-    """A file of ours, open; nothing of it is in memory but what is asked for."""
+    """A file of ours with a whole header, open; nothing of it is in memory but what is asked for."""
     from scipy.io import netcdf_file
 
+    _layout(path)
     for left in reversed(range(10)):  # scipy maps it before it reads how many steps there are: one may come in between
         try:
             file = netcdf_file(path, "r", mmap=True)

@@ -8,45 +8,64 @@ groups lost 4 of 14 such files, and HDF5 datasets that grow while others read
 them (SWMR) lost none of 20, but none of these could be extended.
 
 The steps of a history are appended to a classic netCDF file, and counted when
-they are on the disk. The file of a sweep is the netCDF-4 file of its dataset,
-of full length from the beginning. The values of a scene are written over those
-of none, in any order, and count if their checksum fits: the same sweep gives
-the same bytes, and no disk is too full for it later on.
+they are on the disk. Each ends with its checksum, and the header has its own.
+
+The file of a sweep is the netCDF-4 file of its dataset, of full length from the
+beginning. The values of a scene are written over those of none, in any order,
+and count if their checksum fits: the same sweep gives the same bytes, and no
+disk is too full for it later on. All bytes but these values never change. Their
+checksum stands behind them, with the places of the values: HDF5, which some
+damaged files keep busy for ever, opens none whose checksum differs.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
+import re
 import zlib
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.io.quantities import COUNTS, ERRORS, FIELDS, NUMBERS
 from varcontact.io.scene_toml import scene_to
-from varcontact.io.solution import solution_to_bytes, variables_of
+from varcontact.io.solution import netcdf_to_bytes, solution_to_bytes, variables_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.system.files import check_writable, only_writer, reading, replacing, writing
+from varcontact.system.files import check_writable, only_writer, reading, regular, replacing, writing
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MAGIC = b"CDF\x02"
+CHECK_BYTES = 4
+"""Of the checksum at the end of a step."""
 COUNT_AT = 4
 """Place of the number of records in a classic netCDF file: four bytes, the highest first."""
-NOWHERE = "000000000000"
-"""In place of the position of the first record."""
-HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 1", "varcontact sweep 2"
+HISTORY_FORMAT, SWEEP_FORMAT = "varcontact history 2", "varcontact sweep 3"
+UNCHECKED_HISTORY = "varcontact history 1"
+"""The format without checksums, which is read only."""
+LAYOUT = "steps of {:012d} bytes from {:012d}, sha256 {}"
+"""Text in the header of a history: size and place of its steps, and the checksum of the header."""
+LAYOUT_PATTERN = re.compile(rb"steps of (\d{12}) bytes from (\d{12}), sha256 ([0-9a-f]{64})")
+NO_DIGEST = "0" * 64
+LAYOUT_WITHIN = 4096
+"""Bytes from the beginning within which a header has that text: dimensions come before it."""
+INDEX_MARK = b"\nvarcontact sweep index "
+"""Between the netCDF-4 file of a sweep and its index."""
+NOT_AS_WRITTEN = "its bytes are not those that were written"
 
 # Steps of a history
 RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
@@ -61,7 +80,7 @@ LONGEST_OUTCOME, LONGEST_REASON = 16, 240
 
 
 def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool) -> bytes:
-    """The record of a step; of the first one the whole file, which says where that begins."""
+    """The record of a step, with its checksum; of the first one the whole file, whose header has its own."""
     from scipy.io import netcdf_file
 
     start = cast(Transient, scene.motion).start
@@ -69,7 +88,7 @@ def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solut
     buffer = io.BytesIO()
     file = netcdf_file(buffer, "w", version=2)
     file.format = HISTORY_FORMAT
-    file.first_step = NOWHERE
+    file.layout = LAYOUT.format(0, 0, NO_DIGEST)
     file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
     length = RECORD_OF_PASSES if plan.loops or scene.under_law or sol.error_estimate is not None else RECORD
@@ -98,12 +117,60 @@ def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solut
     text = json.dumps(record).ljust(length)
     variable = file.createVariable("record", "c", ("step", "characters"))
     variable[0] = np.frombuffer(text.encode(), dtype="S1")
+    variable = file.createVariable("check", "i", ("step",))
+    variable[0], variable.long_name = 0, "CRC-32 of the other values of the step"
     file.flush()
     written = buffer.getvalue()
     buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
-    header, record_bytes = written[: -file._recsize], written[-file._recsize :]
-    place = f"{len(header):012d}"
-    return header.replace(NOWHERE.encode(), place.encode(), 1) + record_bytes if first else record_bytes
+    header, record_bytes = written[: -file._recsize], written[-file._recsize : -CHECK_BYTES]
+    record_bytes += zlib.crc32(record_bytes).to_bytes(CHECK_BYTES, "big")
+    return with_layout(header, len(record_bytes)) + record_bytes if first else record_bytes
+
+
+class Layout(NamedTuple):
+    """Where the steps in the file of a history are [bytes]."""
+
+    size: int
+    begin: int
+
+
+def with_layout(header: bytes, size: int) -> bytes:
+    """The header of a history, with the place of its steps and its checksum filled in."""
+    empty = LAYOUT.format(0, 0, NO_DIGEST).encode()
+    unsigned = header.replace(empty, LAYOUT.format(size, len(header), NO_DIGEST).encode(), 1)
+    return unsigned.replace(NO_DIGEST.encode(), header_digest(unsigned), 1)
+
+
+def header_digest(header: bytes) -> bytes:
+    """SHA-256 of the header of a history, but for its checksum and the number of steps, which grows."""
+    found = LAYOUT_PATTERN.search(header)
+    assert found is not None
+    parts = header[:COUNT_AT], header[COUNT_AT + 4 : found.start(3)], header[found.end(3) :]
+    return hashlib.sha256(b"".join(parts)).hexdigest().encode()
+
+
+def checked_layout(path: Path) -> Layout | None:
+    """The places of a history's steps, from a header whose checksum fits; None without any: of the format before."""
+    with path.open("rb") as file:
+        found = LAYOUT_PATTERN.search(file.read(LAYOUT_WITHIN))
+        if found is None:
+            return None
+        layout = Layout(int(found[1]), int(found[2]))
+        file.seek(0)
+        header = file.read(min(layout.begin, path.stat().st_size))
+    if header_digest(header) != found[3]:
+        raise OutputError("path", path, f"is damaged ({NOT_AS_WRITTEN})")
+    return layout
+
+
+def check_steps(path: Path, layout: Layout, steps: Iterable[int]) -> None:
+    """Refuse steps whose checksum does not fit."""
+    with path.open("rb") as file:
+        for k in steps:
+            file.seek(layout.begin + k * layout.size)
+            record = file.read(layout.size)
+            if zlib.crc32(record[:-CHECK_BYTES]).to_bytes(CHECK_BYTES, "big") != record[-CHECK_BYTES:]:
+                raise OutputError("path", path, f"is damaged in step {k} ({NOT_AS_WRITTEN})")
 
 
 def record_type(settings: Mapping[str, Any], coordinates: Container[Any] = ()) -> np.dtype:
@@ -169,8 +236,6 @@ def sweep_file(
 
     These are put behind each other from a number on, and forced to the disk; what other readers go by comes last.
     """
-    import h5py
-
     check_writable("store", path, (".nc",))
     described = json.loads(json.dumps(described))
     with only_writer("store", path):
@@ -186,12 +251,10 @@ def sweep_file(
                     changed = ", ".join(f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in names)
                 raise OutputError("store", path, f"holds another sweep{changed and f' ({changed})'}; name a new file")
         else:
-            content = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
-            tabulated(records, coordinates, described, stored=True).to_netcdf(content, engine="h5netcdf")
+            content = netcdf_to_bytes(tabulated(records, coordinates, described, stored=True))
             with replacing("store", path) as new:
-                new.write(content.getvalue())
-        with h5py.File(path) as data:  # where the values of the first scene are [bytes]
-            places = {name: data[name].id.get_offset() for name in records.dtype.names or ()}
+                new.write(with_index(content, records.dtype.names or ()))
+        places = checked_index(path)
         with path.open("r+b", buffering=0) as file:
 
             def put(first: int, solved: np.ndarray) -> None:
@@ -200,7 +263,7 @@ def sweep_file(
                     if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
                         reason = "has been replaced by something else since this sweep opened it"
                         raise OutputError("store", path, reason)
-                    for name, place in places.items():
+                    for name, (place, _) in places.items():
                         file.seek(place + first * solved.dtype[name].itemsize)
                         file.write(solved[name].tobytes())
                     os.fsync(file.fileno())
@@ -210,20 +273,11 @@ def sweep_file(
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
     """The records of a sweep, those that are not whole as if nothing were there; their coordinates, and what it is."""
-    import h5py
     import xarray as xr
 
     with reading(path, "cannot be read as a sweep"):
-        with path.open("rb") as file:
-            if b"varcontact sweep 1" in file.read(100):
-                reason = "is a sweep of an earlier version: xarray.open_dataset reads it, but it cannot be continued"
-                raise OutputError("path", path, reason)
-        form = ""
-        if h5py.is_hdf5(path):
-            with h5py.File(path) as file:
-                form = file.attrs.get("format", "")
-        if form != SWEEP_FORMAT:
-            raise OutputError("path", path, f"is not a {SWEEP_FORMAT!r} file")
+        checked_index(path)
+        need("the sweep in the file", 3.0 * path.stat().st_size, "a sweep of fewer scenes would fit")
         as_stored: dict[str, Any] = {"concat_characters": False, "decode_times": False}
         with xr.open_dataset(path, engine="h5netcdf", **as_stored) as opened:
             data = opened.load()
@@ -236,3 +290,54 @@ def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, A
     records = blank(len(there), there.dtype)
     records[done] = there[done]
     return records, coordinates, described
+
+
+Index = dict[str, tuple[int, int]]
+"""Place and size of the values in the file of a sweep, by their name [bytes]."""
+
+
+def with_index(content: bytes, names: Iterable[str]) -> bytes:
+    """The file of a sweep, with the places of the values of these names behind it, and the checksum of the rest."""
+    import h5py
+
+    with h5py.File(io.BytesIO(content)) as file:
+        index = {name: (file[name].id.get_offset(), file[name].id.get_storage_size()) for name in names}
+    return content + INDEX_MARK + f"{index_digest(content, index)} {json.dumps(index)}".encode()
+
+
+def index_digest(content: bytes | memoryview, index: Index) -> str:
+    """SHA-256 of what never changes in the file of a sweep: its index, and all bytes but the values."""
+    digest = hashlib.sha256(json.dumps(index).encode())
+    at = 0
+    for place, size in sorted(index.values()):
+        digest.update(content[at:place])
+        at = place + size
+    digest.update(content[at:])
+    return digest.hexdigest()
+
+
+def checked_index(path: Path) -> Index:
+    """The places of the values in the file of a sweep, whose other bytes are as they were written."""
+    if not regular(path):
+        raise OutputError("path", path, "is not a regular file")
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        end = content.rfind(INDEX_MARK)
+        if end < 0:
+            raise _of_no_sweep(path, content)
+        digest, _, text = content[end + len(INDEX_MARK) :].decode().partition(" ")
+        index: Index = {name: (place, size) for name, (place, size) in json.loads(text).items()}
+        with memoryview(content) as whole, whole[:end] as own:
+            if index_digest(own, index) != digest:
+                raise OutputError("path", path, f"is damaged ({NOT_AS_WRITTEN})")
+    return index
+
+
+def _of_no_sweep(path: Path, content: mmap) -> OutputError:
+    """The error of a file without an index."""
+    version = re.search(rb"varcontact sweep (\d)", content)
+    if version is None:
+        return OutputError("path", path, f"is not a {SWEEP_FORMAT!r} file")
+    if version[0].decode() == SWEEP_FORMAT:
+        return OutputError("path", path, "is damaged (its index is missing)")
+    reason = "is a sweep of an earlier version: xarray.open_dataset reads it, but it cannot be continued"
+    return OutputError("path", path, reason)

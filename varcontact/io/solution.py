@@ -138,9 +138,21 @@ def read(path: str | Path) -> Solution | History:
 
 def solution_to_bytes(sol: Solution) -> bytes:
     """A solution's file, in memory."""
-    buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
-    dataset(sol).to_netcdf(buffer, engine="h5netcdf")
-    return with_checksum(buffer.getvalue())
+    return with_checksum(netcdf_to_bytes(dataset(sol)))
+
+
+def netcdf_to_bytes(data: xr.Dataset) -> bytes:
+    """A dataset as a netCDF-4 file, in memory: on a full disk HDF5 itself would bring the interpreter down.
+
+    Without xarray's lock: beside a client of dask, it would ask the cluster for one of that file.
+    """
+    from xarray.backends import H5NetCDFStore
+
+    buffer = io.BytesIO()
+    file = H5NetCDFStore.open(buffer, "w", lock=False)
+    data.dump_to_store(file)
+    file.close()
+    return buffer.getvalue()
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
