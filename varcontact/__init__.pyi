@@ -16,6 +16,8 @@ from .errors import (
     VarcontactError,
     WorkersLost,
 )
+from .interfaces.carried_friction import CarriedFriction
+from .interfaces.shear_strength import ShearStrength
 from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
@@ -63,6 +65,7 @@ __all__ = [
     "Bodies",
     "BodyPair",
     "Carried",
+    "CarriedFriction",
     "Certificate",
     "Comparison",
     "ContactOutput",
@@ -99,6 +102,7 @@ __all__ = [
     "Saturated",
     "Scene",
     "SceneError",
+    "ShearStrength",
     "Shift",
     "Sizes",
     "Solution",

@@ -212,7 +212,7 @@ def _of_tractions(
     if closed_form:
         return force_bound(tangential, tractions, shifts), np.zeros(3)
     error = None
-    if not (tangential.no_slip or tangential.free):
+    if disc.loading.coefficient is not None and not (tangential.no_slip or tangential.free):
         normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach)
         error = pressure_error(normal, pressure, float(approach[0]))
     if error is None:

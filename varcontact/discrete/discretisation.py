@@ -20,10 +20,12 @@ from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.operators import GridOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
-from varcontact.interfaces.interface import Fields, Quantity, Surroundings
+from varcontact.interfaces.coulomb import BoundByPressure, Coulomb, FrictionLaw
+from varcontact.interfaces.interface import Fields, Interface, Quantity, Several, Surroundings
 from varcontact.interfaces.potential import Potential
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -162,15 +164,28 @@ class Discretisation:
         return Surroundings(self.transport, arrived, self.loading.implicit)
 
     @property
+    def frictional(self) -> Interface:
+        """The interface of friction alone."""
+        friction = self.loading.friction
+        assert friction is not None
+        if isinstance(friction, FrictionBound):
+            return BoundByPressure(friction, self.scales, *np.meshgrid(self.grid.x, self.grid.y))
+        return FrictionLaw(friction) if isinstance(friction, Law) else Coulomb(friction)
+
+    @property
+    def interface(self) -> Interface:
+        """All that acts between the bodies."""
+        layer = self.loading.layer
+        return self.frictional if layer is None else Several((self.frictional, layer))
+
+    @property
     def implicit(self) -> tuple[Quantity, ...]:
         """The fields of the interfaces that the contact itself determines; none: its problem is convex."""
-        if self.loading.frictionless:
-            return ()
-        return self.loading.interface.implicit(self.transport)
+        return () if self.loading.frictionless else self.interface.implicit(self.transport)
 
     def potential(self, pressure: np.ndarray) -> Potential:
         """The potential of the tractions on the grid, under a dimensionless pressure (ny, nx)."""
-        return self.loading.interface.potential(pressure, self.surroundings)
+        return self.interface.potential(pressure, self.surroundings)
 
     def under(self, **fields: np.ndarray) -> Discretisation:
         """The same contact under implicit fields."""
@@ -278,7 +293,7 @@ class Discretisation:
         potential = self.potential(pressing)
         bears = (pressing > 0) & (potential.bound > 0)
         if possible is not None:
-            bears |= possible & (np.asarray(self.loading.coefficient) > 0)
+            bears |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
         elements = np.flatnonzero(bears)
         shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:

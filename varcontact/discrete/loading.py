@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from varcontact.interfaces.coulomb import FRICTION, Coulomb, FrictionLaw
-from varcontact.interfaces.interface import Fields, Interface, Several
+from varcontact.interfaces.coulomb import FRICTION
+from varcontact.interfaces.interface import Fields
 from varcontact.interfaces.third_body import YieldingLayer
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.interface import Thermal
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
@@ -49,7 +49,7 @@ class Loading:
     normal_force: float | None
     approach: float | None
     motion: Motion | None
-    friction: float | np.ndarray | Law | None
+    friction: float | np.ndarray | Law | FrictionBound | None
     layer: YieldingLayer | None = None
     thermal: tuple[Thermal, Thermal] | None = None
     previous_step: PreviousStep | None = None
@@ -74,18 +74,9 @@ class Loading:
         """The coefficient of friction, one number or (ny, nx): under a law that of this pass, or the static one."""
         if FRICTION in self.implicit:
             return self.implicit[FRICTION]
+        if isinstance(self.friction, FrictionBound):
+            return None
         return self.friction.static if isinstance(self.friction, Law) else self.friction
-
-    @property
-    def frictional(self) -> Interface:
-        """The interface of friction alone."""
-        assert self.friction is not None
-        return FrictionLaw(self.friction) if isinstance(self.friction, Law) else Coulomb(self.friction)
-
-    @property
-    def interface(self) -> Interface:
-        """All that acts between the bodies."""
-        return self.frictional if self.layer is None else Several((self.frictional, self.layer))
 
     @property
     def steady(self) -> bool:
@@ -94,7 +85,9 @@ class Loading:
     @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
-        return self.motion is None or (self.law is None and not np.any(self.coefficient))
+        if self.motion is None:
+            return True
+        return not isinstance(self.friction, Law | FrictionBound) and not np.any(self.coefficient)
 
     @property
     def no_slip(self) -> bool:

@@ -54,7 +54,7 @@ def friction_bound_of(disc: Discretisation, pressure: np.ndarray) -> np.ndarray:
     """The bound of friction alone, (ny, nx); zero where nothing moves."""
     if disc.loading.friction is None:
         return np.zeros_like(pressure)
-    return disc.loading.frictional.potential(pressure, disc.surroundings).bound
+    return disc.frictional.potential(pressure, disc.surroundings).bound
 
 
 def response_of(disc: Discretisation, state: ContactState) -> Response:

@@ -8,7 +8,8 @@ import numpy as np
 
 from varcontact.interfaces.interface import Interface, Quantity, Surroundings
 from varcontact.interfaces.potential import Potential
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import FrictionBound, Law
+from varcontact.scene.units import Scales
 from varcontact.transports import Transport
 
 FRICTION = "friction"
@@ -35,6 +36,20 @@ class FrictionLaw(Interface):
 
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
         return Potential(friction_bound(at.implicit.get(FRICTION, self.law.static), pressure))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundByPressure(Interface):
+    """A traction bound of a scene, known by pressure and place (ny, nx)."""
+
+    friction: FrictionBound
+    scales: Scales
+    x: np.ndarray
+    y: np.ndarray
+
+    def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
+        bound = self.friction.bound(pressure * self.scales.pressure, self.x, self.y)
+        return Potential(np.asarray(bound / self.scales.pressure))
 
 
 def friction_bound(coefficient: float | np.ndarray, pressure: np.ndarray) -> np.ndarray:

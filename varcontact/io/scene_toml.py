@@ -12,6 +12,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.interfaces.carried_friction import CarriedFriction
+from varcontact.interfaces.shear_strength import ShearStrength
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
@@ -34,12 +36,13 @@ SURFACES = {
 }
 BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
-KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, LAWS, BODIES) for kind, cls in kinds.items()}
+FRICTIONS: dict[str, type[Any]] = {**LAWS, "shear-strength": ShearStrength, "carried": CarriedFriction}
+KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, FRICTIONS, BODIES) for kind, cls in kinds.items()}
 """The kind of each class."""
 PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "surface": SURFACES,
     "motion": MOTIONS,
-    "friction": LAWS,
+    "friction": FRICTIONS,
     "factors": LAWS,
     "bodies": BODIES,
     "layers": Layer,

@@ -20,6 +20,7 @@ from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.friction import FrictionBound
 from varcontact.scene.scene import Scene
 from varcontact.theories.table import equivalent_ellipse
 
@@ -187,7 +188,7 @@ def frictional_units(limit: float, a: float, b: float, bodies: Bodies | BodyPair
 def friction_limit(sol: Solution) -> float:
     """f Fz: what friction can carry, with the static coefficient where it follows a law [force]."""
     friction = sol.scene.friction
-    if isinstance(friction, np.ndarray):
+    if isinstance(friction, np.ndarray | FrictionBound):
         return float(sol.traction_bound.sum() * sol.grid.area)
     static = friction if isinstance(friction, float) else getattr(friction, "static", math.nan)
     return static * sol.normal_force

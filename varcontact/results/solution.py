@@ -17,7 +17,7 @@ from varcontact.discrete.temperature import surface_temperatures
 from varcontact.html import Reported
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
@@ -228,9 +228,11 @@ class Solution(Reported):
 
     @property
     def traction_bound(self) -> np.ndarray:
-        """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
+        """g, shape (ny, nx): f pz, or what else the friction of the scene has; infinite in the contact without slip."""
         bound, contact = np.zeros(self.grid.shape), self.pressure > 0
         friction = self.scene.friction if self.friction is None else self.friction
+        if isinstance(friction, FrictionBound):
+            return friction.bound(self.pressure, *np.meshgrid(self.grid.x, self.grid.y))
         if friction is not None:
             bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
         return bound

@@ -15,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies, BodyPair
-from varcontact.scene.friction import Law, StaticKinetic, coefficient
+from varcontact.scene.friction import FrictionBound, Law, StaticKinetic, coefficient
 from varcontact.scene.friction_laws import FrictionLaw, PressureFalling, TemperatureFalling
 from varcontact.scene.grid import Grid
 from varcontact.scene.interface import Thermal, ThirdBody
@@ -199,6 +199,8 @@ def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
         law = friction if isinstance(friction, Law) else None
         if motion is not None and friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
+        if isinstance(friction, FrictionBound) and friction.rolls_along and k is None:
+            raise SceneError("friction", friction, "a number, a law or an array: what particles carry needs Transient")
         if law is not None and law.warm and scene.thermal is None:
             raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
         for factor in law.factors if isinstance(law, FrictionLaw) else ():

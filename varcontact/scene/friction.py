@@ -17,6 +17,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.checks import Checked
 from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
 
 LEAST, MOST = 1e-20, 1e20
 """Between these are finite coefficients that are not zero: beyond, products leave the range of floating point."""
@@ -238,9 +239,24 @@ class ExponentialFalling(_Falling):
         return part, -np.log(2) * part
 
 
-def coefficient(field: str, value: Any) -> float | Law:
-    """A coefficient of friction, or a law of it."""
-    if isinstance(value, Law):
+class FrictionBound(ABC):
+    """Friction whose traction bound is known by pressure and place: it needs no passes."""
+
+    rolls_along: ClassVar[bool] = False
+    """Whether it goes with the particles, and is for histories only."""
+
+    @abstractmethod
+    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The traction bound g under a pressure at places (ny, nx), physical; zero without contact."""
+
+    def at_step(self, grid: Grid, rolled: float) -> float | np.ndarray | FrictionBound:
+        """The friction of a step of a history, after a distance rolled towards positive x [length]."""
+        return self
+
+
+def coefficient(field: str, value: Any) -> float | Law | FrictionBound:
+    """A coefficient of friction, a law of it, or a traction bound."""
+    if isinstance(value, Law | FrictionBound):
         return value
     allowed = "zero or positive (inf: no slip), or a law"
     number = checks.real(field, value, allowed)

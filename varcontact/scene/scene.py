@@ -16,7 +16,7 @@ from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
-from varcontact.scene.friction import Law, coefficient
+from varcontact.scene.friction import FrictionBound, Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interface import Thermal, ThirdBody
 from varcontact.scene.motion import Harmonic, Motion, Steady, TimeStep
@@ -117,7 +117,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     surface: Surface
     normal_force: float | None = None
     approach: float | None = None
-    friction: float | np.ndarray | Law | None = None
+    friction: float | np.ndarray | Law | FrictionBound | None = None
     third_body: ThirdBody | None = None
     thermal: tuple[Thermal, Thermal] | None = None
     motion: MotionT_co = _NO_MOTION
@@ -255,7 +255,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf)
 
     @property
-    def frictions(self) -> list[float | np.ndarray | Law | None]:
+    def frictions(self) -> list[float | np.ndarray | Law | FrictionBound | None]:
         """The different coefficients of friction, of which a history has several."""
         if not isinstance(self.motion, Transient):
             return [self.friction]
@@ -314,6 +314,8 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         surface, force, approach = self.contact(k)
         own = motion.of("friction", k)
         friction = self.friction if own is None else own
+        if isinstance(friction, FrictionBound):
+            friction = friction.at_step(grid, motion.position(k, grid.sides[0]))
         history: Scene = self  # of any motion, as the step has another
         if motion.heights:
             assert not isinstance(surface, Ellipse)

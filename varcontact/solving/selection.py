@@ -14,7 +14,7 @@ from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import why_centres
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.friction_laws import kind_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Harmonic, Shift, Steady, TimeStep
@@ -257,6 +257,8 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
     """Why Newton's method is not for pressure and tractions together; nothing where it is."""
     if scene.no_slip:
         return "infinite friction has no traction bound that follows the pressure"
+    if any(isinstance(friction, FrictionBound) for friction in scene.frictions):
+        return "the traction bound is no coefficient times the pressure"
     if scene.third_body is not None and scene.third_body.yields:
         return "the yield stress of a third body does not follow the pressure"
     if wanted["formulation"] == "marching" and isinstance(scene.motion, Steady):
@@ -332,7 +334,7 @@ def own_image(scene: Scene) -> bool:
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
     if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
         return False
-    if scene.coupled or isinstance(scene.friction, np.ndarray):
+    if scene.coupled or isinstance(scene.friction, np.ndarray | FrictionBound):
         return False
     along_x, along_y, about_z = motion.rigid
     straight = along_y == about_z == 0 and motion.Fy is None
