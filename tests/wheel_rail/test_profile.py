@@ -1,5 +1,6 @@
 """Profiles: designed ones against measured points, curves in closed form, smoothing, noise, and what is refused."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -288,6 +289,18 @@ def test_noise_on_a_flanges_back_does_not_hide_the_tread(seed):
     assert measured.z_at(at) == pytest.approx(FINE_WHEEL.z_at(at - 70.0), abs=1e-6)
     case = on_track(2.0, wheelset=WheelSet(wheel=measured, flange_back=0.0))
     assert case.touching == pytest.approx(on_track(2.0, wheelset=WheelSet(wheel=FINE_WHEEL)).touching, abs=1e-6)
+
+
+def test_noise_that_hides_the_flange_is_doubted_until_it_is_smoothed():
+    """On a face of 70 degrees noise of 0.1 mm runs back: the part with the tread counts, without the flange."""
+    coarse = Profile.s1002(step=0.3)
+    noise = 0.1 * np.random.default_rng(0).normal(size=coarse.y.size)
+    measured = Profile(y=coarse.y + noise, z=coarse.z, kind="wheel")
+    with pytest.warns(DoubtfulProfile, match=r"the wheel touches y = .* alone: .* smooth the profile"):
+        assert np.isnan(measured.z_at(-50.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert measured.smoothed(5.0).z_at(-50.0) == pytest.approx(coarse.z_at(-50.0), abs=0.2)
 
 
 def test_the_highest_part_of_a_rail_is_no_noise_of_a_steep_side():

@@ -133,6 +133,22 @@ def test_z_up_is_turned_when_told(tmp_path):
     assert as_told.z == pytest.approx(-RAIL.z, abs=2e-6)
 
 
+def test_what_a_file_says_of_z_is_no_guess(tmp_path):
+    """SIMPACK's header, and files that were saved here: a channel, flat at its lowest, looks upside down."""
+    y = np.linspace(-12.0, 12.0, 97)
+    with pytest.warns(DoubtfulProfile, match="upside down"):
+        channel = Profile(y=y, z=-(np.maximum(np.abs(y) - 10.0, 0.0) ** 2), kind="rail")
+    points = np.stack([channel.y, channel.z], axis=1)
+    channel.save(tmp_path / "saved.csv")
+    said = written(tmp_path / "said.prr", simpack(points, more="  mirror.z = 0\n"))
+    for path in (tmp_path / "saved.csv", said):
+        with pytest.warns(DoubtfulProfile, match=f"{path.name}: the rail's profile looks upside down"):
+            same(Profile.read(path, "rail"), channel)
+    unsaid = simpack(points)
+    with pytest.warns(DoubtfulProfile, match="unsaid.prr: the sign of z is changed"):
+        assert Profile.read(written(tmp_path / "unsaid.prr", unsaid)).z.max() == pytest.approx(4.0)
+
+
 def test_rails_of_miniprof_have_z_up_unless_that_makes_them_hollow(tmp_path):
     """A head of which nothing but the crown was measured, and one with a guard rail beside it, too."""
     crown = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0]

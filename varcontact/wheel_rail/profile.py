@@ -43,6 +43,8 @@ FINE = 0.1
 """Step along the points at which a flange is looked for [mm]."""
 WIDE = 10.0
 """Width of a part beside the highest one of a rail that a wheel may touch as well [mm]."""
+LOST = 1.0
+"""Height of a wheel's flange that may be missing in what touches [mm]."""
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
 FLAT, MOST = 1 / 5, 2 / 3
@@ -189,10 +191,11 @@ class Profile(checks.Checked):
             at positive y; never of rails: solving warns of those that lean to
             the field side, and the picture names the track side.
         mirror_z : bool, optional
-            Whether z changes its sign, for files with z up. If not given it is
-            guessed, with a warning where it is changed: MiniProf's rails have z
-            up unless that makes them hollow; others have it if they look upside
-            down, as a head that is flat at its lowest point.
+            Whether z changes its sign, for files with z up. If neither it nor
+            the file (``mirror.z`` of SIMPACK) says so, it is guessed, with a
+            warning where it is changed: MiniProf's rails have z up unless that
+            makes them hollow; others have it if they look upside down, as a
+            head that is flat at its lowest point.
         scale : float
             Millimetres by the file's unit of length, on top of what its header
             says.
@@ -215,9 +218,11 @@ class Profile(checks.Checked):
             mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
             raise SceneError("mirror_y", mirror_y, '"auto", true or false')
-        points, kind = read_points(path, kind)
+        points, kind, said = read_points(path, kind)
         y, z = checks.positive("scale", scale) * points.T
-        if _guess_mirror(y, z, kind, path) if mirror_z is None else mirror_z:
+        if mirror_z is None:
+            mirror_z = not said and _guess_mirror(y, z, kind, path)
+        if mirror_z:
             z = -z
         if kind == "wheel" and flange(y, z) > 0 if mirror_y == "auto" else mirror_y:
             y = -y
@@ -275,7 +280,15 @@ class Profile(checks.Checked):
     @lazy_property
     def running(self) -> Curve:
         """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
-        return self.curve.widest() if self.kind == "wheel" else self.curve.highest()
+        if self.kind == "rail":
+            return self.curve.highest()
+        touched = self.curve.widest()
+        y, z = touched.points(touched.s).T
+        if np.ptp(y) < np.ptp(self.y) / 2 or z.max() < self.z.max() - LOST:
+            part = f"y = {y[0]:.4g} to {y[-1]:.4g} mm of {self.y.min():.4g} to {self.y.max():.4g} mm"
+            words = f"the wheel touches {part} alone: y has to keep growing, and noise runs back; smooth the profile"
+            warnings.warn(words, DoubtfulProfile, stacklevel=3)
+        return touched
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
         """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""
@@ -372,9 +385,9 @@ def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
     """Whether the z of a file is to change its sign, where nobody says it."""
-    points, kind = read_points(path, kind)
+    points, kind, said = read_points(path, kind)
     y, z = scale * points.T
-    return _guess_mirror(y, z, kind, path)
+    return not said and _guess_mirror(y, z, kind, path)
 
 
 def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) -> bool:

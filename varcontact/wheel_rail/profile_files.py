@@ -34,6 +34,8 @@ KIND_OF: dict[str, Kind] = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".w
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 SECTION = re.compile(r"\[Profile\d+Points\]$", re.IGNORECASE)
+SAYS_Z = re.compile(r"\bz down\b|^\s*mirror\.z\s*=", re.MULTILINE)
+"""In files of varcontact, and in SIMPACK's header: the direction of z is no guess."""
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
 CHANGES = {
     **dict.fromkeys(("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z"), 0.0),
@@ -44,8 +46,8 @@ CHANGES = {
 """Keywords of SIMPACK's header that change its points, and their values where they are not given."""
 
 
-def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
-    """Points (y, z) of a profile, shape (n, 2), in millimetres by the file's header, and whose they are."""
+def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:
+    """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; whether it says what z is."""
     file = checks.file_name("path", path)
     suffix = file.suffix.lower()
     if suffix not in (*COLUMNS, ".mpt", *KIND_OF):
@@ -70,7 +72,7 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
     points = READERS[suffix](file.name, text.splitlines())
     if len(points) == 0:
         raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}")
-    return np.array(points), kind
+    return np.array(points), kind, SAYS_Z.search(text) is not None
 
 
 def _words(line: str) -> list[str]:
