@@ -17,6 +17,7 @@ from varcontact.elasticity.operators import Homogeneous
 from varcontact.solvers import interface
 from varcontact.solving import adaptive
 from varcontact.transports import HERE, Stencil
+from varcontact.wheel_rail import solve as wheels
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -63,14 +64,19 @@ def rolling():
 @pytest.fixture
 def clock(monkeypatch):
     """Time that goes by with the elements solved: the same however busy the machine is."""
-    clock, solve = SimpleNamespace(now=0.0), adaptive._solved
+    clock, solve, contacts = SimpleNamespace(now=0.0), adaptive._solved, wheels._contacts
 
     def timed(scene, *rest):
         clock.now += 0.01 + 5e-5 * scene.grid.size
         return solve(scene, *rest)
 
+    def timed_contacts(scenes, *rest, **options):
+        clock.now += sum(0.01 + 5e-5 * scene.grid.size for scene in scenes)
+        return contacts(scenes, *rest, **options)
+
     monkeypatch.setattr(adaptive, "_solved", timed)
-    for module in (adaptive, interface):
+    monkeypatch.setattr(wheels, "_contacts", timed_contacts)
+    for module in (adaptive, interface, wheels):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock
 

@@ -50,7 +50,9 @@ class ErrorEstimate:
         Of the finest grid's own answer, whose fields the solution has: the
         values before they were extrapolated. Empty where nothing was.
     bars : dict of str to float
-        The errors in the units of the values: error bars.
+        The errors in the units of the values: error bars. Also of a largest
+        pressure that does not count for the accuracy, and has no entry in
+        `errors`.
 
     Examples
     --------

@@ -6,8 +6,10 @@ contact (line contact begins with 48). The last three tell the error:
 Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of
 the two pairs, as they stand on the finest grid, give
 ``1.25 max |s| + 0.4 n^-1.5``, and the value is that of the finest grid plus
-half its step. ``python -m tests.benchmarks accuracy random`` measures on random
-scenes what this keeps.
+half its step. With unlike bodies the error falls like ``|K|/n`` in the end, which
+coarse grids do not show: it is added. Where the estimate does not fall over two
+grids, finer ones are of no use. ``python -m tests.benchmarks accuracy random``
+measures on random scenes what this keeps, ``bars`` on wheels.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -46,12 +48,17 @@ RATIO, GRIDS = 1.5, 3
 ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
 """The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the patch that has it;
 of Richardson's step s of that order, where a layer hardens of the first, a `PART` is taken."""
+FLOOR_UNLIKE = 1.0
+"""Of unlike bodies the floor of forces and moment has ``FLOOR_UNLIKE |K|/n`` on top."""
 FLOOR_PART = 0.5
 """Part of the accuracy that the floor takes on the third grid."""
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid that tells an error."""
-GROWTH, LATE = 2.4, 1.3
-"""Power of n with which a solve takes longer; after so many time budgets a solve is given up."""
+GROWTH, LATE, COARSEST = 2.4, 1.3, 2.0
+"""Power of n with which a solve takes longer; after so many time budgets a solve is given up, one of the coarsest grids
+so many seconds later."""
+STALLED = 0.9
+"""Part of an estimate that both estimates after it exceed where the error does not fall with the grid."""
 MOST_BY_DEFAULT = 40_000
 """Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
 SHOWN = 25
@@ -71,13 +78,29 @@ class Patch:
 
 @dataclass(frozen=True)
 class GridLevel:
-    """The answer on a grid with `n` elements across the contact, and the values that errors are measured in."""
+    """The answer on a grid with `n` elements across the contact, and the values that errors are measured in.
+
+    `unjudged`: values that have an error bar, but do not count for the accuracy.
+    """
 
     n: int
     answer: Answer
     values: dict[str, float]
     seconds: float
     patches: tuple[Patch, ...]
+    unjudged: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, n: int, answer: Answer, seconds: float, target: Target) -> GridLevel:
+        """Of a history the patches are those of the step with the largest contact."""
+        judged, unjudged = values(answer), {}
+        largest = max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
+        if isinstance(answer, Solution) and not answer.plan.closed_form and answer.pressure.any():
+            unjudged = {"peak_pressure": answer.max_pressure}
+        if target.of_pressure:
+            unjudged = {name: value for name, value in unjudged.items() if name not in judged}
+        judged = {name: value for name, value in judged.items() if name not in unjudged}
+        return cls(n, answer, judged, seconds, _patches(largest), unjudged)
 
     def unresolved(self, accuracy: float | None) -> list[Patch]:
         """Patches with few elements across that carry a part of the load, the `accuracy`, or a peak that counts."""
@@ -99,26 +122,44 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
         return _closed_form(scene, options)
     budget = math.inf if target.time_budget is None else target.time_budget
     levels: list[GridLevel] = []
+    estimates: list[ErrorEstimate] = []
     n = _first(scene, options, target)
     while True:
+        deadline = started + LATE * budget + (COARSEST if len(levels) < GRIDS else 0.0)
         try:
-            levels.append(_level(scene, options, n, levels, started + LATE * budget))
+            levels.append(_level(scene, options, n, levels, deadline))
         except (OutOfTime, NotConverged) as error:
-            if len(levels) >= GRIDS:
+            if estimates:
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
             if isinstance(error, NotConverged):
                 raise
-            allowed = "more seconds, or an accuracy: the steps of this history take longer even on the coarsest grids"
+            allowed = "more seconds, or an accuracy: even the coarsest grids, which tell the error, take longer"
             raise SceneError("time_budget", budget, allowed) from None
-        last, estimate = levels[-1], estimated(levels, target) if len(levels) >= GRIDS else None
-        if estimate is not None and target.accuracy is not None and estimate.largest <= target.accuracy:
-            return with_values(last.answer, estimate)
-        n = _next(scene, options, last, few=estimate is None)
-        if estimate is None:
+        last, few = levels[-1], len(levels) < GRIDS
+        if not few:
+            estimates.append(estimated(levels, target))
+            if target.accuracy is not None and estimates[-1].largest <= target.accuracy:
+                return with_values(last.answer, estimates[-1])
+            if stalled(estimates):
+                return _not_reached(levels, target, "it does not fall with the grid")
+            if len(estimates) == 1 and isinstance(last.answer, Solution):
+                for words in last.answer.warnings:  # as of noise: before time is spent on finer grids
+                    options.progress(words)
+        n = _next(scene, options, last, few)
+        fits = _fits(scene, options, n)
+        if few and (fits or not target.by_default or len(levels) == 1):
             continue
         late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - started)
-        if late or not _fits(scene, options, n):
+        if late or not fits:
             return _not_reached(levels, target, f"a grid of {n} elements across does not fit into memory")
+
+
+def stalled(estimates: Sequence[ErrorEstimate]) -> bool:
+    """Whether neither of the last two errors is below the one before them."""
+    if len(estimates) < GRIDS:
+        return False
+    before, *last = (each.largest for each in estimates[-GRIDS:])
+    return min(last) > STALLED * before
 
 
 def gridded(scene: Scene, closed_form: bool, n: int) -> Scene:
@@ -149,25 +190,35 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
 
     A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by its elements.
     """
-    first, second, fine = levels[-GRIDS:]
-    per, order = units(fine.answer), 1.0 if fine.answer.scene.hardens else ORDER
+    first, *_, fine = tried = levels[-GRIDS:]
+    per, order = units(fine.answer) | fine.unjudged, 1.0 if fine.answer.scene.hardens else ORDER
     narrow = first.unresolved(target.accuracy)
     across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
-    best, errors = dict(fine.values), {}
-    for name in (name for name in fine.values if name in second.values):
-        known = [level for level in (first, second, fine) if name in level.values]
-        value, error = richardson([level.values[name] for level in known], [level.n for level in known], order)
+    found = [level.values | level.unjudged for level in tried]
+    best, errors = dict(found[-1]), {}
+    for name in (name for name in found[-1] if name in found[-2]):
+        known = [(level[name], each.n) for level, each in zip(found, tried, strict=True) if name in level]
+        value, error = richardson(*zip(*known, strict=True), order)
         of_peak = name == "peak_pressure"
         floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
+        if not of_peak:
+            floor += FLOOR_UNLIKE * _unlikeness(fine.answer.scene) / fine.n
         missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
         best[name], errors[name] = float(value), float(error) / per[name] + floor + missed
     bars = {name: error * per[name] for name, error in errors.items()}
-    grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
+    grids = f"{', '.join(str(level.n) for level in tried[:-1])} and {fine.n} elements across the contact"
     how = f"by Richardson's steps of order {order:g} between grids of {grids}"
     if narrow:
         how += f"; the narrowest patch has {min(each.across for each in narrow):.2g} elements on the first of them"
     solves = tuple(Solve(level.answer.grid.nx, level.answer.grid.rows, level.seconds) for level in levels)
-    return ErrorEstimate(best, errors, how, solves, target.accuracy, target.time_budget, fine.values, bars)
+    judged = {name: error for name, error in errors.items() if name in fine.values}
+    on_grid = fine.values | fine.unjudged
+    return ErrorEstimate(best, judged, how, solves, target.accuracy, target.time_budget, on_grid, bars)
+
+
+def _unlikeness(scene: Scene) -> float:
+    """|K| where pressures shift what tractions hold."""
+    return abs(scene.bodies.K) if scene.coupled and not scene.frictionless else 0.0
 
 
 def coarsest(line: bool, accuracy: float | None) -> int:
@@ -205,8 +256,6 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
     Coarse grids have no certificate; a grid begins from the one before.
     """
     started, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
-    if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
-        deadline = math.inf  # these are solved in any case
     near = before if isinstance(before, Solution) else None
 
     def tell(stage: str) -> None:
@@ -221,8 +270,8 @@ def _level(scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel],
             n = math.ceil(RATIO * n)
             if not _fits(scene, options, n):
                 raise
-    largest = max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
-    return GridLevel(n, answer, values(answer), time.perf_counter() - started, _patches(largest))
+    assert options.target is not None
+    return GridLevel.of(n, answer, time.perf_counter() - started, options.target)
 
 
 def _solved(scene: Scene, options: SolveOptions, near: Solution | None = None) -> Answer:

@@ -64,11 +64,13 @@ class Target:
     """What an answer is to reach: an accuracy by the units of its quantities of interest, or seconds.
 
     `by_default`: nothing was given; then an accuracy that is not reached is no error, but a larger error bar.
+    `of_pressure`: whether the largest pressure of a normal contact counts.
     """
 
     accuracy: float | None = None
     time_budget: float | None = None
     by_default: bool = False
+    of_pressure: bool = True
 
 
 @dataclass(frozen=True)

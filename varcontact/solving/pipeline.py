@@ -107,12 +107,10 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
     problem, program = task.problem, task.plan.fallback
     assert isinstance(problem, TangentialProblem)
     formulation = "complementary" if problem.symmetric else "gap"
-    convex = (
-        program != "none"
-        and not (task.plan.formulation == "marching" or problem.potential.implicit)
-        and (problem.symmetric or problem.symmetric_part is not None)
-    )
-    if not convex or problem.size > MOST_OF_A_PROGRAM:
+    if program == "none" or task.plan.formulation == "marching" or problem.potential.implicit:
+        return best
+    # the size first: the search for a symmetric part takes long
+    if problem.size > MOST_OF_A_PROGRAM or not (problem.symmetric or problem.symmetric_part is not None):
         return best
     if not fits(peak(program, formulation, problem.rigid_shift.size)):
         return best

@@ -23,7 +23,7 @@ from varcontact.discrete.loading import PreviousStep
 from varcontact.discrete.operators import FREE_DEPTH, Operators, medium_of, medium_on
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, divided, unloaded, with_subgrid
-from varcontact.discrete.stick_slip import arriving, unit_slip
+from varcontact.discrete.stick_slip import STICK, arriving, unit_slip
 from varcontact.discrete.temperature import RISE, Heat, temperature_rise
 from varcontact.elasticity.operators import table_bytes
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium, moved, relaxed
@@ -44,6 +44,11 @@ from varcontact.system.process import need
 
 REMEMBERED = 24.0
 """Relaxation times after which tractions of the past count no longer."""
+
+
+LONG_STEP = 1.25
+"""Length of a step of rolling, in elements, above which tractions that stick are wavy. Carter's contact of 40 elements,
+rolled over three half-widths, has errors of 2 % of the traction bound up to 1.1, 6 % at 1.5, 10 % at 2, 16 % at 3."""
 
 
 def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
@@ -272,8 +277,34 @@ class March:
         if overlap is not None:
             enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
         solution = finish(scene, disc, state, steps, before)
-        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
-        return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
+        if not steps.plan.has_friction:
+            return solution
+        found = [long_step_warning(solution)]
+        if disc.loading.law is not None:
+            found.append(stick_slip_warning(disc, state))
+        return replace(solution, warnings=(*solution.warnings, *filter(None, found)))
+
+
+def long_step_warning(solution: Solution) -> str:
+    """A sentence where a step of rolling is longer than an element; or nothing.
+
+    Particles that stick keep the shift they have had since their first step: those that entered the contact at other
+    places of the same element row have other tractions, and only every dq/dx-th element goes on from the same particle.
+    """
+    motion, dx = solution.motion, solution.grid.sides[0]
+    assert isinstance(motion, TimeStep)
+    if motion.dq <= LONG_STEP * dx or not np.any(solution.state == STICK):
+        return ""
+    return (
+        f"steps of dq = {motion.dq:.4g} are longer than an element of {dx:.4g}: where the surfaces stick, tractions go "
+        f"up and down along x with the period dq, while forces hardly change; take dq = {_below(dx):.4g} or less"
+    )
+
+
+def _below(value: float) -> float:
+    """The value, rounded down to four digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return math.floor(value / unit) * unit
 
 
 def initial_state(disc: Discretisation, before: Solution | None, steps: ContactSolver) -> ContactState:

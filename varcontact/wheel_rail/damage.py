@@ -23,8 +23,8 @@ SAMPLE = 0.1
 
 @dataclass(frozen=True)
 class Shakedown:
-    """Place of a patch in the shakedown diagram, with estimated errors (NaN
-    where forces have none).
+    """Place of a patch in the shakedown diagram, with estimated errors of forces
+    and peak pressure (NaN where these have none).
 
     Attributes
     ----------
@@ -75,8 +75,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     pulled = float(np.abs(force[:2]) @ error[:2]) / pull if pull > 0 else float(np.hypot(*error[:2]))
     utilised_error = (pulled + utilised * error[2]) / force[2]
     factor = solved.peak_pressure / k
-    # the peak pressure of Hertz's contact grows by the power 1/3 of the force
-    index_error = utilised_error + error[2] / force[2] / 3 / factor
+    index_error = utilised_error + solved.peak_pressure_error / solved.peak_pressure / factor
     return Shakedown(utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error))
 
 

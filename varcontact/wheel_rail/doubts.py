@@ -32,7 +32,7 @@ class RoughProfile(UserWarning):
 
 
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
-    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
+    """Warn of exchanged sides, steep flanges, few elements, and contacts too wide for half-spaces."""
     case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
     normal = sum(each.normal_force for each in found.patches)
@@ -45,21 +45,38 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
     for each in found.patches:
         patch, solution, half = each.patch, each.solution, each.half_width
         where = f"the patch at y = {patch.location[1]:.4g} mm"
-        counts = [int(np.count_nonzero((solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
+        counts = _elements_across(each)
         for count, side, name, size in zip(counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True):
             if 0 < count < FEWEST:
                 reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
                 elements = f"{count} element{'s' * (count > 1)} {size}"
                 warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
-        noisy = any(text.lower().startswith("noise") for text in solution.warnings)
-        if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
-            reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
-            warn(f"noise dominates {where}: {reason}", RoughProfile)
         for kind, radius in too_wide(case, each).items():
             wide = f"{where} is {half:.3g} mm wide to either side"
             bent = f"the {kind}'s radius of curvature {radius:.3g} mm, less than {CONFORMAL:g} times as much"
             why = "half-spaces are too soft for that, and the tangent plane too flat"
             warn(f"conformal contact: {wide}, {bent}; {why}; conformal = True has a curved surface", ConformalContact)
+
+
+def noisy_patches(found: WheelRailSolution) -> list[str]:
+    """Where the patches are whose pressure is dominated by noise; waves on few elements are none."""
+    return [
+        f"the patch at y = {each.patch.location[1]:.4g} mm"
+        for each in found.patches
+        if any(text.lower().startswith("noise") for text in each.solution.warnings)
+        and min(_elements_across(each)) >= FEWEST
+    ]
+
+
+def warn_of_noise(patches: list[str], stacklevel: int) -> None:
+    for where in patches:
+        reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
+        warnings.warn(f"noise dominates {where}: {reason}", RoughProfile, stacklevel=stacklevel)
+
+
+def _elements_across(solved: PatchSolution) -> list[int]:
+    """Columns and rows of elements in contact."""
+    return [int(np.count_nonzero((solved.solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
 
 
 def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:

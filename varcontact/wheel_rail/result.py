@@ -118,8 +118,20 @@ class PatchSolution:
 
     @property
     def peak_pressure(self) -> float:
-        """[N/mm^2]"""
-        return float(self.solution.pressure.max())
+        """Largest pressure, by the error estimate where there is one [N/mm^2]."""
+        return self.solution.max_pressure
+
+    @property
+    def peak_pressure_error(self) -> float:
+        """Estimated error of `peak_pressure` against the continuum [N/mm^2]; NaN where it was not estimated.
+
+        That of the grid, and what the error of the normal force changes: the
+        peak of Hertz's contact grows by the power 1/3 of the force.
+        """
+        estimate, share = self.solution.error_estimate, self.normal_error
+        if estimate is None or share is None:
+            return np.nan
+        return estimate.bars.get("peak_pressure", np.nan) + share / 3 * self.peak_pressure
 
     @property
     def half_width(self) -> float:
@@ -130,6 +142,11 @@ class PatchSolution:
     def plot(self) -> Figure:
         """Pressure, tractions and the section along x."""
         return self.solution.plot()
+
+
+def _peak_in_words(solved: PatchSolution) -> str:
+    error = solved.peak_pressure_error
+    return with_bar(solved.peak_pressure, error) if error > 0 else f"{solved.peak_pressure:.4g}"
 
 
 def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
@@ -231,7 +248,7 @@ class WheelRailSolution(WheelForces, Reported):
         for k, each in enumerate(self.patches, 1):
             lines += [
                 f"patch {k} at y = {each.patch.location[1]:.6g} mm, angle {each.patch.angle:.4g}, "
-                f"largest pressure {each.peak_pressure:.4g} N/mm^2",
+                f"largest pressure {_peak_in_words(each)} N/mm^2",
                 f"  {forces_in_words('Fx Fs FN', each.force, each.error)}",
             ]
             bound = each.solution.certificate.force_bound

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+import math
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -13,19 +15,33 @@ from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, SceneError, VarcontactError
 from varcontact.kinematics import Frame
-from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
+from varcontact.solvers.interface import OutOfTime
+from varcontact.solving import adaptive
+from varcontact.solving.adaptive import (
+    COARSEST,
+    FIRST,
+    FLOOR,
+    GRIDS,
+    GROWTH,
+    LATE,
+    ORDER,
+    RATIO,
+    GridLevel,
+    estimated,
+    richardson,
+)
 from varcontact.solving.on_grid import ContactOnGrid, Near
-from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions
+from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions, Target
 from varcontact.solving.side_by_side import settled_together
 from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
-from varcontact.wheel_rail.doubts import too_wide, warn
+from varcontact.wheel_rail.doubts import noisy_patches, too_wide, warn, warn_of_noise
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
@@ -36,11 +52,11 @@ LEAP = 0.1
 """Change of the depth between positions, relative, from which the next one is not expected to follow it."""
 ON_ELLIPSE = 32
 """Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
-TRIED = 4
-"""Heights among which a time budget is divided."""
 TARGETS = ("accuracy", "time_budget")
 START = 0.5, 0.125
-"""Sides of elements [mm] for the first height, where grids are chosen for an accuracy."""
+"""Sides of elements [mm] for the first height, where grids are chosen."""
+ACROSS = 14
+"""Elements across the smallest patch on the coarsest of three sets of elements, which tell the error by default."""
 START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
@@ -66,18 +82,32 @@ def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
-    ((_, found),) = solve_wheels_on_rails([case], tol, certify, **methods)
+    rough: list[str] = []
+
+    def on_first(first: WheelRailSolution) -> None:
+        if not rough:
+            rough.extend(noisy_patches(first))
+            warn_of_noise(rough, stacklevel=12)
+
+    ((_, found),) = solve_wheels_on_rails([case], tol, certify, on_first, **methods)
     if isinstance(found, VarcontactError):
         raise found
+    if not rough:
+        warn_of_noise(noisy_patches(found), stacklevel=6)
     warn(found, stacklevel=6)
     return found
 
 
 def solve_wheels_on_rails(
-    cases: Sequence[WheelOnRail], tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
+    cases: Sequence[WheelOnRail],
+    tol: float = 1e-6,
+    certify: CertifyName | None = None,
+    on_first: Callable[[WheelRailSolution], None] = lambda first: None,
+    **methods: Any,
 ) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
     """The numbers of cases, and their solutions or what refuses them, as they are found, without `warn`.
 
+    `on_first` is given the first, rough solution of each where grids are chosen: before time is spent on finer ones.
     Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before,
     and as much deeper as that was than the one before it.
     """
@@ -88,7 +118,7 @@ def solve_wheels_on_rails(
         start, depth = None, 0.0
         for k in numbers:
             try:
-                last, operators = yield from _wheel(cases[k], tol, methods, start)
+                last, operators = yield from _wheel(cases[k], tol, methods, start, on_first)
                 before, depth = depth, last.z - last.case.touching
                 leaps = abs(depth - before) >= LEAP * depth
                 start = _Start(last, 0.0 if leaps else depth - before, operators)
@@ -115,30 +145,39 @@ def solve_wheels_on_rails(
         waiting = going
 
 
-def _wheel(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
+def _wheel(
+    case: WheelOnRail,
+    tol: float,
+    methods: dict[str, Any],
+    start: _Start | None = None,
+    on_first: Callable[[WheelRailSolution], None] = lambda first: None,
+) -> Steps[Solved]:
     tol, theory = checks.positive("tol", tol), methods.get("tangential") in THEORIES
     target = _target(case, methods, theory)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     if isinstance(methods.get("start"), WheelRailSolution):
         start = _Start(methods.pop("start"))
-    # by default grids are chosen where no argument determines them, and the answer of a grid has an error
-    exact = not theory and methods.get("formulation") != "marching" and case.conformal is not True
+    # by default grids are chosen where no argument determines them
+    exact = not theory and methods.get("formulation") != "marching"
     has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
     free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
-    by_default = exact and has_friction and free and not target
-    try:
-        found = yield from _solved(case, tol, methods, {"accuracy": BY_DEFAULT} if by_default else target, start)
-    except (NotConverged, SceneError) as error:  # with the usual elements there is an answer without an error bar
-        if not by_default or (isinstance(error, SceneError) and str(error) != VARIES):
-            raise
-        found = yield from _solved(case, tol, methods, {})
+    if target is None and exact and has_friction and free:
+        target = Target(BY_DEFAULT, by_default=True)
+    if target is None:
+        found = yield from _on_elements(case, tol, methods, start)
+    else:
+        found = yield from _to_target(case, tol, methods, target, on_first)
     if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[0].patches):
+        curved = replace(case, conformal=True)
         with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
-            found = yield from _solved(replace(case, conformal=True), tol, methods, target)
+            if target is None:
+                found = yield from _on_elements(curved, tol, methods)
+            else:
+                found = yield from _to_target(curved, tol, methods, target, on_first)
     return found
 
 
-def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[str, Any]:
+def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> Target | None:
     """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
@@ -158,10 +197,17 @@ def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> dict[st
         if theory:
             reason = f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
             raise SceneError("tangential", methods["tangential"], message=reason)
-    return target
+    return Target(**target) if target else None
 
 
-def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: _Start | None = None) -> Steps[Solved]:
+def _on_elements(
+    case: WheelOnRail,
+    tol: float,
+    methods: dict[str, Any],
+    start: _Start | None = None,
+    deadline: float = math.inf,
+    second_order: bool = False,
+) -> Steps[Solved]:
     """On elements of dx and dy; each height begins with what was found at the one before, or at the start."""
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
@@ -177,11 +223,13 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
     found: list[ContactOnGrid] = []
     for z in search:
         patches = _patches(case, z)
+        if second_order:
+            patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
         scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
         if case.z is None:
             bare = [replace(scene, motion=None, friction=None) for scene in scenes]
             near = [each.near for each in frictionless] or before
-            frictionless = _contacts(bare, _for_pressure(methods), near, known)
+            frictionless = _contacts(bare, _for_pressure(methods), near, known, deadline=deadline)
             known = [each.disc.operators for each in frictionless]
             if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False)):
                 continue
@@ -190,12 +238,12 @@ def _on_elements(case: WheelOnRail, tol: float, methods: dict[str, Any], start: 
             forces = [np.array([*each.force, each.normal_force]) for each in solutions]
         else:
             near = [each.near for each in found] or before or [each.near for each in frictionless]
-            loaded = _contacts(scenes, methods, near, (), frictionless)
+            loaded = _contacts(scenes, methods, near, (), frictionless, deadline)
             if loaded:
                 settled = yield loaded
                 found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
             else:
-                found = _contacts(scenes, methods, near, known)
+                found = _contacts(scenes, methods, near, known, deadline=deadline)
             forces = [each.force for each in found]
         search.borne(_vertical(frames, forces, case.with_friction))
     if found:
@@ -216,6 +264,7 @@ def _contacts(
     near: Sequence[Solution | Near],
     known: Sequence[Operators],
     frictionless: Sequence[ContactOnGrid] = (),
+    deadline: float = math.inf,
 ) -> list[ContactOnGrid]:
     """The contacts of patches, from others of theirs and with their influence numbers, if there are as many.
 
@@ -223,7 +272,7 @@ def _contacts(
     """
     contacts: list[ContactOnGrid] = []
     for k, scene in enumerate(scenes):
-        options = SolveOptions.checked(scene, **methods)
+        options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
         start = near[k] if len(near) == len(scenes) else None
         own = known[k] if len(known) == len(scenes) else None
         loaded = frictionless[k].loaded(scene, options, start) if frictionless else None
@@ -237,47 +286,184 @@ def _contacts(
     return contacts
 
 
-def _solved(
-    case: WheelOnRail, tol: float, methods: dict[str, Any], target: dict[str, Any], start: _Start | None = None
+def _to_target(
+    case: WheelOnRail,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
+    on_first: Callable[[WheelRailSolution], None],
 ) -> Steps[Solved]:
-    """On elements, or on grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
+    """To an accuracy or within a time, with error bars.
+
+    Within a time elements are finer and finer; by default three sets of them tell the error where grids cannot be
+    chosen for an accuracy or do not reach it, and where noise dominates the pressure.
+    """
+    first = None
+    try:
+        if target.accuracy is not None:
+            return (yield from _to_accuracy(case, tol, methods, target, on_first))
+    except _Rough as rough:
+        first = rough.first
+    except (NotConverged, SceneError) as error:
+        if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
+            raise
+    return (yield from _on_finer_elements(case, tol, methods, target, on_first, first))
+
+
+class _Rough(Exception):
+    """Noise dominates the pressure of a patch of a first solution."""
+
+    def __init__(self, first: WheelRailSolution) -> None:
+        super().__init__("noise")
+        self.first = first
+
+
+def _to_accuracy(
+    case: WheelOnRail,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
+    on_first: Callable[[WheelRailSolution], None],
+) -> Steps[Solved]:
+    """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
-    if not target:
-        return (yield from _on_elements(case, tol, methods, start))
+    assert target.accuracy is not None
     near = case.z
-    if near is None:
-        rough = replace(case, dx=START[0], dy=START[1])
-        first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None})
+    if near is None or target.by_default:
+        first = yield from _first(case, tol, methods)
         near = first.z
-    if "accuracy" in target:
-        accuracy = target["accuracy"] / 2
-    else:  # the one that the time for each patch and height gives
-        patches = _patches(case, near, with_grid=False)
-        share = {"certify": None, "time_budget": target["time_budget"] / (TRIED * len(patches))}
-        estimates = [solve(patch.scene, **(methods | share)).error_estimate for patch in patches]
-        accuracy = max(each.largest for each in estimates if each is not None)
+        on_first(first)
+        if target.by_default and noisy_patches(first):
+            raise _Rough(first)
+    half = replace(target, accuracy=target.accuracy / 2)
     while True:
-        found = _near(case, near, tol, methods | {"accuracy": accuracy})
+        found = _near(case, near, tol, methods, half)
         if abs(found.z - near) <= MOVED * min(each.patch.approach for each in found.patches):
             return found, []
         near = found.z
 
 
-def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]) -> WheelRailSolution:
+def _first(
+    case: WheelOnRail, tol: float, methods: dict[str, Any], deadline: float = math.inf
+) -> Steps[WheelRailSolution]:
+    """A first solution: the height, where the contacts are, and whether noise dominates them."""
+    rough = replace(case, dx=START[0], dy=START[1])
+    first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None}, deadline=deadline)
+    return first
+
+
+def _on_finer_elements(
+    case: WheelOnRail,
+    tol: float,
+    methods: dict[str, Any],
+    target: Target,
+    on_first: Callable[[WheelRailSolution], None],
+    first: WheelRailSolution | None,
+) -> Steps[Solved]:
+    """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
+
+    Forces are those of the last, without extrapolation: they bear the load. The last three tell the errors.
+    """
+    started = time.perf_counter()
+    budget = math.inf if target.time_budget is None else target.time_budget
+    solved: list[WheelRailSolution] = []
+    operators: list[Operators] = []
+    try:
+        if first is None:
+            first = yield from _first(case, tol, methods, started + LATE * budget + COARSEST)
+            on_first(first)
+        n = float(ACROSS if target.time_budget is None else FIRST)
+        late = False
+        while not late:
+            begun = time.perf_counter()
+            deadline = started + LATE * budget + (COARSEST if len(solved) < GRIDS else 0.0)
+            on_sides = _with_elements_across(case, first, n)
+            start = _Start(solved[-1] if solved else first)
+            last, operators = yield from _on_elements(on_sides, tol, methods, start, deadline, second_order=True)
+            solved.append(replace(last, case=case))
+            n *= RATIO
+            now = time.perf_counter()
+            more = len(solved) < GRIDS or target.time_budget is not None
+            late = not more or (len(solved) >= GRIDS and (now - begun) * RATIO**GROWTH > started + budget - now)
+    except OutOfTime:
+        if not solved:
+            allowed = "more seconds, or elements of dx and dy: even coarse ones take longer"
+            raise SceneError("time_budget", budget, allowed) from None
+    return _with_errors(solved[-GRIDS:], target), operators
+
+
+def _with_elements_across(case: WheelOnRail, first: WheelRailSolution, n: float) -> WheelOnRail:
+    """The case with n elements across the smallest patch of a solution, and more of them along x, as `gridded` has."""
+    contacts = [each.solution.pressure > 0 for each in first.patches]
+    dx = START[0] * min(contact.any(axis=0).sum() for contact in contacts) / (RATIO * n)
+    dy = START[1] * min(contact.any(axis=1).sum() for contact in contacts) / n
+    return replace(case, dx=float(dx), dy=float(dy))
+
+
+def _with_errors(solved: list[WheelRailSolution], target: Target) -> WheelRailSolution:
+    """The last of solutions on finer and finer elements, with errors where all have as many patches."""
+    last = solved[-1]
+    if len(solved) == 1 or len({len(each.patches) for each in solved}) > 1:
+        return last
+    patches, force_errors = [], []
+    for column in zip(*(each.patches for each in solved), strict=True):
+        contact = column[-1].solution.pressure > 0
+        finest = max(1.0, min(contact.any(axis=1).sum(), contact.any(axis=0).sum() / RATIO))
+        across = [finest * RATIO ** (k - len(solved) + 1) for k in range(len(solved))]
+        answers = [each.solution for each in column]
+        levels = [
+            GridLevel.of(n, answer, sum(answer.timing.values()), target)
+            for n, answer in zip(across, answers, strict=True)
+        ]
+        estimate = estimated(levels, target)
+        on_grid = levels[-1].values | levels[-1].unjudged
+        estimate = replace(estimate, values=on_grid, on_grid=on_grid)
+        _, error = richardson([each.normal_force for each in column], across)
+        force_errors.append(float(error) / column[-1].normal_force + FLOOR * finest**-ORDER)
+        patches.append(replace(column[-1], solution=replace(answers[-1], error_estimate=estimate)))
+    errors = _normal_errors(last.case, patches, force_errors)
+    return replace(last, patches=tuple(map(_with_normal_error, patches, errors)))
+
+
+def _with_normal_error(patch: PatchSolution, error: float) -> PatchSolution:
+    return replace(patch, normal_error=error)
+
+
+def _normal_errors(case: WheelOnRail, patches: Sequence[PatchSolution], errors: list[float]) -> list[float]:
+    """Relative errors of normal forces: of a single patch the load and the tangential force determine it."""
+    estimate = patches[0].solution.error_estimate
+    if case.z is not None or len(patches) > 1:
+        return errors
+    if estimate is None or not case.with_friction or "Fy" not in estimate.errors:
+        return [0.0]
+    (patch,) = patches
+    lifting = abs(np.sin(patch.patch.angle)) * estimate.bars["Fy"]
+    return [float(lifting / abs(patch.frame.axes[2] @ patch.force))]
+
+
+def _chosen(scene: Scene, methods: dict[str, Any], target: Target) -> Solution:
+    """The solution on a grid that is chosen for the accuracy."""
+    options = SolveOptions.checked(scene, **(methods | {"accuracy": target.accuracy}))
+    found = adaptive.solve(scene, replace(options, target=target))
+    assert isinstance(found, Solution)
+    return found
+
+
+def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target) -> WheelRailSolution:
     """To an accuracy, with the distances and frames of a height."""
     patches = _patches(case, near, with_grid=False)
     forces, force_errors = [], []  # at the approach of each patch
     for patch in patches:
-        coupled = patch.scene.coupled  # tractions change the pressure
-        if coupled:
-            held = solve(patch.scene, **(methods | {"certify": None}))
+        if patch.scene.coupled:  # tractions change the pressure
+            held = _chosen(patch.scene, methods | {"certify": None}, target)
         else:
-            held = solve(replace(patch.scene, motion=None, friction=None), **_for_pressure(methods))
+            bare = replace(patch.scene, motion=None, friction=None)
+            held = _chosen(bare, _for_pressure(methods), replace(target, of_pressure=False))
         assert held.error_estimate is not None
-        force_errors.append(held.error_estimate.largest if coupled else held.error_estimate.errors["normal_force"])
+        force_errors.append(held.error_estimate.largest)
         forces.append(held.normal_force)
 
     search = BearingHeight(case, tol, near)
@@ -287,14 +473,10 @@ def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any]) -
         if case.z is None and not search.normal_forces_bear(float(np.cos([each.angle for each in patches]) @ loads)):
             continue
         scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
-        solutions = [solve(scene, **methods) for scene in scenes]
-        errors, estimate = force_errors, solutions[0].error_estimate
-        if case.z is None and len(patches) == 1:  # the normal force is determined by the load and the tangential force
-            errors, (patch,), (solution,) = [0.0], patches, solutions
-            if estimate is not None and case.with_friction and "Fy" in estimate.errors:
-                lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]
-                errors = [float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))]
-        solved = tuple(map(PatchSolution, patches, solutions, errors))
+        loaded = [
+            PatchSolution(patch, _chosen(scene, methods, target)) for patch, scene in zip(patches, scenes, strict=True)
+        ]
+        solved = tuple(map(_with_normal_error, loaded, _normal_errors(case, loaded, force_errors)))
         search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
     return WheelRailSolution(case, search.z, solved, search.rounds)
 
