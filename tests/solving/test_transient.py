@@ -48,6 +48,36 @@ WILD = vc.Transient(
 )
 
 
+def turns(step):
+    """How often the tangential traction begins to rise or to fall along x."""
+    ways = np.sign(np.diff(step.traction[0, 0]))
+    ways = ways[ways != 0]
+    return int(np.sum(ways[1:] != ways[:-1]))
+
+
+@pytest.mark.parametrize("elements", [0.5, 1.0, 1.2])
+def test_steps_up_to_an_element_have_smooth_tractions(elements):
+    half = vc.reference.line_contact(100.0, LIKE, force=1.0).a
+    dq = elements * 2 * half / 40
+    steps = round(3 * half / dq)
+    motion = vc.Transient(steps=1 + steps, dq=[0.0] + steps * [dq], Fx=-0.75 * 0.3)
+    history = vc.solve(cylinder(motion=motion))
+    assert turns(history[-1]) == 1
+    assert not any(step.warnings for step in history)
+
+
+def test_longer_steps_are_warned_of_with_the_dq_to_take():
+    half = vc.reference.line_contact(100.0, LIKE, force=1.0).a
+    dq = 2.05 * 2 * half / 40
+    motion = vc.Transient(steps=31, dq=[0.0] + 30 * [dq], Fx=-0.75 * 0.3)
+    history = vc.solve(cylinder(motion=motion))
+    assert history[0].warnings == () and turns(history[-1]) > 9
+    (warning,) = history[-1].warnings
+    assert f"steps of dq = {dq:.4g} are longer than an element" in warning and warning in history.report()
+    advised = float(warning.rpartition("take dq = ")[2].split()[0])
+    assert 0.99 * history.grid.sides[0] <= advised <= history.grid.sides[0]
+
+
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_each_step_meets_its_own_equations(check_kkt, bodies):
     """All that may change does: direction, creepage and force, load and approach, friction, the distance rolled."""

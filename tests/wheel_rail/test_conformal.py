@@ -82,6 +82,19 @@ def test_forces_on_the_flange_root_are_those_of_contact():
     assert found.patches[0].patch.angle == pytest.approx(known["angle"], abs=2e-4)
 
 
+@pytest.mark.slow
+def test_a_curved_surface_has_the_error_bars_of_a_plane():
+    """By default: they hold against elements of two sizes, of which the errors are of the first order."""
+    rail = round_rail(20.0, half=15.0)
+    hollow = Profile(y=rail.y, z=20.8 - np.sqrt(20.8**2 - rail.y**2), kind="wheel", kinks=[])
+    case = wheel(yaw=2e-3, track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=130e3)
+    found = case.solve()
+    coarse, fine = (replace(case, conformal=True, dx=dx, dy=0.2).solve().force for dx in (0.8, 0.4))
+    assert found.patches[0].patch.scene.conformal
+    assert np.all(found.error[:2] > 0) and np.all(found.error[:2] < 0.01 * 0.3 * 130e3)
+    assert np.all(np.abs(found.force - (2 * fine - coarse)) <= found.error + 2e-3 * 0.3 * 130e3)
+
+
 def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     rail = round_rail(20.0, half=15.0)
     hollow = Profile(y=rail.y, z=20.5 - np.sqrt(20.5**2 - rail.y**2), kind="wheel", kinks=[])

@@ -133,6 +133,17 @@ def test_shakedown_of_circles():
     assert np.isnan(place.index_error)
 
 
+def test_the_shakedown_index_has_the_error_of_the_peak_pressure():
+    """Two patches, of which the narrow one has the larger: within its error it is that of fine elements."""
+    case = wheel(5.0, vertical_force=10e3, separate=4.0, turn=4.0)
+    found, fine = case.solve(accuracy=0.05), replace(case, dx=0.1, dy=0.05).solve()
+    for own, exact in zip(found.patches, fine.patches, strict=True):
+        place, best = shakedown(own, 300.0), shakedown(exact, 300.0)
+        peak = own.peak_pressure_error / own.peak_pressure / place.load_factor
+        assert place.index_error == pytest.approx(place.utilised_error + peak, rel=1e-12)
+        assert abs(place.index - best.index) < place.index_error
+
+
 def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     case = circles(80.0, yaw=4e-3, dx=1.0, dy=0.5)
     cases = [replace(case, position=replace(case.position, y=y)) for y in (-1.0, 1.0)]

@@ -12,6 +12,7 @@ from tests.scenes import in_units, make_scene, refused
 from varcontact.errors import NotConverged
 from varcontact.reference import carter, line_contact
 from varcontact.results.quantities_of_interest import error, units, values
+from varcontact.solvers.interface import check_time
 from varcontact.solving import adaptive
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
@@ -135,6 +136,67 @@ def test_a_file_is_measured_by_the_values_of_its_grid(tmp_path, changes, options
     assert again.note == "" and again.converged
     assert (again.creepage, again.approach) == (sol.creepage, sol.approach)
     assert again.error_estimate == sol.error_estimate != replace(sol.error_estimate, on_grid={})
+
+
+def test_unlike_bodies_whose_error_falls_slowly():
+    """Fx from 243 elements across and half of the step from 162, by the order 1: +-0.0006 f Fz."""
+    scene = vc.Scene(
+        bodies=vc.Bodies((1.0, 0.04087), (0.03696, 0.25885)),
+        surface=vc.Paraboloids(0.27286, 1.23142),
+        normal_force=0.002984,
+        friction=0.39674,
+        motion=vc.Steady(vx=0.030654, vy=-0.011728, spin=-0.27884),
+    )
+    limit = 0.39674 * 0.002984
+    for accuracy in (0.03, 0.01):
+        sol = vc.solve(scene, accuracy=accuracy)
+        assert abs(sol.force[0] / limit - 0.1949) < sol.error_estimate.errors["Fx"] <= accuracy
+
+
+def test_an_error_that_does_not_fall_is_seen():
+    def known(*errors):
+        return [vc.ErrorEstimate({}, {"Fx": error}, "", ()) for error in errors]
+
+    assert adaptive.stalled(known(0.03, 0.1, 0.1, 0.095))
+    assert not adaptive.stalled(known(0.1, 0.08, 0.11)) and not adaptive.stalled(known(0.1, 0.1))
+
+
+def test_grids_end_where_the_error_does_not_fall(monkeypatch):
+    """Of a given accuracy that is an error with the best answer; by default an answer with its bar."""
+    monkeypatch.setattr(adaptive, "FLOOR", 0.0)
+    monkeypatch.setattr(adaptive, "richardson", lambda values, across, order: (values[-1], 0.1 * abs(values[-1])))
+    with pytest.raises(NotConverged, match="and it does not fall with the grid") as failed:
+        vc.solve(ROLLING, accuracy=0.003)
+    assert len(failed.value.solution.error_estimate.solves) == 5
+    assert len(vc.solve(ROLLING).error_estimate.solves) == 5
+
+
+def test_a_time_budget_that_coarse_grids_exceed_is_refused(monkeypatch, clock):
+    """A second each, of which the third does not end: two seconds are allowed."""
+    solve = adaptive._solved
+
+    def slow(scene, options, *rest):
+        clock.now += 2.0
+        check_time(options.deadline)
+        return solve(scene, options, *rest)
+
+    monkeypatch.setattr(adaptive, "_solved", slow)
+    refused(
+        lambda: vc.solve(ROLLING, time_budget=0.5), words="even the coarsest grids, which tell the error, take longer"
+    )
+    assert clock.now < 1.5 * 0.5 + 2.0 + 2.0
+
+
+def test_the_largest_pressure_has_a_bar_and_does_not_count():
+    """Sampled paraboloids: Hertz's is within it."""
+    x = np.linspace(-1.5, 1.5, 41)
+    surface = vc.SampledDistance(h=(x**2 + x[:, None] ** 2) / 2, x=x, y=x)
+    scene = replace(ROLLING, surface=surface, normal_force=0.5)
+    sol = vc.solve(scene, accuracy=0.02)
+    estimate = sol.error_estimate
+    exact = replace(scene, surface=vc.Paraboloids(Rx=1.0, Ry=1.0), motion=None).hertz.peak_pressure
+    assert "peak_pressure" not in estimate.errors
+    assert abs(sol.max_pressure - exact) < estimate.bars["peak_pressure"] < 0.05 * exact
 
 
 def test_a_little_time_gives_three_coarse_grids():
