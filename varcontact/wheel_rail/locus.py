@@ -47,6 +47,9 @@ class Locus:
         In track coordinates [mm].
     radii : ndarray, shape (n,)
         Of the circles [mm].
+    curvature_radii : ndarray, shape (n,)
+        Of the wheel relative to the rail, along x [mm]: of a straight rail, those
+        of the circles.
     gap : ndarray, shape (n,)
         Height above the rail [mm]; infinite beside it.
     angles : ndarray, shape (n,)
@@ -65,6 +68,7 @@ class Locus:
     theta: np.ndarray
     points: np.ndarray
     radii: np.ndarray
+    curvature_radii: np.ndarray
     gap: np.ndarray
     angles: np.ndarray
     height: float
@@ -136,12 +140,18 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
     points = np.asarray(locus.points[run] + [0.0, 0.0, z])
     depth = np.asarray(z - locus.gap[run])
     surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
-    half_lengths = np.sqrt(2 * locus.radii[run] * np.maximum(depth, 0.0))
+    half_lengths = np.sqrt(2 * locus.curvature_radii[run] * np.maximum(depth, 0.0))
     width = np.abs(np.gradient(points[:, 1])) if depth.size > 1 else np.ones(1)
     ends, weights = points[:, 0] + np.multiply.outer([-1, 1], half_lengths), depth**2 * half_lengths
     if locus.gaps is not None and locus.planes is not None:
-        x, inside = locus.planes, locus.gaps[run] < z
-        squared = np.where(inside, (z - locus.gaps[run]) ** 2, 0.0) * np.gradient(x)
+        x, gaps = locus.planes, locus.gaps[run]
+        inside = gaps < z
+        # a rail that ends does not move the centre of the contact beside its end
+        away = x - points[:, :1]
+        endless = np.where(
+            np.isfinite(gaps), gaps, locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None])
+        )
+        squared = np.maximum(z - endless, 0.0) ** 2 * np.gradient(x)
         some = inside.any(axis=1)
         points[some, 0] = squared[some] @ x / squared[some].sum(axis=1)
         weights = np.where(some, squared.sum(axis=1), weights)
@@ -192,60 +202,98 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
     gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
     angles[over] = rail.angles(below[over])
-    return Locus(s, theta, points, r, gap, angles, float(centre[2]))
+    return Locus(s, theta, points, r, r, gap, angles, float(centre[2]))
 
 
 def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray) -> Locus:
     """The contact locus of a wheel over a rail of which one varies; arguments as of `contact_locus`."""
     length = float(np.diff(wheel.features, axis=1).sum(axis=1).max())
     v = np.linspace(0.0, wheel.s[-1], int(np.ceil(length / CIRCLE)) + 1)
-    a, b, c = rotation[0]
     radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
     middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
-    lowest = centre[0] + b * middle + c * radius
-    # where steps and kinks are
+    lowest = float(centre[0] + rotation[0, 1] * middle + rotation[0, 2] * radius)
+    planes = _planes(wheel, rail, lowest, radius)
+    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
+    theta, points, radii = _in_planes(wheel, v, theta, planes, rotation, centre)
+    gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
+    gaps = np.where(np.isfinite(gaps), gaps, np.inf)
+    if not np.isfinite(gaps).any():
+        reason = f"the wheel is beside the rail: it spans y from {points[..., 1].min():.5g} to "
+        raise NoContact("position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm")
+    # the nearest plane of each circle; of a flat, the middle
+    nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL
+    off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
+    rows, k = np.arange(v.size), np.where(nearest, off, np.inf).argmin(axis=1)
+    shift, lower = _lowest_beside(planes, gaps, k)
+    gap = gaps[rows, k] - lower
+    at = points[rows, k]
+    at[:, 0] += shift
+    radii = radii[rows, k]
+    curvature_radii = _curvature_radii(planes, gaps, k, gap, radii)
+    theta, angles = theta[rows, k] + shift / radii, np.arctan(np.nan_to_num(by_y[rows, k]))
+    slopes = np.nan_to_num(by_x[rows, k])
+    height = float(centre[2])
+    return Locus(v, theta, at, radii, curvature_radii, gap, angles, height, planes, gaps, slopes)
+
+
+def _planes(wheel: Surface, rail: RailSurface, lowest: float, radius: float) -> np.ndarray:
+    """x of planes across the track around the `lowest` place of a wheel; two at each step, kink and end of a rail."""
     turned, *along = (each.positions[1:][np.diff(each.positions) == 0] for each in (wheel, *rail.parts))
     planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
     turned = np.remainder(turned + np.pi, 2 * np.pi) - np.pi
     ends = rail.ends[np.isfinite(rail.ends)]
     steps = np.concatenate([ends, *along, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
-    planes = np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
-    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
+    return np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
+
+
+def _in_planes(
+    wheel: Surface, v: np.ndarray, theta: np.ndarray, planes: np.ndarray, rotation: np.ndarray, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles, points and radii where circles `v` of a wheel cross planes, by Newton's method from angles `theta`."""
+    a, b, c = rotation[0]
     for _ in range(ROUNDS):
         (y, r), (y_by, r_by) = np.moveaxis(wheel.points(theta, v[:, None])[:2], -1, 1)
         sine, cosine = np.sin(theta), np.cos(theta)
         off = a * r * sine + b * y + c * r * cosine + centre[0] - planes
         step = off / (a * (r * cosine + r_by * sine) + b * y_by + c * (r_by * cosine - r * sine))
         theta = theta - step
-        if np.abs(step).max() * radius < 1e-9:
+        if np.abs(step * r).max() < 1e-9:
             break
     (y, r), sine, cosine = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0), np.sin(theta), np.cos(theta)
     points = np.stack([r * sine, y, r * cosine], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
-    gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
-    gaps = np.where(np.isfinite(gaps), gaps, np.inf)
-    if not np.isfinite(gaps).any():
-        reason = f"the wheel is beside the rail: it spans y from {points[..., 1].min():.5g} to "
-        raise NoContact("position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm")
-    nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL  # of a flat, the middle
-    off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
-    rows, k = np.arange(v.size), np.where(nearest, off, np.inf).argmin(axis=1)
-    inside, beside = np.clip(k, 1, planes.size - 2), np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
-    left, middle_gap, right = (gaps[rows, inside + i] for i in (-1, 0, 1))
-    even = np.isclose(planes[inside + 1] - planes[inside - 1], 2 * PLANE) & (k == inside)
+    return theta, points, r
+
+
+def _lowest_beside(planes: np.ndarray, gaps: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far from the plane `k`, and how much lower, parabolas through the gaps there and beside are lowest.
+
+    Both are 0 where there is none: at a step, or the end of a rail.
+    """
+    rows, inside = np.arange(k.size), np.clip(k, 1, planes.size - 2)
+    to_left, to_right = (planes[inside + i] - planes[inside] for i in (-1, 1))
+    middle = gaps[rows, inside]
     with np.errstate(invalid="ignore", divide="ignore"):
-        bend = (left - 2 * middle_gap + right) / PLANE**2
-        shift = (left - right) / (2 * PLANE * bend)
-        even &= np.abs(shift) < PLANE  # nor NaN, beside the rail
-        bend, shift = np.where(even, bend, 0.0), np.where(even, shift, 0.0)
-        gap = gaps[rows, k] - bend * shift**2 / 2
-        # radii of circles through the points beside, for fast ways
+        left, right = ((gaps[rows, inside + i] - middle) / by for i, by in ((-1, to_left), (1, to_right)))
+        bend = (right - left) / (to_right - to_left)
+        shift = (left * to_right - right * to_left) / (2 * bend * (to_left - to_right))
+        smooth = (np.minimum(-to_left, to_right) > 4 * BESIDE) & (k == inside)
+        smooth &= (to_left < shift) & (shift < to_right)  # nor NaN, beside the rail
+    return np.where(smooth, shift, 0.0), np.where(smooth, bend * shift**2, 0.0)
+
+
+def _curvature_radii(
+    planes: np.ndarray, gaps: np.ndarray, k: np.ndarray, gap: np.ndarray, radii: np.ndarray
+) -> np.ndarray:
+    """Radii of circles through the gaps in planes before and behind the plane `k`, for fast ways.
+
+    Where the rail ends on one side the other one counts; where it ends on both, the circle of the wheel.
+    """
+    rows, beside = np.arange(k.size), np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
         rises = np.maximum(gaps[rows, beside] - gap, SMALL)
-        radii = 1 / np.mean(2 * rises / (planes[beside] - planes[k]) ** 2, axis=0)
-    radii = np.where(np.isfinite(radii), np.clip(radii, 1.0, 10 * radius), radius)
-    at = points[rows, k]
-    at[:, 0] += shift
-    theta, angles = theta[rows, k] + shift / radius, np.arctan(np.nan_to_num(by_y[rows, k]))
-    slopes = np.nan_to_num(by_x[rows, k])
-    return Locus(v, theta, at, radii, gap, angles, float(centre[2]), planes, gaps, slopes)
+        curvatures = 2 * rises / (planes[beside] - planes[k]) ** 2
+        known = np.isfinite(curvatures)
+        found = known.sum(axis=0) / np.where(known, curvatures, 0.0).sum(axis=0)
+    return np.where(np.isfinite(found), np.clip(found, 1.0, 10 * radii), radii)

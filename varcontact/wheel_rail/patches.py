@@ -144,10 +144,13 @@ def wheel_heights(
 ) -> np.ndarray:
     """z of the wheel's surface in the frame, where lines of x and y cross: Newton's method for (theta, s) of each.
 
-    It begins with the locus at the rows of the grid, turned by x; NaN where that does not reach.
+    It begins with the locus at the rows of the grid, turned by x; NaN where that does not reach, and where the surface
+    faces away from the rail.
     """
     points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
     along, across, _ = ((points - frame.origin) @ frame.axes).T
+    forward = frame.axes.T @ axle[:, 0]
+    across = across - along * forward[1] / forward[0]  # of circles at x = 0
     run = growing(np.diff(across) > 0, int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin()))
     grid_x, grid_y = lines
     shape = grid_y.size, grid_x.size
@@ -177,7 +180,7 @@ def wheel_heights(
         theta, s, off = theta + turned, s + along, np.hypot(off_x, off_y)
         if off.max() < CLOSE:
             break
-    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < CLOSE)
+    inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (off < CLOSE) & (determinant > 0)
     heights[known] = np.where(inside, point[2] + by_theta[2] * turned + by_s[2] * along, np.nan)
     return heights
 

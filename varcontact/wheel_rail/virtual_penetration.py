@@ -176,7 +176,7 @@ def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str)
     k = int(deepest.depth.argmax())
     approach, point = float(deepest.depth[k]), deepest.points[k]
     circle = deepest.run.start + k
-    angle, radius = float(deepest.locus.angles[circle]), float(deepest.locus.radii[circle])
+    angle, radius = float(deepest.locus.angles[circle]), float(deepest.locus.curvature_radii[circle])
     if normal == "hertz":
         if not isinstance(case.rail, Curve):
             raise SceneError("normal", "hertz", message='normal = "hertz": it is for one profile; take the other')
