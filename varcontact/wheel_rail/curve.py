@@ -53,6 +53,11 @@ class Curve:
         """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
         return np.asarray(self._curve(s, 1))
 
+    def cubics(self, begin: np.ndarray, within: np.ndarray) -> np.ndarray:
+        """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2), highest power first."""
+        cell = np.clip(np.searchsorted(self.s, within, side="right") - 1, 0, self.s.size - 2)
+        return shifted(self.coefficients[:, cell], (begin - self.s[cell])[:, None])
+
     def angles(self, s: np.ndarray) -> np.ndarray:
         """Inclination atan2(dz, dy) at parameters [rad]."""
         along = self.directions(s)
@@ -74,11 +79,9 @@ class Curve:
     def mirrored(self) -> Curve:
         """The mirror image at y = 0, run through the other way: y keeps its direction."""
         width = np.diff(self.s)[:, None]
-        a, b, c, d = self.coefficients * [-1.0, 1.0]
         # the cubic in width - t
-        linear = -(c + 2 * b * width + 3 * a * width**2)
-        constant = d + c * width + b * width**2 + a * width**3
-        turned = np.array([-a, b + 3 * a * width, linear, constant])
+        a, b, c, d = shifted(self.coefficients * [-1.0, 1.0], width)
+        turned = np.array([-a, b, -c, d])
         return Curve(self.s[-1] - self.s[::-1], turned[:, ::-1])
 
     def sampled(self, step: float) -> np.ndarray:
@@ -142,6 +145,12 @@ class Curve:
         s = np.full(value.shape, np.nan)
         s[inside] = low + t
         return s
+
+
+def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """Coefficients of cubics in t as those in ``t - by``, highest power first."""
+    a, b, c, d = cubics
+    return np.array([a, b + 3 * a * by, c + (2 * b + 3 * a * by) * by, d + (c + (b + a * by) * by) * by])
 
 
 def growing(grows: np.ndarray, near: int) -> slice:

@@ -27,8 +27,10 @@ TOGETHER = 1e-3
 TABLE = 0.25
 """Step along a section where the search for its points begins [mm]."""
 STEPS = 8
-SMALL = 1e-10
-"""Weight below which a slice does not count."""
+SMALL, MUCH = 1e-10, 0.1
+"""Weights below which a slice does not count, and above which its kinks and breakpoints do."""
+DIGITS = 10
+"""Decimals of v in which breakpoints of two slices differ."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -247,19 +249,53 @@ class Surface:
         at, v = np.broadcast_arrays(at, v)
         if np.isfinite(self.period):
             at = self.positions[0] + (at - self.positions[0]) % self.period
-        weights, slopes = self._weights(at), self._weights(at, 1)
-        found = np.zeros((3, *at.shape, 2))
-        found[0, ..., 1], found[1, ..., 1] = weights[..., -1], slopes[..., -1]
-        between = np.clip(v.astype(int), 0, self.features.shape[1] - 2)
-        for i, (curve, features) in enumerate(zip(self.curves, self.features, strict=True)):
-            weight, slope = weights[..., i, None], slopes[..., i, None]
-            if np.abs(weight).max(initial=0.0) < SMALL and np.abs(slope).max(initial=0.0) < SMALL:
-                continue
-            stretch = np.diff(features)[between]
-            s = features[between] + (v - between) * stretch
-            point, along = curve.points(s), curve.directions(s) * stretch[..., None]
-            found += np.array([weight * point, slope * point, weight * along])
+        breaks = self._weights.x
+        strips = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, breaks.size - 2)
+        found = np.empty((3, *at.shape, 2))
+        for i in np.unique(strips).tolist():
+            here = strips == i
+            strip = self._strip(i)
+            t = (at[here] - breaks[i])[:, None]
+            a, b, c, d = np.moveaxis(strip(v[here]), 1, 0)
+            found[0, here] = ((a * t + b) * t + c) * t + d
+            found[1, here] = (3 * a * t + 2 * b) * t + c
+            a, b, c, d = np.moveaxis(strip(v[here], 1), 1, 0)
+            found[2, here] = ((a * t + b) * t + c) * t + d
         return found
+
+    @cached_property
+    def _strips(self) -> dict[int, Any]:
+        return {}
+
+    def _strip(self, i: int) -> Any:
+        """The cubic along x between two positions, (4, 2) by v: the sections are added up once, not at each point."""
+        if i not in self._strips:
+            from scipy.interpolate import PPoly
+
+            width = float(np.diff(self._weights.x[i : i + 2])[0])
+            weights = self._weights.c[:, i]
+            largest = (np.abs(weights[:, :-1]) * width ** np.arange(3, -1, -1)[:, None]).sum(axis=0)
+            # their breakpoints, of sections further away they are hardly felt
+            ends = [self._at_features(k, self.curves[k].s) for k in np.flatnonzero(largest > MUCH)]
+            v = np.unique(np.concatenate([np.arange(self.features.shape[1]), *ends]).round(DIGITS))
+            cubics = np.zeros((4, v.size - 1, 4, 2))
+            cubics[3, :, :, 1] = weights[:, -1]
+            for k in np.flatnonzero(largest > SMALL):
+                cubics += weights[:, k, None] * self._cubics(k, v)[:, :, None]
+            self._strips[i] = PPoly(cubics, v)
+        return self._strips[i]
+
+    def _at_features(self, k: int, s: np.ndarray) -> np.ndarray:
+        """v at arc lengths of the curve k."""
+        return np.interp(s, self.features[k], np.arange(self.features.shape[1]))
+
+    def _cubics(self, k: int, v: np.ndarray) -> np.ndarray:
+        """Coefficients of the curve k between v, shape (4, n - 1, 2)."""
+        between = np.clip(v[:-1].astype(int), 0, self.features.shape[1] - 2)
+        stretch = np.diff(self.features[k])[between]
+        begin = self.features[k, between] + (v[:-1] - between) * stretch
+        cubics = self.curves[k].cubics(begin, begin + stretch * np.diff(v) / 2)
+        return cubics * stretch[:, None] ** np.arange(3, -1, -1)[:, None, None]
 
     def section(self, at: float) -> Curve:
         """The section at a position, as a curve."""
