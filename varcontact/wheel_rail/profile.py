@@ -326,16 +326,28 @@ def _check_shape(points: np.ndarray) -> None:
         y, z = different[times.argmax()].tolist()
         message = f"the profile comes back to y = {y:.4g}, z = {z:.4g} mm: points must be ordered along it"
         raise SceneError("profile", (y, z), message=message)
-    start, end = points[:-1], points[1:]
-    for i in range(len(start) - 2):
-        a, b, others = start[i], end[i], slice(i + 2, None)
-        across = _off(a, b, start[others]) * _off(a, b, end[others])
-        along = _off(start[others], end[others], a) * _off(start[others], end[others], b)
-        crossed = np.flatnonzero((across < -(ON_LINE**2)) & (along < -(ON_LINE**2)))
-        if crossed.size:
-            y, z = ((a + b) / 2).tolist()
-            message = f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order, or thin, its points"
-            raise SceneError("profile", (y, z), message=message)
+    crossed = _crossed(points[:-1], points[1:])
+    if crossed.size:
+        y, z = points[crossed.min() :][:2].mean(axis=0).tolist()
+        message = f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm: order, or thin, its points"
+        raise SceneError("profile", (y, z), message=message)
+
+
+def _crossed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Indices of segments that another one crosses, which is no neighbour."""
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    # pairs that have a part of y in common, by the segment that begins first
+    order = low[:, 0].argsort()
+    after = np.arange(1, order.size + 1)
+    counts = np.searchsorted(low[order, 0], high[order, 0], side="right") - after
+    first = np.repeat(order, counts)
+    second = order[np.arange(counts.sum()) + np.repeat(after - (np.cumsum(counts) - counts), counts)]
+    # of these, the ones that have a part of z in common
+    near = (low[first, 1] <= high[second, 1]) & (low[second, 1] <= high[first, 1]) & (np.abs(first - second) > 1)
+    first, second = np.minimum(first, second)[near], np.maximum(first, second)[near]
+    a, b, c, d = start[first], end[first], start[second], end[second]
+    across, along = _off(a, b, c) * _off(a, b, d), _off(c, d, a) * _off(c, d, b)
+    return first[(across < -(ON_LINE**2)) & (along < -(ON_LINE**2))]
 
 
 def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
