@@ -269,18 +269,17 @@ def _in_planes(
 def _lowest_beside(planes: np.ndarray, gaps: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far from the plane `k`, and how much lower, parabolas through the gaps there and beside are lowest.
 
-    Both are 0 where there is none: at a step, or the end of a rail.
+    Both are 0 where there is none: beside steps, kinks and ends of rails.
     """
     rows, inside = np.arange(k.size), np.clip(k, 1, planes.size - 2)
-    to_left, to_right = (planes[inside + i] - planes[inside] for i in (-1, 1))
-    middle = gaps[rows, inside]
+    left, middle, right = (gaps[rows, inside + i] for i in (-1, 0, 1))
+    even = np.isclose(planes[inside + 1] - planes[inside - 1], 2 * PLANE) & (k == inside)
     with np.errstate(invalid="ignore", divide="ignore"):
-        left, right = ((gaps[rows, inside + i] - middle) / by for i, by in ((-1, to_left), (1, to_right)))
-        bend = (right - left) / (to_right - to_left)
-        shift = (left * to_right - right * to_left) / (2 * bend * (to_left - to_right))
-        smooth = (np.minimum(-to_left, to_right) > 4 * BESIDE) & (k == inside)
-        smooth &= (to_left < shift) & (shift < to_right)  # nor NaN, beside the rail
-    return np.where(smooth, shift, 0.0), np.where(smooth, bend * shift**2, 0.0)
+        bend = (left - 2 * middle + right) / PLANE**2
+        shift = (left - right) / (2 * PLANE * bend)
+        even &= np.abs(shift) < PLANE  # nor NaN, beside the rail
+        lower = bend * shift**2 / 2
+    return np.where(even, shift, 0.0), np.where(even, lower, 0.0)
 
 
 def _curvature_radii(

@@ -337,10 +337,12 @@ class RailSurface:
         return [self.parts[i].section(x).highest() for i in np.flatnonzero(there)]
 
     def section(self, x: float, y: float) -> Curve:
-        """Of the highest rail at a place."""
-        found = self.sections(x)
+        """Of the highest rail at a place, or of the nearest where it is between two."""
+        beyond = np.maximum(np.maximum(self.ends[:, 0] - x, x - self.ends[:, 1]), 0.0)
+        nearest = int(beyond.argmin())
+        found = self.sections(float(np.clip(x, *self.ends[nearest])))
         height = [float(curve.points(curve.at(np.array([y])))[0, 1]) for curve in found]
-        return found[int(np.nanargmin(height))]
+        return found[int(np.argmin(np.nan_to_num(height, nan=np.inf)))]
 
     def along(self, points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """From points, shape (rows, columns, 3), each column near one x, along a direction to the highest rail.
