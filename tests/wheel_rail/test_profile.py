@@ -1,5 +1,6 @@
 """Profiles: designed ones against measured points, curves in closed form, smoothing, noise, and what is refused."""
 
+import itertools
 import warnings
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from tests.wheel_rail.conditions import wheel as on_track
 from varcontact.wheel_rail import DoubtfulProfile, Profile, Track, WheelSet
-from varcontact.wheel_rail.profile import flange
+from varcontact.wheel_rail.profile import _crossed, flange
 
 PROFILES = DATA / "profiles"
 FINE_RAIL, FINE_WHEEL = Profile.rail_60e1(step=0.1), Profile.s1002(step=0.1)
@@ -433,3 +434,25 @@ def test_bad_profiles_are_refused(more, field, words):
 def test_entries_by_position_are_refused_in_words():
     refused(lambda: Profile(RAIL.y, RAIL.z, "rail"), match=r"by name: write Profile\(y=..., z=..., kind=...\)")
     refused(lambda: Track(RAIL), match=r"Track takes its entries by name: write Track\(rail=...\)")
+
+
+def test_segments_that_cross_are_found_as_one_by_one() -> None:
+    """Of random lines, with points on a lattice in a third of them; and at once for 50 000 points."""
+
+    def by_hand(points: np.ndarray) -> set[int]:
+        found = set()
+        for i, j in itertools.combinations(range(len(points) - 1), 2):
+            a, b, c, d = points[i], points[i + 1], points[j], points[j + 1]
+            sides = [np.linalg.det([q - p, r - p]) for p, q, r in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))]
+            if j > i + 1 and sides[0] * sides[1] < -1e-12 and sides[2] * sides[3] < -1e-12:
+                found.add(i)
+        return found
+
+    rng = np.random.default_rng(5)
+    for k in range(60):
+        points = np.cumsum(rng.normal(size=(20, 2)), axis=0)
+        points = points.round() if k % 3 == 0 else points
+        points = points[np.append(True, np.abs(np.diff(points, axis=0)).sum(axis=1) > 0)]
+        assert set(_crossed(points[:-1], points[1:]).tolist()) == by_hand(points)
+    y = np.linspace(-35.0, 35.0, 50_000)
+    assert Profile(y=y, z=y**2 / 600, kind="rail").y.size == y.size

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from tests.scenes import refusals
 from varcontact.errors import NoContact, SceneError
@@ -22,6 +23,8 @@ from varcontact.wheel_rail import (
     rolling_radius_difference,
     worn_profile,
 )
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.slices import Surface
 from varcontact.wheel_rail.wear_laws import Archard
 
 R, HEAD = 460.0, 300.0
@@ -230,6 +233,120 @@ test_what_needs_one_profile_refuses_slices = refusals(
     (lambda: Track(rail=flat(0.01)), "a Profile of kind 'rail'"),
     (lambda: on(STEP, z=1.0, vertical_force=None, position=Position(s=10.0)).patches(1.0), "a step is too high"),
 )
+
+
+def joint(gap: float, rail: Profile = RAIL) -> tuple[ProfileSlices, ProfileSlices]:
+    """A rail that ends at s = 0, and one that begins behind a gap."""
+    first = ProfileSlices(profiles=rail, positions=[-400.0, -200.0, 0.0])
+    return first, ProfileSlices(profiles=rail, positions=[gap, 200.0 + gap, 400.0 + gap])
+
+
+STANDARD: dict[str, Any] = {
+    "wheelset": WheelSet(wheel=Profile.s1002()), "velocity": Velocity(speed=2000.0), "friction": 0.3
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
+@pytest.mark.parametrize("load", [{"z": 0.198}, {"vertical_force": 10e3}])
+@pytest.mark.parametrize("s", [-8.0, -3.2, 9.2])
+def test_a_rail_that_ends_beside_the_contact_is_not_felt(s: float, load: dict[str, Any]) -> None:
+    """The contact is 5 mm long; CONTACT's force of the endless rail, and its largest pressure."""
+    track = Track(rail=joint(6.0, Profile.rail_60e1()), cant=1 / 40)
+    case = WheelOnRail(track=track, position=Position(s=s), dx=0.2, dy=0.2, **STANDARD | load)
+    found = case.solve()
+    expected, peak = ([278.4, 35.7, 9937.2], 338.4) if "z" in load else ([277.6, 35.6, 10e3], 339.1)
+    assert found.force == pytest.approx(expected, abs=0.6)
+    assert found.patches[0].peak_pressure == pytest.approx(peak, abs=0.1)
+
+
+@pytest.mark.parametrize("s", [-5.0, -0.5, 1.0, 3.0, 5.5])
+def test_distances_at_a_joint_are_those_of_the_endless_rail(s: float) -> None:
+    deep, gap, yaw = 0.15, 6.0, 0.004
+    (patch,) = on(joint(gap), z=deep, vertical_force=None, position=Position(s=s, yaw=yaw)).patches(deep)
+    x, y = np.meshgrid(patch.scene.grid.x, patch.scene.grid.y)
+    x, y = x + patch.location[0], y + patch.location[1]
+    across = x * np.cos(yaw) + y * np.sin(yaw)  # to the axis of the cylinder
+    distance = R - np.sqrt(R**2 - across**2) + HEAD - np.sqrt(HEAD**2 - (y - 750.0) ** 2)
+    there = (x + s <= 0) | (x + s >= gap)
+    found = patch.scene.surface.h + deep - patch.approach
+    assert found[there] == pytest.approx(distance[there], abs=2e-4)
+    assert (found[~there] > deep).all()
+
+
+@pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
+@pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
+@pytest.mark.parametrize("gap", [2.0, 30.0])
+def test_forces_over_a_joint_are_continuous_and_mirror_images(gap: float) -> None:
+    track = Track(rail=joint(gap), gauge=MIDDLE)
+    usual: dict[str, Any] = {"wheelset": WHEEL, "friction": 0.0, "dx": 0.5, "dy": 1.0}
+
+    def loaded(s: float) -> Any:
+        return WheelOnRail(track=track, position=Position(s=s), vertical_force=20e3, **usual).solve()
+
+    ends = [loaded(s) for s in (-20.0, gap + 20.0)]
+    assert ends[0].z == pytest.approx(ends[1].z, abs=1e-9)
+    places = np.linspace(-7.0, gap / 2, 8)
+    heights = np.array([loaded(float(s)).z for s in places])
+    opposite = np.array([loaded(float(gap - s)).z for s in places[::3]])
+    assert heights[0] == pytest.approx(ends[0].z, rel=1e-6)
+    assert opposite == pytest.approx(heights[::3], rel=0.01)
+    # it sinks as it rolls into the gap, by the slope of a circle on the edge at the most
+    assert (np.diff(heights) > -1e-3).all()
+    assert np.diff(heights).max() < np.diff(places)[0] * (gap / 2 / R + 0.01)
+
+
+@pytest.mark.filterwarnings("error::varcontact.wheel_rail.RoughProfile")
+@pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
+def test_a_nose_that_begins_under_the_wheel_takes_its_load_step_by_step() -> None:
+    wing, nose = (round_rail(y=y, width=20.0) for y in (-35.0, 35.0))
+    begun = ProfileSlices(profiles=nose, positions=[0.0, 400.0], z=[0.0, 1e-9])
+    track = Track(rail=(ProfileSlices(profiles=wing, positions=[-200.0, 200.0]), begun), gauge=1390.0, gauge_height=0.5)
+    shares = []
+    for s in np.arange(-11.0, 8.0, 3.0):
+        found = replace(on(RAIL, position=Position(s=float(s))), track=track).solve()
+        shares.append(sum(each.normal_force for each in found.patches if each.patch.location[1] > 750.0) / 80e3)
+    assert shares[0] == 0.0
+    assert shares[-1] == pytest.approx(0.5, rel=1e-5)
+    assert (np.diff(shares) >= -1e-6).all()
+    assert np.diff(shares).max() < 0.25
+
+
+class Counted(Curve):
+    """A curve that counts how often it is asked."""
+
+    asked: ClassVar[list[int]] = []
+
+    def cubics(self, begin: np.ndarray, within: np.ndarray) -> np.ndarray:
+        Counted.asked.append(begin.size)
+        return super().cubics(begin, within)
+
+
+@pytest.mark.parametrize("count", [5, 150])
+def test_slices_are_the_sum_of_their_sections_and_added_up_once(count: int) -> None:
+    """Heads with a kink and features, each of another radius; far from a place they are not looked at."""
+    y = np.linspace(-40.0, 40.0, 81)
+    radii = 250.0 + 50.0 * np.sin(np.arange(count))
+    profiles = [Profile(y=y, z=np.where(y > 20.0, 2.5 * (y - 20.0), 0.0) + y**2 / 2 / r, kind="rail") for r in radii]
+    curves = tuple(Counted(each.curve.s, each.curve.coefficients) for each in profiles)
+    features = np.array([[0.0, 30.0 + 0.01 * i, curve.s[-1]] for i, curve in enumerate(curves)])
+    weights = np.concatenate([np.eye(count), np.zeros((count, 1))], axis=1)
+    positions = 10.0 * np.arange(count)
+    surface = Surface(positions, curves, features, weights)
+    at, v = np.meshgrid(np.linspace(11.0, 29.0, 30), np.linspace(0.0, 2.0, 301))
+    Counted.asked.clear()
+    found = surface.points(at, v)
+    asked = len(Counted.asked)
+    surface.points(at + 0.1, v)
+    assert len(Counted.asked) == asked <= 2 * 25
+    by_hand = CubicSpline(positions, np.eye(count))(at)
+    points = np.moveaxis([c.points(np.interp(v, [0, 1, 2], f)) for c, f in zip(curves, features, strict=True)], 0, 2)
+    # beside breakpoints of sections further away cubics are not theirs to the last digit
+    assert found[0] == pytest.approx(np.einsum("ijk,ijkl->ijl", by_hand, points), abs=2e-5)
+    step = 1e-4
+    for along, by in ((1, (step, 0.0)), (2, (0.0, step))):
+        ahead, behind = (surface.points(at + sign * by[0], v + sign * by[1])[0] for sign in (1, -1))
+        smooth = np.abs(v - 1.0) > 0.01
+        assert found[along][smooth] == pytest.approx(((ahead - behind) / 2 / step)[smooth], abs=2e-2)
 
 
 def test_a_wheel_beside_slices_has_no_contact() -> None:

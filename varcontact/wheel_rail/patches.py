@@ -23,6 +23,8 @@ SAMPLES, AROUND = 100, 20
 """Samples across the overlap for grids of any size, and beyond it on every side, where the search for a grid may go."""
 STEPS, CLOSE = 12, 1e-5
 """Newton steps to the wheel's surface, and the error before the last one [mm], which squares it by the radius."""
+NOWHERE = 10.0
+"""Distance where there is no rail, by the largest where there is one: a cliff, which is not taken for noise."""
 MOST = 400_000
 """Elements of a potential contact."""
 FALL = 0.8
@@ -248,8 +250,8 @@ def reference_surface(
         none = f"no element's centre is in the overlap near y = {origin[0]:.4g} mm; give smaller ones"
         reason = f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: {none}, or smooth a rough profile"
         raise SceneError("dx, dy", grid.sides, message=reason)
-    # beside a profile's end, where there is no gap, nothing touches
-    gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())
+    # where there is no rail, beside its profile and beyond its end, nothing touches
+    gap = np.where(known, gap, NOWHERE * abs(gap[known]).max())
     away = (heights[:, int(np.abs(grid.x).argmin())] - height) * cosine  # to the wheel, along normals
     opposite = np.stack([0.0 * height, lateral - np.sin(inclination) * away, height + cosine * away], axis=1)
     on_wheel = frame.globally(np.nan_to_num(opposite))

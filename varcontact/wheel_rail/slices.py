@@ -263,7 +263,7 @@ class Surface:
             found[2, here] = ((a * t + b) * t + c) * t + d
         return found
 
-    @cached_property
+    @lazy_property
     def _strips(self) -> dict[int, Any]:
         return {}
 
