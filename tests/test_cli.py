@@ -220,6 +220,18 @@ def test_a_solve_without_a_picture_imports_nothing_that_draws(folder):
     assert not re.search(r"\| +(matplotlib|xarray|pandas|cvxpy)\b", done.stderr)
 
 
+@pytest.mark.parametrize("option", ["--out", "--plot"])
+def test_matplotlib_says_nothing_of_its_caches(folder, option):
+    """Where its folder is not one, it warns on standard error."""
+    name = {"--out": "report.html", "--plot": "picture.png"}[option]
+    (folder / "no folder").touch()
+    command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", option, name]
+    environment = os.environ | {"MPLCONFIGDIR": str(folder / "no folder")}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (folder / name).stat().st_size > 1000
+
+
 def test_compare(folder, pictures):
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
     done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 
@@ -146,7 +147,9 @@ def test_standard_input_until_its_end(tmp_path):
 
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_silence(end):
-    process = subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    heard = partial(signal.signal, end, signal.SIG_DFL)  # a shell's background jobs begin deaf to it
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    process = subprocess.Popen(COMMAND, **pipes, preexec_fn=heard)
     process.stdin.write(line(GOOD))
     process.stdin.flush()
     assert json.loads(process.stdout.readline())["id"] == 1

@@ -10,7 +10,10 @@ from tests.scenes import refusals
 from tests.wheel_rail.conditions import TRACK, WHEELSET, cone, flat_track, wheel
 from varcontact.errors import NoContact, SceneError
 from varcontact.theories import table_forces
-from varcontact.wheel_rail import Position, Profile, Velocity, WheelOnRail, WheelSet, geometry_table
+from varcontact.wheel_rail import Position, Profile, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail.geometry_table import (
+    geometry_table,
+)  # where doctests are collected, the package has a module
 
 LOAD = 50e3
 MOVING = Velocity(speed=20e3, pitch_rate=-43.4, lateral=12.0, vertical=-3.0, roll_rate=2e-3, yaw_rate=0.02)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import sys
 from typing import Annotated, Any
 
@@ -100,4 +101,5 @@ def main() -> None:
     """Entry point."""
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal may not have the letters of a unit
         sys.stdout.reconfigure(errors="backslashreplace")
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of its caches it says much, and nothing of the picture
     app()

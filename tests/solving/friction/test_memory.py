@@ -77,7 +77,7 @@ def test_a_history_may_end_in_another_steady_solution():
     assert used(again) == pytest.approx(used(lower), rel=1e-3)
 
 
-@pytest.mark.parametrize(("law", "part"), zip(GENTLE, (0.6, 1.0, 1.7), strict=True))
+@pytest.mark.parametrize(("law", "part"), list(zip(GENTLE, (0.6, 1.0, 1.7), strict=True)))
 def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, dx, holds):
     steady = vc.Steady(vx=5e-3, dq=part * dx)
     only, other = (vc.solve(rolling(law, steady), start=start) for start in ("stick", "slip"))
