@@ -1,6 +1,7 @@
 """The command ``varcontact profiles``."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -36,9 +37,18 @@ def test_a_folder_as_a_table(folder):
     assert lines[4].split()[1:5] == ["wheel", str(Profile.s1002(step=1.0).y.size), "-70", "60"]
     assert "2 slices" in lines[3]
     text = "\n".join(lines[5:])
-    assert "metres.txt: refused: metres.txt: the profile is 0.0742 mm wide: give millimetres" in text
+    assert "metres.txt: refused: the profile is 0.0742 mm wide: give millimetres" in text
     assert "rig/groove.prr: the rail is hollow, with z down" in text
     assert lines[-1] == "4 read, 1 refused"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of Unix")
+def test_a_pipe_in_the_folder_is_refused(folder):
+    """Reading it would wait for ever."""
+    os.mkfifo(folder / "rig" / "pipe.prr")
+    rows = json.loads(run("profiles", "rig", "--json", folder=folder).stdout)
+    assert [row["file"] for row in rows] == ["groove.prr", "pipe.prr"]
+    assert rows[0]["refused"] is None and "is not a regular file" in rows[1]["refused"]
 
 
 def test_units_kinds_and_one_file(folder):

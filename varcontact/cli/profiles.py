@@ -76,7 +76,8 @@ def _report(rows: list[dict[str, Any]]) -> str:
     read = [row for row in rows if row["refused"] is None]
     lines = rows_of_text(read, COLUMNS) if read else []
     for row in rows:
-        reasons = row["doubts"] if row["refused"] is None else [f"refused: {row['refused']}"]
-        lines += [f"{row['file']}: {each.removeprefix(Path(row['file']).name + ': ')}" for each in reasons]
+        own, refused = Path(row["file"]).name + ": ", row["refused"] is not None
+        reasons = [row["refused"]] if refused else row["doubts"]
+        lines += [f"{row['file']}: {'refused: ' * refused}{each.removeprefix(own)}" for each in reasons]
     lines.append(f"{len(read)} read, {len(rows) - len(read)} refused")
     return "\n".join(lines)
