@@ -150,9 +150,9 @@ def test_what_a_file_says_of_z_is_no_guess(tmp_path):
 
 
 def test_rails_of_miniprof_have_z_up_unless_that_makes_them_hollow(tmp_path):
-    """A head of which nothing but the crown was measured, and one with a guard rail beside it, too."""
-    crown = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0]
-    for name, points in (("head", RAIL_POINTS), ("crown", crown)):
+    """A head of which the crown or one half was measured, and one with a guard rail beside it, too."""
+    crown, half = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0], RAIL_POINTS[RAIL.y < -7.5]
+    for name, points in (("head", RAIL_POINTS), ("crown", crown), ("half", half)):
         down, up = (written(tmp_path / f"{name}_{sign}.ban", rows(points * [1, sign])) for sign in (1, -1))
         with pytest.warns(DoubtfulProfile, match=f"{name}_-1.ban: the sign of z is changed, as .ban has z up"):
             turned = Profile.read(up)

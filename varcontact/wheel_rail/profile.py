@@ -406,7 +406,7 @@ def _guess_mirror(y: np.ndarray, z: np.ndarray, kind: Kind, path: str | Path) ->
     """The same of the points of a file."""
     name, suffix = Path(path).name, Path(path).suffix.lower()
     z_up = kind == "rail" and suffix in Z_UP
-    mirrored = not _hollow(-z) if z_up else _upside_down(y, z, kind)
+    mirrored = not (_hollow(-z) or _flat_below(y, -z)) if z_up else _upside_down(y, z, kind)
     words = ""
     if mirrored:
         why = f"{suffix} has z up" if z_up else "the profile looks upside down"
@@ -422,9 +422,14 @@ def _upside_down(y: np.ndarray, z: np.ndarray, kind: Kind) -> bool:
     """Whether a wheel has a flange that points up, or a hollow rail is flat where it is lowest."""
     if kind == "wheel":
         return flange(y, -z) != 0 and flange(y, z) == 0
+    return _hollow(z) and _flat_below(y, z)
+
+
+def _flat_below(y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether most of the width is near the lowest point."""
     width = np.abs(np.diff(y))
     low = z[1:] > z.max() - FLAT * np.ptp(z)
-    return _hollow(z) and bool(width[low].sum() > MOST * width.sum())
+    return bool(width[low].sum() > MOST * width.sum())
 
 
 def _hollow(z: np.ndarray) -> bool:
