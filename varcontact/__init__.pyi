@@ -4,6 +4,7 @@ from . import kinematics, reference, wheel_rail
 from . import theories as theories
 from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
+from .elasticity.graded import Graded
 from .errors import (
     Interrupted,
     NoContact,
@@ -81,6 +82,7 @@ __all__ = [
     "ExponentialFalling",
     "FrequencyResponse",
     "FrictionLaw",
+    "Graded",
     "Grid",
     "Harmonic",
     "HarmonicSolution",

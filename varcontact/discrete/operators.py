@@ -12,7 +12,7 @@ from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
-from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Viscoelastic, materials
+from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Stratified, Viscoelastic, materials
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -141,7 +141,7 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, spe
         return HalfSpaces(bodies.combined_nu, bodies.K, FREE_DEPTH if depth is None else depth)
     if depth is None:
         depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
-    if not any(isinstance(body, Layered) for body in (bodies.upper, bodies.lower)):
+    if not any(isinstance(body, Layered | Stratified) for body in (bodies.upper, bodies.lower)):
         assert speed is not None
         return _viscoelastic(bodies, length, depth, speed)
     if bodies.of_several_solids:
@@ -166,6 +166,9 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, spe
 def _stack(body: Body | str, G: float, length: float) -> Stack:
     from varcontact.elasticity.layered import Stack
 
+    if isinstance(body, Stratified):
+        stack: Stack = body.stack(G, length)
+        return stack
     if not isinstance(body, Layered):
         modulus, nu, _ = materials(body)[0]
         return Stack((), (modulus / G, nu))

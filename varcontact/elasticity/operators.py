@@ -188,7 +188,7 @@ class GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
 
     def has_mirror(self, rows: slice) -> bool:
-        """Whether numbers of some rows of elements are even or odd about the line in their middle."""
+        """Whether numbers of some `rows` of elements are even or odd about the line in their middle."""
         return True
 
     @classmethod

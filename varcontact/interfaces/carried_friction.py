@@ -68,7 +68,7 @@ class CarriedFriction(checks.Checked, FrictionBound, path="friction", elsewhere=
         return Carried(self.coefficient - self.elsewhere, self.x, self.y, self.period)
 
     def at_step(self, grid: Grid, rolled: float) -> np.ndarray:
-        """The coefficients on a grid (ny, nx) after a distance rolled towards positive x [length]."""
+        """The coefficients on a `grid`, (ny, nx), after a distance `rolled` towards positive x [length]."""
         return np.maximum(self.elsewhere + self._above_elsewhere.on(grid, rolled), 0.0)
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -50,5 +50,5 @@ class ShearStrength(Checked, FrictionBound, path="friction", coefficient=at_leas
             raise SceneError("friction.strength", 0.0, "positive, or a positive friction.coefficient")
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The traction bound under a pressure [stress], of the same shape; `x` and `y` do not matter."""
+        """The traction bound under a `pressure` [stress], of the same shape; `x` and `y` do not matter."""
         return np.where(pressure > 0, np.maximum(self.coefficient * pressure, self.strength), 0.0)

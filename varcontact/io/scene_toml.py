@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.elasticity.graded import Graded
 from varcontact.errors import SceneError
 from varcontact.interfaces.carried_friction import CarriedFriction
 from varcontact.interfaces.shear_strength import ShearStrength
@@ -34,7 +35,7 @@ SURFACES = {
     "cylinders": Cylinders,
     "sampled-distance": SampledDistance,
 }
-BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
+BODIES: dict[str, type[Any]] = {"layered": Layered, "viscoelastic": Viscoelastic, "graded": Graded}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
 FRICTIONS: dict[str, type[Any]] = {**LAWS, "shear-strength": ShearStrength, "carried": CarriedFriction}
 KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, FRICTIONS, BODIES) for kind, cls in kinds.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
@@ -250,7 +251,20 @@ class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxat
     relaxations: Relaxations
 
 
-Body = Bodies | Layered | Viscoelastic
+class Stratified(ABC):
+    """A body that changes with the depth alone, and gives its compliance by wave number itself."""
+
+    @property
+    @abstractmethod
+    def materials(self) -> list[tuple[float, float, Relaxations]]:
+        """G, nu and relaxations, from the surface downwards."""
+
+    @abstractmethod
+    def stack(self, G: float, length: float) -> Any:
+        """What gives its compliance by wave number, in units of a modulus and a length."""
+
+
+Body = Bodies | Layered | Viscoelastic | Stratified
 
 
 @dataclass(frozen=True)
@@ -277,7 +291,7 @@ class BodyPair:
             body = getattr(self, name)
             pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
             if not (isinstance(body, Body) or body == RIGID) or pair:
-                allowed = 'Layered, Viscoelastic, Bodies with one G and one nu, or "rigid"'
+                allowed = 'Layered, Viscoelastic, Graded, Bodies with one G and one nu, or "rigid"'
                 raise SceneError(f"bodies.{name}", body, allowed)
         if self.upper == self.lower == RIGID:
             raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
@@ -355,12 +369,12 @@ class BodyPair:
 
 def as_bodies(value: Any) -> Any:
     """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
-    if isinstance(value, Layered | Viscoelastic):
+    if isinstance(value, Layered | Viscoelastic | Stratified):
         return BodyPair(value, value)
     if not isinstance(value, tuple | list) or len(value) != 2 or not any(isinstance(b, Body) for b in value):
         return value
     pair = BodyPair(*value)
-    return pair if any(isinstance(body, Layered | Viscoelastic) for body in value) else pair.surfaces
+    return pair if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value) else pair.surfaces
 
 
 def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
@@ -371,6 +385,8 @@ def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
         return [(body.combined_G, body.combined_nu, ())]
     if isinstance(body, Viscoelastic):
         return [(body.G, body.nu, body.relaxations)]
+    if isinstance(body, Stratified):
+        return body.materials
     found = [(layer.G, layer.nu, layer.relaxations or body.relaxations) for layer in body.layers]
     if not isinstance(body.base, str):
         G, nu, *own = body.base

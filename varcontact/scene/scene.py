@@ -57,7 +57,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     Parameters
     ----------
-    bodies : Bodies, Layered, Viscoelastic or a pair (upper, lower)
+    bodies : Bodies, Layered, Graded, Viscoelastic or a pair (upper, lower)
         Half-spaces by their elastic constants, or bodies of other kinds: one
         that both are of, or a pair, in which a half-space is ``Bodies(G, nu)``
         and a rigid body "rigid".
@@ -70,8 +70,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         Coefficient of friction; a number (``inf``: no slip at all), a law
         (`StaticKinetic`, `LinearFalling`, `RationalFalling`,
         `ExponentialFalling`, `TemperatureFalling`, `PressureFalling`,
-        `FrictionLaw`), or one number per element of an explicit grid. Needed
-        where there is a motion.
+        `FrictionLaw`), a traction bound (`ShearStrength`, `CarriedFriction`),
+        or one number per element of an explicit grid. Needed where there is a
+        motion.
     third_body : ThirdBody, optional
         A layer between the bodies, which shears and yields.
     thermal : Thermal or pair (upper, lower), optional
