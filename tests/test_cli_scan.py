@@ -86,7 +86,7 @@ def test_what_is_finished_is_kept_when_a_solution_fails(folder):
         (["--vx", "0:1"], "--vx = '0:1' is not allowed: must be FROM:TO:N with two values or more"),
         ([], "--vx, --vy, --spin: give a range or several values for at least one"),
         (["--vx", "0,1", "--vy", "0,1,2"], "given: --vx (2,), --vy (3,)"),
-        (["--creepages", "none.csv"], "must be a readable table"),
+        (["--creepages", "none.csv"], "cannot be read (No such file"),
         (["--creepages", "bad.csv"], "the number of columns changed from 3 to 2"),
         (["--creepages", "empty.csv"], "table of vx, vy, spin"),
         (["--creepages", "bad.csv", "--vx", "1"], "left out where --vx, --vy or --spin are given"),

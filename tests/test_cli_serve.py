@@ -77,6 +77,15 @@ def test_grids_of_each_and_accuracies():
     assert 0 < to_accuracy["wheels"]["1L"]["Fx_error"] <= 0.05 * 3e4
 
 
+def test_an_accuracy_beside_a_grid_is_refused():
+    """As by `solve`, wheel by wheel."""
+    free = {key: value for key, value in SCENE.items() if key != "grid"}
+    wheels = {"1L": WHEELS["1L"], "1R": {**WHEELS["1R"], "grid": SCENE["grid"]}}
+    (found,) = answers({**GOOD, "scene": free, "wheels": wheels, "accuracy": 0.05})
+    assert found["wheels"]["1L"]["ok"]
+    assert found["wheels"]["1R"]["error"].endswith("must be left out: it is chosen for the accuracy")
+
+
 def test_a_wrong_wheel_is_named_and_the_others_are_solved():
     wrong = {
         "lifted": {"normal_force": -1.0},
@@ -156,6 +165,23 @@ def test_a_signal_ends_it_in_silence(end):
     process.send_signal(end)
     assert process.wait(timeout=300) == 0
     assert process.stderr.read() == b""
+
+
+def test_a_small_request_is_answered_beside_a_large_one():
+    process = subprocess.Popen([*COMMAND, "--port", "0"], stdout=subprocess.PIPE)
+    try:
+        address = ("127.0.0.1", int(process.stdout.readline().decode().rpartition(":")[2]))
+        with socket.create_connection(address, 300) as large, socket.create_connection(address, 300) as small:
+            large.sendall(line({**GOOD, "scene": {**SCENE, "grid": {"nx": 400, "ny": 400}}}))
+            for number in (5, 6):
+                small.sendall(line({**GOOD, "id": number}))
+                assert json.loads(small.makefile("rb").readline())["id"] == number
+            large.setblocking(False)
+            with pytest.raises(BlockingIOError):  # there is nothing to read yet
+                large.recv(1)
+    finally:
+        process.terminate()
+    assert process.wait(timeout=300) == 0
 
 
 def test_a_local_socket():

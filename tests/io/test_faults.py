@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -19,6 +20,7 @@ from tests.scenes import refused
 from varcontact.io.records import checked_layout
 from varcontact.io.solution import without_checksum
 from varcontact.system.files import SCENE_BYTES
+from varcontact.theories.table_book import TableBook
 
 SCENE = scene_file(cells=6)
 DATA = Path(__file__).parents[1] / "data"
@@ -198,6 +200,22 @@ def test_a_byte_order_mark_is_accepted(tmp_path):
     (tmp_path / "line.toml").write_text(line.replace("nx = 6\nny = 6", "nx = 3\nny = 1\ndx = 1.0\ndy = 1.0\nx0 = 0.0"))
     with pytest.raises(vc.SceneError, match=r"grid\.y0"):  # the file was read
         vc.read_scene(tmp_path / "line.toml")
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, partial(os.symlink, "/dev/zero")])
+def test_sweeps_and_table_books_are_no_pipes_and_devices(make, tmp_path):
+    path = tmp_path / "results.nc"
+    make(path)
+    for read in (vc.load, vc.read_sweep, TableBook.read):
+        refused(lambda read=read: read(path), match="is not a regular file", error=vc.OutputError)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, partial(os.symlink, "/dev/zero")])
+def test_creepages_are_no_pipe_and_no_device(make, tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    make(tmp_path / "creepages.csv")
+    done = run("scan", "scene.toml", "--creepages", "creepages.csv", folder=tmp_path)
+    assert_bad_input(done, "is not a regular file")
 
 
 @pytest.mark.parametrize("name", ["scene.toml", "friction.txt", "friction.npy", "start.nc"])

@@ -15,6 +15,7 @@ import pytest
 
 import varcontact as vc
 from tests.scenes import make_scene, refused
+from varcontact.study.csv_table import Table
 
 ROOT = Path(__file__).parents[2]
 KILLS = 3
@@ -177,3 +178,31 @@ def test_killed_at_random_nothing_finished_is_lost(study, tmp_path):
     command = [sys.executable, "-c", KILLED, study, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
+
+
+TEXTS = ["=1+1", "+1", "-1", "@sum", "'=quoted", "'", "plain", "a=1", ""]
+
+
+def test_no_text_of_a_table_is_a_formula(tmp_path):
+    """A quote keeps spreadsheets from running it, and the table has the texts as they were."""
+    store, columns, rows = tmp_path / "store.csv", ["name", "Fx"], [{"name": text, "Fx": -1.5} for text in TEXTS]
+    with Table.opened(store, columns, ["name"], "a table") as table:
+        table.write(rows)
+    names = pd.read_csv(store, keep_default_na=False)["name"].tolist()
+    assert [name for name in names if name[:1] in tuple("=+-@")] == []
+    assert names[6:] == TEXTS[6:]
+    assert "-1.5" in store.read_text() and "'-1.5" not in store.read_text()
+    with Table.opened(store, columns, ["name"], "a table") as table:
+        assert table.rows == rows
+        before = store.read_bytes()
+        table.write(table.rows)
+    assert store.read_bytes() == before
+
+
+def test_scenes_with_the_names_of_formulas_go_on(tmp_path):
+    store, told = tmp_path / "store.csv", []
+    scenes = {text: scene(vc.Steady(vx=0.01 * k)) for k, text in enumerate(TEXTS[:4], 1)}
+    vc.compare(dict(list(scenes.items())[:2]), ["tang"], store=store)
+    table = vc.compare(scenes, ["tang"], store=store, progress=told.append)
+    assert len(told) == 2
+    assert set(table["scene"]) == set(scenes)

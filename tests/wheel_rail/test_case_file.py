@@ -1,5 +1,6 @@
 """Case files: what they say is the case in Python, and what they cannot say is named."""
 
+import dataclasses
 import shutil
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from tests.wheel_rail.conditions import DATA, WHEEL
 from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
-from varcontact.wheel_rail import Position, Profile, Velocity
+from varcontact.wheel_rail import Position, Profile, Velocity, case_file
 from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE
@@ -165,6 +166,46 @@ def test_a_table_goes_on_where_positions_come_again(tmp_path):
     assert solve_cases(there_and_back, store).to_csv() == table.to_csv()
     longer = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[0.0, 1.0, 2.0, 1.0]"))
     assert solve_cases(longer, store)[["position", "y"]].to_numpy().tolist() == [[1, 0], [2, 1], [3, 2], [4, 1]]
+
+
+def interrupted(file, store, wheels):
+    """Begin a table, and stop it once so many wheels are in it."""
+
+    def stop(words):
+        if words.startswith(f"{wheels} of"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        solve_cases(file, store, stop)
+
+
+def many_wheels(folder):
+    """Wheels that are solved side by side in two groups, of which some begin from each other."""
+    positions = np.round(np.linspace(0.0, 3.9, 40), 1).tolist()
+    return read(folder, CASE.replace("[1.0, 2.0, 9e2]", str(positions)))
+
+
+@pytest.mark.parametrize("wheels", [1, 25])
+def test_a_resumed_table_of_many_wheels_has_the_same_bytes(tmp_path, monkeypatch, wheels):
+    monkeypatch.setattr(case_file, "GROUP", SIDE_BY_SIDE // 2)
+    file, store, whole = many_wheels(tmp_path), tmp_path / "table.csv", tmp_path / "whole.csv"
+    solve_cases(file, whole)
+    interrupted(file, store, wheels)
+    solve_cases(file, store)
+    assert store.read_bytes() == whole.read_bytes()
+
+
+def test_a_resumed_table_of_refused_and_solved_wheels_has_the_same_bytes(tmp_path):
+    """Columns that have no figures yet, or whole numbers only, when the table is interrupted."""
+    text = CASE.replace("[1.0, 2.0, 9e2]", "[9e2, 0, 2, 8e2]").replace("yaw = 1e-3", "yaw = 0")
+    file, whole = dataclasses.replace(read(tmp_path, text), fast=True), tmp_path / "whole.csv"
+    file.options.clear()
+    solve_cases(file, whole)
+    for wheels in (1, 2, 3):
+        store = tmp_path / f"{wheels}.csv"
+        interrupted(file, store, wheels)
+        solve_cases(file, store)
+        assert store.read_bytes() == whole.read_bytes(), wheels
 
 
 def test_a_table_of_other_cases_is_refused(tmp_path):

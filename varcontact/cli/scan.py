@@ -65,13 +65,16 @@ def scan(
 
 
 def _table_of_triples(path: Path) -> np.ndarray:
+    from varcontact.system.files import text_of
+
+    text = text_of("--creepages", path)
     try:
-        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip(' ,;"')]
+        lines = [line for line in text.splitlines() if line.strip(' ,;"')]
         heading = bool(lines) and lines[0].strip(' "')[0].isalpha()
         triples = np.loadtxt(lines[heading:] or ["nothing"], delimiter=",", ndmin=2)
         if triples.shape[1] != 3:
             raise ValueError(f"there are {triples.shape[1]} in a line")
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         allowed = f"a readable table of vx, vy, spin, line by line ({error})"
         raise SceneError("--creepages", str(path), allowed) from None
     return triples
@@ -89,7 +92,7 @@ def _deliver(found: list[vc.Solution], out: Path | None, plot: Path | None, as_j
         show(csv_table.as_json(table) if as_json else _table(found, rows))
     finally:  # what was computed is not lost with its reader
         if out is not None:
-            write_whole("--out", out, table.to_csv(index=False).encode())
+            write_whole("--out", out, csv_table.as_csv(table))
         draw(plot, vc.plot_curve, found)
 
 

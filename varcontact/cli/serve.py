@@ -8,7 +8,6 @@ import math
 import signal
 import socketserver
 import sys
-import threading
 from collections.abc import Mapping
 from io import BufferedIOBase
 from typing import IO, Annotated, Any
@@ -22,8 +21,6 @@ from varcontact.errors import SceneError, VarcontactError, shortened
 MOST_BYTES, MOST_WHEELS = 2**24, 1000
 """Of a message."""
 KEYS = ("id", "scene", "wheels", "tol", "accuracy")
-_SOLVING = threading.Lock()
-
 
 Before = tuple[list[str], Any, Any]
 """The wheels of the message before, with their lattice and their results, from which a message starts."""
@@ -75,8 +72,7 @@ def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | Buffe
                     line = messages.readline(MOST_BYTES)
                 reply: dict[str, Any] = {"id": None, "error": f"a message has {MOST_BYTES} bytes at most"}
             elif line.strip():
-                with _SOLVING:
-                    reply, before = answer(line, before)
+                reply, before = answer(line, before)
             else:
                 continue
             answers.write(json.dumps(reply, allow_nan=False).encode() + b"\n")
@@ -136,6 +132,8 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
             scenes[wheel] = scene = scene_from(entries)
             if isinstance(scene.motion, vc.Transient):
                 raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
+            if message.get("accuracy") is not None and isinstance(scene.grid, vc.Grid):
+                raise SceneError("grid", scene.grid, "left out: it is chosen for the accuracy")
         except VarcontactError as error:
             scenes.pop(wheel, None)
             results[wheel] = {"ok": False, "error": str(error)}

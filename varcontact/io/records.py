@@ -43,7 +43,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.system.files import check_writable, only_writer, reading, regular, replacing, writing
+from varcontact.system.files import check_regular, check_writable, only_writer, reading, replacing, writing
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
@@ -318,8 +318,7 @@ def index_digest(content: bytes | memoryview, index: Index) -> str:
 
 def checked_index(path: Path) -> Index:
     """The places of the values in the file of a sweep, whose other bytes are as they were written."""
-    if not regular(path):
-        raise OutputError("path", path, "is not a regular file")
+    check_regular("path", path)
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
         end = content.rfind(INDEX_MARK)
         if end < 0:

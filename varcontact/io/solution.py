@@ -30,7 +30,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import IN_WORDS
 from varcontact.solvers.interface import Calls
-from varcontact.system.files import begins_with, check_replaceable, reading, regular, write_whole
+from varcontact.system.files import begins_with, check_regular, check_replaceable, reading, write_whole
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
@@ -127,8 +127,7 @@ def read(path: str | Path) -> Solution | History:
 
     path = checks.file_name("path", path)
     with reading(path, "cannot be read"):
-        if not regular(path):
-            raise OutputError("path", path, "is not a regular file")
+        check_regular("path", path)
         content = None if begins_with(path, MAGIC) else path.read_bytes()
     if content is None:
         stored = Stored.read(path)

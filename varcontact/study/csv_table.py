@@ -71,7 +71,7 @@ class Table:
         if (self.path.read_bytes() if self.path.exists() else None) != self._content:
             reason = "has been changed by something else since this study wrote it; what was added since is not in it"
             raise OutputError("store", self.path, reason)
-        content = pd.DataFrame(self.rows, columns=list(self.columns)).to_csv(index=False).encode()
+        content = as_csv(pd.DataFrame(self.rows, columns=list(self.columns)))
         with replacing("store", self.path) as file:
             file.write(content)
         self._content = content
@@ -118,7 +118,10 @@ def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: 
                 raise ValueError(f"column {name} has words where figures belong")
     except (ValueError, OSError) as error:
         raise of_another(store, f"is not {what} ({error})") from None
-    return table[list(columns)].fillna(dict.fromkeys(words, "")).to_dict("records")
+    table = table[list(columns)].fillna(dict.fromkeys(words, ""))
+    for name in words:
+        table[name] = table[name].map(_unquoted)
+    return table.to_dict("records")
 
 
 def of_another(store: str | Path | None, what: str) -> SceneError:
@@ -129,6 +132,25 @@ def of_another(store: str | Path | None, what: str) -> SceneError:
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table for JSON: None for NaN and infinity."""
     return [plain(row) for row in table.to_dict("records")]
+
+
+FORMULAS = ("=", "+", "-", "@", "\t", "\r", "'")
+"""Beginnings of texts that spreadsheets run as formulas, and the quote that keeps them from it."""
+
+
+def as_csv(table: pd.DataFrame) -> bytes:
+    """A table as CSV, whose texts no spreadsheet runs."""
+    texts = {name: column.map(_quoted) for name, column in table.items() if column.dtype.kind not in "iufb"}
+    return table.assign(**texts).to_csv(index=False).encode()
+
+
+def _quoted(value: Any) -> Any:
+    """A value; a text that begins as a formula with a quote before it."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
+
+
+def _unquoted(text: str) -> str:
+    return text[1:] if text[:1] == "'" and text[1:].startswith(FORMULAS) else text
 
 
 def as_json(table: pd.DataFrame) -> str:

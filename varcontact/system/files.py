@@ -190,6 +190,12 @@ def regular(path: Path) -> bool:
     return not path.exists() or path.is_file() or path.is_dir()
 
 
+def check_regular(field: str, path: Path) -> None:
+    """Refuse a device or a pipe, see `regular`."""
+    if not regular(path):
+        raise OutputError(field, path, "is not a regular file")
+
+
 def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
     """The text in a regular file, in UTF-8 with or without its mark."""
     try:

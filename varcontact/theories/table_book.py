@@ -17,7 +17,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import FOUR, CreepageCoefficients, near_splines
-from varcontact.system.files import reading
+from varcontact.system.files import check_regular, reading
 from varcontact.system.process import lazy_property
 
 FORMAT = "varcontact table 3"
@@ -197,6 +197,7 @@ class TableBook:
         from scipy.io import netcdf_file
 
         path = checks.file_name("path", path)
+        check_regular("path", path)
         with reading(path, "cannot be read as a table book"), netcdf_file(path, "r", mmap=False) as file:
             found = getattr(file, "format", b"").decode()
             if found != FORMAT:

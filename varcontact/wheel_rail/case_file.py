@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
@@ -61,6 +62,8 @@ COLUMNS = (
 """Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
 OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
 """Columns where wheel sets are solved, a row for each patch of both wheels."""
+GROUP = 4 * SIDE_BY_SIDE
+"""Wheels of a table at most that are solved side by side: what is begun of them is lost by an interruption."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,26 +243,38 @@ def solve_cases(
         shown = solved if pool is None else None
         work = partial(_rows, file=dataclasses.replace(file, cases=()), alone=total == 1, solved=shown)
         on_grids = all(isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases)
-        together = on_grids and not file.fast and pool is None and len(left) > SIDE_BY_SIDE
+        together = on_grids and not file.fast and pool is None and total > SIDE_BY_SIDE
         which = [f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}" for case in file.cases]
         answers: Iterator[tuple[int, list[dict[str, Any]]]]
         if together:
-            cases: list[Any] = [file.cases[k] for k in left]
-            found = solve_wheels_on_rails(cases, **file.options)
-            answers = ((left[number], work(cases[number], known=known)) for number, known in found)
+            answers = ((k, work(file.cases[k], known=known)) for k, known in _in_groups(file, set(left)))
         else:
             tasks = {k: (file.cases[k],) for k in left}
             answers = results(work, tasks, pool, lambda k: report(f"{k} of {total} {which[k]}"))
         try:
-            for count, (k, new) in enumerate(answers, total - len(left)):
+            for k, new in answers:
                 if together:
-                    report(f"{count} of {total} {which[k]}")
+                    report(f"{sum(map(bool, rows))} of {total} {which[k]}")
                 rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in new]
                 table.write(list(chain(*rows)))
         except KeyboardInterrupt:
             finished = pd.DataFrame(chain(*rows), columns=list(columns))
             raise Interrupted(finished, f" after {sum(map(bool, rows))} of {total} wheels") from None
     return pd.DataFrame(chain(*rows), columns=list(columns))
+
+
+def _in_groups(file: CaseFile, left: set[int]) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
+    """The numbers and solutions of wheels on grids, of which groups of the whole file are solved side by side.
+
+    A group with a wheel left is solved as a whole: wheels begin from each other, and have the same digits again.
+    """
+    total = len(file.cases)
+    for group in np.array_split(np.arange(total), math.ceil(total / GROUP)):
+        if left.isdisjoint(group.tolist()):
+            continue
+        cases: list[Any] = [file.cases[k] for k in group]
+        for number, known in solve_wheels_on_rails(cases, **file.options):
+            yield int(group[number]), known
 
 
 def _identity(case: WheelOnRail | WheelSetOnTrack, file: CaseFile) -> str:
