@@ -96,7 +96,7 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
         return [(self.G, self.nu, ()), (deepest, self.nu, ())]
 
     def stack(self, G: float, length: float) -> GradedStack:
-        """Its compliance, in units of a modulus G and a length."""
+        """Its compliance, in units of a modulus `G` and a `length`."""
         coarse, fine = (self._sliced(slices, G, length) for slices in (SLICES, 2 * SLICES))
         return GradedStack(fine.layers, fine.base, coarse)
 

@@ -72,5 +72,5 @@ class CarriedFriction(checks.Checked, FrictionBound, path="friction", elsewhere=
         return np.maximum(self.elsewhere + self._above_elsewhere.on(grid, rolled), 0.0)
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The traction bound where no sample is."""
+        """The traction bound under a `pressure` where no sample is, whatever `x` and `y`."""
         return self.elsewhere * np.maximum(pressure, 0.0)
