@@ -1,35 +1,25 @@
-"""Balance of the loads on a wheel set: found with the fast way, and then with a
-few exact solutions.
+"""Equations of the balance of loads on a wheel set, and Broyden's method for them.
 
 Unknown are the free positions and velocities, and how far rails yield. With
 each wheel's height of the axle prescribed, forces are functions of them without
-a search. Their derivatives are the fast way's; Broyden's method corrects these
-from one exact solution to the next.
+a search.
 """
 
 from __future__ import annotations
 
-import math
-import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.errors import NoContact, SceneError
 from varcontact.kinematics import Creepages, Frame
-from varcontact.scene.friction import Law
-from varcontact.solving.options import CertifyName
-from varcontact.theories.creep_forces import TheoryName
-from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
-from varcontact.wheel_rail.solve import TARGETS
+from varcontact.wheel_rail.position import STEEPEST
+from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.track import SIGN
 from varcontact.wheel_rail.virtual_penetration import Ellipse, FastPatch
-from varcontact.wheel_rail.wheel_on_rail import ELEMENT, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
-from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 STEP = 1e-3
 """Of the differences for derivatives, by the unit of an unknown."""
@@ -37,26 +27,22 @@ CREEPAGE = 1e-3
 """Unit of velocities, by the speed, and of the yaw."""
 SIDEWAYS = 0.1
 """Unit of the lateral displacement [mm]."""
-WALK = 1.0
-"""Step of the lateral displacement in the search for two positions with the balance between them [mm]."""
-ROUGH = 0.02
-"""Largest imbalance of the fast way."""
-NEAR = 1e-4
-"""Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their error bars."""
-PRESSED = 0.02
-"""Step to a greater depth, by the depth, at which a wheel must be borne by more."""
 EDGE = 10.0
 """Distance from the outer end of a wheel at which it falls between the rails [mm]."""
-FLAT = 1e10
-"""Condition of derivatives above which loads are not balanced by the unknowns."""
-ROUNDS = 20
-"""Exact solutions with the derivatives of the fast way."""
+LEVEL, LEVELLED = 1e-6, 8
+"""Error of the roll at which both wheels touch [rad], and steps to it."""
+LONGEST = 10.0
+"""Longest step of an unknown, by its unit."""
+SHORTER = (1.0, 0.5, 0.1)
+"""Parts of a step that are tried until the imbalance falls."""
+SLOW = 0.5
+"""Fall of the imbalance by a step from which on derivatives are computed anew."""
 
 Solver = Callable[[WheelOnRail], WheelForces]
 
 
 @dataclass(frozen=True, eq=False)
-class _Balance:
+class Balance:
     """The equations of a case: unknowns by their names, and the units of both."""
 
     case: WheelSetOnTrack
@@ -69,6 +55,11 @@ class _Balance:
 
     def values(self, x: np.ndarray) -> dict[str, float]:
         return dict(zip(self.names, (self.origin + self.units * x).tolist(), strict=True))
+
+    def unknowns(self, values: dict[str, float]) -> np.ndarray:
+        """The unknowns that have these values, the others as they begin."""
+        found = [values.get(name, begin) for name, begin in zip(self.names, self.origin, strict=True)]
+        return (np.array(found) - self.origin) / self.units
 
     def wheels(self, x: np.ndarray, solver: Solver) -> tuple[WheelForces, WheelForces]:
         values = self.values(x)
@@ -131,195 +122,13 @@ def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     return FastPatch(frame, 0.0, Creepages(0.0, 0.0, 0.0, 1.0), 0.0, Ellipse(0.0, 0.0, 0.0, 0.0), force, 0.0)
 
 
-def solve_wheel_set(
-    case: WheelSetOnTrack, tol: float, certify: CertifyName | None, methods: dict[str, Any]
-) -> WheelSetSolution:
-    """See `WheelSetOnTrack.solve`."""
-    from scipy.optimize import NoConvergence, broyden1, root
-
-    balance, x = _balanced(case, _near)
-    solved = 0
-    derivatives = np.zeros((x.size, x.size))
-    for k, step in enumerate(STEP * np.eye(x.size)):
-        behind, ahead = (balance.imbalance(balance.wheels(place, _near)) for place in (x - step, x + step))
-        derivatives[:, k] = (ahead - behind) / (2 * STEP)
-    if x.size and np.linalg.cond(derivatives) > FLAT:  # as where friction is saturated
-        missed = np.abs(balance.imbalance(balance.wheels(x, _near))).max()
-        raise NotConverged(_unbalanced(balance.case), float(missed))
-    inverse = np.linalg.inv(derivatives)
-
-    def corrected(x: np.ndarray, solver: Solver, tol: float) -> np.ndarray:
-        def imbalance(step: np.ndarray) -> np.ndarray:
-            nonlocal solved
-            solved += 1
-            return balance.imbalance(balance.wheels(x + inverse @ step, solver))
-
-        begin = np.zeros(x.size)
-        try:
-            step = broyden1(imbalance, begin, f_tol=tol, maxiter=ROUNDS, alpha=-1, line_search=None)
-        except NoConvergence:  # the fast way's derivatives are too far off: with those of exact solutions
-            found = root(imbalance, begin, options={"factor": 0.1, "xtol": 1e-12, "eps": STEP**2})
-            step, missed = found.x, float(np.abs(found.fun).max())
-            if missed > tol:
-                raise NotConverged("the balance of the wheel set was not found", missed) from None
-        return np.asarray(x + inverse @ step)
-
-    last: dict[str, WheelRailSolution] = {}
-
-    def found(wheel: WheelOnRail, entries: dict[str, Any], methods: dict[str, Any]) -> WheelForces:
-        before = last.get(wheel.side)
-        if before is not None and wheel.conformal == "auto":  # chosen once: forces jump where that changes
-            wheel = replace(wheel, conformal=before.case.conformal is True)
-        last[wheel.side] = replace(wheel, **entries).solve(**{"start": before, **methods})
-        return last[wheel.side]
-
-    usual = {name: value for name, value in methods.items() if name not in TARGETS}
-    solver = partial(found, entries={}, methods=methods | {"certify": certify})
-    on_elements = partial(found, entries={"dx": case.dx or ELEMENT, "dy": case.dy or ELEMENT}, methods=usual)
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        if x.size and case.dx is None and case.dy is None:
-            tol = max(tol, NEAR)
-            x = corrected(x, on_elements, tol)
-        if x.size:
-            x = corrected(x, solver, tol)
-    return _solution(balance, x, solver, solved, inverse)
-
-
-def estimate_wheel_set(
-    case: WheelSetOnTrack, normal: str, tangential: TheoryName, tol: float, options: dict[str, Any]
-) -> WheelSetSolution:
-    """See `WheelSetOnTrack.estimate`."""
-    solver = partial(WheelOnRail.estimate, normal=normal, tangential=tangential, **options)
-    balance, x = _balanced(case, solver)
-    found = _solution(balance, x, solver, 0, None)
-    if found.imbalance > tol:
-        words = f"loads are balanced to {found.imbalance:.2g} only: forces of the fast way jump where patches join"
-        warnings.warn(words, stacklevel=4)
-    return found
-
-
-def _near(wheel: WheelOnRail) -> WheelForces:
-    """The fast way where exact solutions begin: under a law with its kinetic coefficient."""
-    law = wheel.friction
-    return (replace(wheel, friction=law.kinetic or law.static) if isinstance(law, Law) else wheel).estimate()
-
-
-def _solution(
-    balance: _Balance, x: np.ndarray, solver: Solver, solved: int, inverse: np.ndarray | None
-) -> WheelSetSolution:
-    """The wheels at the balance; errors of forces there are errors of what was found."""
-    case, wheels = balance.case, balance.wheels(x, solver)
-    for each in wheels:
-        if each.case.touching >= each.z:
-            if "roll" not in case.free:
-                roll = case.position.roll
-                reason = f"with roll = {roll:.4g} the {each.case.side} wheel is above its rail; add roll to free"
-                raise SceneError("position.roll", roll, message=reason)
-            reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
-            raise SceneError("roll_moment", case.roll_moment, message=reason)
-        deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
-        if _near(deeper).force[2] < _near(each.case).force[2]:
-            reason = f"the {each.case.side} wheel is wedged: friction lifts it when pressed in; give another position"
-            raise SceneError("position.y", each.case.position.y, message=reason)
-    missed = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
-    errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
-    left, right = wheels
-    return WheelSetSolution(case, left.z, left.patches + right.patches, left, right, missed, solved, errors)
-
-
-def _balanced(case: WheelSetOnTrack, solver: Solver) -> tuple[_Balance, np.ndarray]:
-    """The balance by the fast way, with the lateral displacement between two from which the wheel set is pushed back.
-
-    Where the wheel set is free to yaw, too, its yaw balances the lateral force, and the displacement, from which the
-    difference of the radii comes, the yaw moment.
-    """
-    from scipy.optimize import brentq
-
-    if "y" not in case.free:
-        balance = _equations(case)
-        return balance, _root(balance, solver)
-    load = "yaw_moment" if "yaw" in case.free else "lateral_force"
-    near: np.ndarray | None = None
-
-    def at(y: float) -> tuple[_Balance, np.ndarray]:
-        nonlocal near
-        balance = _equations(replace(case, position=replace(case.position, y=y)), ("y", load))
-        near = _root(balance, solver, near)
-        return balance, near
-
-    def net(y: float) -> float:
-        """What moves the wheel set to the side, by the load."""
-        balance, x = at(y)
-        return balance.left_over(balance.wheels(x, solver))[load]
-
-    y, pushed = case.position.y, net(case.position.y)
-    sign = np.sign(pushed)
-    while pushed * sign > 0:
-        before, y = y, y + sign * WALK
-        try:
-            pushed = net(float(y))
-        except (NoContact, SceneError, NotConverged):
-            reason = f"{load}: no position bears the loads; beyond y = {before:.4g} mm a wheel climbs or falls"
-            raise SceneError(load, getattr(case, load), message=reason) from None
-    if pushed != 0:
-        y = brentq(net, y - sign * WALK, y, xtol=1e-3 * SIDEWAYS)
-    part, x = at(float(y))
-    whole = _equations(replace(case, position=replace(case.position, y=float(y))))
-    found = part.values(x) | {"y": float(y)}
-    start = np.array([found[name] for name in whole.names])
-    return whole, _root(whole, solver, (start - whole.origin) / whole.units)
-
-
-def _root(balance: _Balance, solver: Solver, start: np.ndarray | None = None) -> np.ndarray:
-    """Of the equations by the fast way; forces may jump a little where patches join."""
-    from scipy.optimize import root
-
-    own = np.zeros(len(balance.names))
-    if not own.size:
-        return own
-    missed, why = math.inf, ""
-    for begin, factor in ((start, 1.0), (own, 1.0), (own, 0.1)):  # until one succeeds
-        if begin is None:
-            continue
-        options = {"factor": factor, "xtol": 1e-7, "eps": STEP**2}
-        try:
-            found = root(lambda x: balance.imbalance(balance.wheels(x, solver)), begin, options=options)
-            missed = float(np.abs(found.fun).max())
-        except (NoContact, SceneError) as error:
-            why = f": {error}"
-        if missed <= ROUGH:
-            return np.asarray(found.x)
-    words = _unbalanced(balance.case)
-    raise NotConverged(words if np.isfinite(missed) else words + why, missed)
-
-
-def _unbalanced(case: WheelSetOnTrack) -> str:
-    """That a wheel set has no balance, and why that may be."""
-    words = f"no balance was found at y = {case.position.y:.4g} mm, where"
-    wheels = [case.wheel(side, 0.0) for side in SIGN]
-    laws = [each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0) for each in wheels]
-    bearable = (case.vertical_force or np.inf) * max(laws)
-    for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
-        if abs(getattr(case, name)) > bearable * arm:
-            return f"{words} {name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
-    for wheel in wheels:
-        radius, flange = wheel.locus.radii[wheel.locus.gap.argmin()], float(case.wheelset.profile.z.max())
-        if radius > case.wheelset.radius + flange / 2:
-            return f"{words} the {wheel.side} wheel stands on its rail with its flange"
-    return f"{words} a wheel may climb, fall or be wedged"
-
-
-def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _Balance:
-    """The unknowns and loads, without one of each if named; wheels are as deep in their rails as by Hertz."""
+def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
+    """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by Hertz."""
     radius, half, speed = case.wheelset.radius, case.wheelset.middle, case.velocity.speed
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(radius)
     load, roll = case.vertical_force, case.position.roll
     if "roll" in case.free:
-        level = case.moved({"roll": 0.0})
-        left, right = (level.wheel(side, 0.0).touching for side in SIGN)
-        roll = (right - left) / (2 * half)
+        roll = _level(case)
     at = case.moved({"roll": roll})
     wheels = [at.wheel(side, 0.0) for side in SIGN]
     touching = [wheel.touching for wheel in wheels]
@@ -346,8 +155,8 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
         "speed": (speed, slow),
     }
     names = (*(["z"] if case.z is None else []), *case.free)
-    loads = tuple(BALANCED[name] for name in names if BALANCED[name] != without[1])
-    names = tuple(name for name in names if name != without[0])
+    names = tuple(name for name in names if name not in held)
+    loads = tuple(BALANCED[name] for name in names)
     if case.track.stiffness is not None:
         for side in SIGN:
             for name, each, pushed in zip("yz", case.track.stiffness, (0.0, load / 2), strict=True):
@@ -355,4 +164,84 @@ def _equations(case: WheelSetOnTrack, without: tuple[str, str] = ("", "")) -> _B
                 unknown[f"{side}_{name}"] = pushed / each, depth
         unknown["z"] = unknown["z"][0] + load / 2 / case.track.stiffness[1], depth
     origin, units = np.array([unknown[name] for name in names]).reshape(-1, 2).T
-    return _Balance(case, names, loads, load, float(depth), origin, units)
+    return Balance(case, names, loads, load, float(depth), origin, units)
+
+
+def _level(case: WheelSetOnTrack) -> float:
+    """The roll at which both wheels touch their rails."""
+    from scipy.optimize import root_scalar
+
+    def higher(roll: float) -> float:
+        level = case.moved({"roll": roll})
+        left, right = (level.wheel(side, 0.0).touching for side in SIGN)
+        return left - right
+
+    first = -higher(0.0) / (2 * case.wheelset.middle)
+    if abs(first) < LEVEL:
+        return first
+    found = root_scalar(higher, x0=0.0, x1=first, method="secant", xtol=LEVEL, maxiter=LEVELLED)
+    return float(found.root) if abs(found.root) < STEEPEST else first
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Unknowns with what they leave out of balance, and derivatives of that."""
+
+    x: np.ndarray
+    imbalance: np.ndarray
+    derivatives: np.ndarray | None
+
+    @property
+    def largest(self) -> float:
+        return float(np.abs(self.imbalance).max(initial=0.0))
+
+
+def broyden(
+    imbalance: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    tol: float,
+    rounds: int,
+    derivatives: np.ndarray | None = None,
+) -> Iterate:
+    """The iterate at which a root is found to `tol`, or from which no step leads on.
+
+    Broyden's method with steps that are shortened until the imbalance falls; derivatives are computed anew, by
+    differences, where it falls too slowly.
+    """
+    at, fresh = Iterate(start, imbalance(start), derivatives), False
+    for _ in range(rounds):
+        if at.largest <= tol:
+            break
+        if at.derivatives is None:
+            at, fresh = Iterate(at.x, at.imbalance, _differences(imbalance, at)), True
+        after = _step(imbalance, at)
+        if after is None and fresh:
+            break
+        if after is None or (not fresh and after.largest > SLOW * at.largest):
+            at, fresh = Iterate((after or at).x, (after or at).imbalance, None), False
+        else:
+            at, fresh = after, False
+    return at
+
+
+def _differences(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> np.ndarray:
+    steps = STEP * np.eye(at.x.size)
+    return np.array([(imbalance(at.x + step) - at.imbalance) / STEP for step in steps]).T
+
+
+def _step(imbalance: Callable[[np.ndarray], np.ndarray], at: Iterate) -> Iterate | None:
+    """The iterate after one step, None if the imbalance does not fall."""
+    assert at.derivatives is not None
+    step = -np.linalg.lstsq(at.derivatives, at.imbalance, rcond=1e-12)[0]
+    step *= min(1.0, LONGEST / np.abs(step).max(initial=1e-300))
+    for part in SHORTER:
+        moved = part * step
+        try:
+            after = imbalance(at.x + moved)
+        except (NoContact, SceneError):  # beside the rail, or turned too far
+            continue
+        if np.linalg.norm(after) < np.linalg.norm(at.imbalance):
+            off = after - at.imbalance - at.derivatives @ moved
+            changed = at.derivatives + np.outer(off, moved) / (moved @ moved)
+            return Iterate(at.x + moved, after, changed)
+    return None

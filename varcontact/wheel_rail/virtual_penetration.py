@@ -30,7 +30,7 @@ theory.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -44,6 +44,7 @@ from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
+from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -149,25 +150,44 @@ def estimate_wheel_on_rail(
     formula_of(tangential, {name: value for name, value in options.items() if name != "slope"})
     case.friction_at(0.0)  # refused if it is a law
 
-    search, found = BearingHeight(case, tol), list[FastPatch]()
+    search = BearingHeight(case, tol)
     for z in search:
-        found.clear()
-        for group in joined(case.locus.overlaps(z), case.join):
-            tangent = tangent_of(group, case.rail)
-            approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
-            rolled, ellipse = case.creepage(tangent.frame, approach, z), fast_ellipse(case, group, z, normal)
-            Fx = Fy = moment = 0.0
-            friction = case.friction_at(tangent.angle)
-            if friction != 0:
-                pressed = {"a": ellipse.a, "b": ellipse.b, "normal_force": ellipse.normal_force, "friction": friction}
-                given: dict[str, Any] = pressed | {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin} | options
-                forces = creep_forces(tangential, bodies=case.bodies, **given)
-                Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
-            force = np.array([Fx, Fy, ellipse.normal_force])
-            found.append(FastPatch(tangent.frame, tangent.angle, rolled, approach, ellipse, force, moment))
-        borne = [each.force_on_track if case.with_friction else each.frame.normal * each.force[2] for each in found]
-        search.borne(float(np.sum(borne, axis=0)[2]))
-    return FastWheel(case, search.z, tuple(found))
+        found = rolling(pressed(case, z, normal), tangential, options)
+        normal_forces = np.sum([each.frame.normal * each.force[2] for each in found.patches], axis=0)
+        search.borne(float((found.force if case.with_friction else normal_forces)[2]))
+    return found
+
+
+def pressed(case: WheelOnRail, z: float, normal: str) -> FastWheel:
+    """The patches at a height of the axle, without tangential forces."""
+    patches = []
+    for group in joined(case.locus.overlaps(z), case.join):
+        tangent = tangent_of(group, case.rail)
+        approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
+        creepage, ellipse = case.creepage(tangent.frame, approach, z), fast_ellipse(case, group, z, normal)
+        force = np.array([0.0, 0.0, ellipse.normal_force])
+        patches.append(FastPatch(tangent.frame, tangent.angle, creepage, approach, ellipse, force, 0.0))
+    return FastWheel(case, z, tuple(patches))
+
+
+def rolling(
+    wheel: FastWheel, tangential: TheoryName, options: dict[str, Any], velocity: Velocity | None = None
+) -> FastWheel:
+    """The wheel with the creep forces at its velocity, or at another one, by a theory with its `options`."""
+    case, patches = wheel.case, []
+    if velocity is not None:
+        case = replace(case, velocity=velocity)
+    for each in wheel.patches:
+        rolled = each.creepage if velocity is None else case.creepage(each.frame, each.approach, wheel.z)
+        friction, pressing = case.friction_at(each.angle), each.ellipse.normal_force
+        Fx = Fy = moment = 0.0
+        if friction != 0:
+            given: dict[str, Any] = {"a": each.ellipse.a, "b": each.ellipse.b, "normal_force": pressing}
+            given |= {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin, "friction": friction}
+            forces = creep_forces(tangential, bodies=case.bodies, **given | options)
+            Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
+        patches.append(replace(each, creepage=rolled, force=np.array([Fx, Fy, pressing]), moment=moment))
+    return FastWheel(case, wheel.z, tuple(patches))
 
 
 def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:

@@ -162,7 +162,7 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         NotConverged
             If a patch is not solved, or the balance is not found.
         """
-        from varcontact.wheel_rail.equilibrium import solve_wheel_set
+        from varcontact.wheel_rail.wheel_set_balance import solve_wheel_set
 
         return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
 
@@ -189,6 +189,6 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         NoContact, SceneError, NotConverged
             See `solve` and `WheelOnRail.estimate`.
         """
-        from varcontact.wheel_rail.equilibrium import estimate_wheel_set
+        from varcontact.wheel_rail.wheel_set_balance import estimate_wheel_set
 
         return estimate_wheel_set(self, normal, tangential, checks.positive("tol", tol), options)

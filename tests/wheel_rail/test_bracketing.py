@@ -1,0 +1,39 @@
+"""Roots of functions in closed form: with folds, kinks and jumps, and those that have none."""
+
+import numpy as np
+import pytest
+
+from varcontact.wheel_rail.bracketing import Lattice
+
+
+def last(functions, axes):
+    """The last point that is tried, to the end of the first bracket."""
+    found = [point for point, end in Lattice(functions, 400).brackets(axes) if end]
+    return found[0] if found else None
+
+
+def test_a_kink_and_a_jump_of_one_function():
+    kinked = last(lambda x: np.array([min(3.3 - x[0], 10 * (3.3 - x[0]))]), 1)
+    assert kinked == pytest.approx([3.3], abs=1e-4)
+    jumps = last(lambda x: np.array([1.0 if x[0] < -2.7 else -1.0]), 1)
+    assert jumps == pytest.approx([-2.7], abs=1e-5)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_curve_on_which_the_first_function_is_zero_may_turn_back(sign):
+    """A cubic, along which neither coordinate grows all the way, and its point reflection."""
+
+    def functions(point):
+        x, y = sign * np.array(point) / 4
+        return sign * np.array([y - x + 3 * (np.tanh(2 * x) - np.tanh(x / 2)), 1.3 - y - 0.2 * x])
+
+    found = last(functions, 2)
+    assert found is not None
+    assert functions(found) == pytest.approx([0.0, 0.0], abs=1e-2)
+
+
+def test_without_a_root_the_nearest_point_is_known():
+    lattice = Lattice(lambda x: np.array([2.5 - x[0], 2.0 + x[1] ** 2]) if abs(x[1]) < 9 else None, 400)
+    assert list(lattice.brackets(2)) == []
+    number, point, value = lattice.nearest
+    assert (number, point.tolist(), value) == (1, [2.5, 0.0], 2.0)

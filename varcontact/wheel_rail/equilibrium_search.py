@@ -1,0 +1,268 @@
+"""Search for the balance of a wheel set, by the fast way.
+
+Wherever a wheel set is held sideways and in yaw, height, roll and pitch rate
+follow from the other loads. Left over there are a lateral force and a yaw
+moment, whose root is bracketed, see `bracketing`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import NoContact, NotConverged, SceneError
+from varcontact.scene.friction import Law
+from varcontact.theories.creep_forces import TheoryName
+from varcontact.wheel_rail.bracketing import Lattice, Nearest
+from varcontact.wheel_rail.equilibrium import CREEPAGE, Balance, Iterate, broyden, equations
+from varcontact.wheel_rail.position import Velocity
+from varcontact.wheel_rail.result import WheelForces
+from varcontact.wheel_rail.track import SIGN
+from varcontact.wheel_rail.virtual_penetration import FastWheel, rolling
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_set import BALANCED, WheelSetOnTrack
+
+ROUGH = 0.02
+"""Largest imbalance where forces of the fast way jump, as patches join."""
+SMOOTH = 1e-6
+"""Largest imbalance where they do not jump."""
+HELD_TOL = 1e-4
+"""Imbalance of the other loads where a wheel set is held."""
+TOL = 1e-10
+"""Imbalance at the end of the search."""
+ROUNDS = 30
+ATTEMPTS = 3
+"""Times that the pitch rate is bracketed, and all other unknowns are found from there."""
+WIDER = 4.0
+"""Growth of the steps to either side of rolling, until the torque changes its sign."""
+MOST_CREEP = 0.9
+"""Largest difference from rolling: nearly locked, or spinning nearly twice as fast."""
+SPACING_Y = 0.5
+"""Of the positions that are tried [mm]."""
+SPACING_YAW = 5e-4
+"""Of the yaws that are tried [rad], and so of velocities by the speed."""
+GROWTH = 6.0
+"""Steps of yaw within which the spacing grows by half."""
+FARTHEST_YAW = 0.06
+"""Largest yaw that is tried [rad], and so of velocities by the speed."""
+LATTICES = (1.0, 400), (0.25, 20)
+"""Spacings of the lattices that are tried, and how many points away they reach: the second is where a balance is
+missed by least."""
+NEARBY = 3.0
+"""Distance of the balance from the point where it was expected, by the spacing."""
+
+
+@dataclass(frozen=True)
+class FastWay:
+    """A normal and a tangential theory; of a law of friction its kinetic coefficient may count."""
+
+    normal: str = "virtual-penetration"
+    tangential: TheoryName = "fastsim"
+    options: tuple[tuple[str, Any], ...] = ()
+    kinetic: bool = False
+
+    def __call__(self, wheel: WheelOnRail) -> FastWheel:
+        law = wheel.friction
+        if self.kinetic and isinstance(law, Law):
+            wheel = replace(wheel, friction=law.kinetic or law.static)
+        return wheel.estimate(self.normal, self.tangential, **dict(self.options))
+
+    def at_velocity(self, wheel: WheelForces, velocity: Velocity) -> WheelForces:
+        """A wheel in the same place at another velocity; one above its rail is as it is."""
+        if not isinstance(wheel, FastWheel):
+            return wheel
+        return rolling(wheel, self.tangential, dict(self.options), velocity)
+
+
+class Search:
+    """The balance of a case by a fast way."""
+
+    def __init__(self, case: WheelSetOnTrack, way: FastWay) -> None:
+        self._case, self._way = case, way
+        sideways = [name for name in case.free if name in ("y", "lateral")]
+        turning = [name for name in case.free if name in ("yaw", "yaw_rate")]
+        self._held = (*sideways, *turning)
+        speed = case.velocity.speed
+        self._spacing = {
+            "y": SPACING_Y,
+            "yaw": SPACING_YAW,
+            "lateral": SPACING_YAW * speed,
+            "yaw_rate": SPACING_YAW * speed / case.wheelset.middle,
+        }
+        places = {"y": case.position.y, "yaw": case.position.yaw}
+        places |= {"lateral": case.velocity.lateral, "yaw_rate": case.velocity.yaw_rate}
+        self._begin = {name: places[name] for name in self._held}
+        # of the wheel set held last, with which the next one begins
+        self._last: np.ndarray | None = None
+        self._derivatives: np.ndarray | None = None
+
+    def found(self) -> tuple[Balance, np.ndarray]:
+        """The equations of all that is free, and their root."""
+        self._hold(np.zeros(len(self._held)))  # what is refused where the search begins
+        if not self._held:
+            whole = equations(self._case)
+            return whole, self._root(whole, whole.unknowns(self._found), TOL).x
+        origin, nearest = np.zeros(len(self._held)), None
+        for fine, ways in LATTICES:
+            balanced, missed = self._on_lattice(origin, fine, ways)
+            if balanced is not None:
+                return balanced
+            if missed is None:
+                break
+            # a finer lattice around the point that came nearest
+            number, point, missing = missed
+            origin = origin + fine * point
+            nearest = number, missing, self._values(origin)
+        raise self._refusal(nearest)
+
+    def _on_lattice(
+        self, origin: np.ndarray, fine: float, ways: int
+    ) -> tuple[tuple[Balance, np.ndarray] | None, Nearest | None]:
+        """The balance, or where it is missed by least, on a lattice around an origin."""
+        lattice = Lattice(lambda point: self._left_over(origin + fine * np.array(point)), ways)
+        for point, last in lattice.brackets(len(self._held)):
+            balanced = self._balanced(origin + fine * point, ROUGH if last else SMOOTH)
+            if balanced is not None:
+                return balanced, None
+        return None, lattice.nearest
+
+    def _values(self, point: np.ndarray) -> dict[str, float]:
+        """Those that the wheel set is held at, by the coordinates of a point on the lattice."""
+        values = dict(self._begin)
+        for name, k in zip(self._held, point.tolist(), strict=True):
+            # farther from each other where friction is saturated
+            steps = k if name == "y" else GROWTH * math.sinh(k / GROWTH)
+            values[name] += self._spacing[name] * steps
+        return values
+
+    def _left_over(self, point: np.ndarray) -> np.ndarray | None:
+        """Loads that are not borne where the wheel set is held; None where it cannot be held."""
+        values = self._values(point)
+        most = FARTHEST_YAW / SPACING_YAW
+        if any(abs(values[name]) > most * self._spacing[name] for name in self._held if name != "y"):
+            return None
+        try:
+            missing = self._hold(point)
+        except (NoContact, NotConverged, SceneError):
+            return None
+        if any(on_flange(wheel.case) for wheel in self._wheels):
+            return None
+        return np.array([missing[BALANCED[name]] for name in self._held])
+
+    def _hold(self, point: np.ndarray) -> dict[str, float]:
+        """The other loads balanced where the wheel set is held; what is left over."""
+        balance = equations(self._case.moved(self._values(point)), self._held)
+        spun = next((name for name in ("pitch_rate", "speed") if name in balance.names), None)
+        at: Iterate | None = None
+        if self._last is not None:
+            at = self._root(balance, self._last, HELD_TOL, self._derivatives)
+        if at is None or at.largest > HELD_TOL:
+            x = np.zeros(len(balance.names))
+            for _ in range(ATTEMPTS):
+                x = self._rolling(balance, x, spun)
+                at = self._root(balance, x, HELD_TOL)
+                if at.largest <= HELD_TOL:
+                    break
+                x = at.x
+        assert at is not None
+        if at.largest > ROUGH:
+            raise NotConverged(unbalanced(balance, at.imbalance), at.largest)
+        self._last, self._derivatives = at.x, at.derivatives
+        self._found = balance.values(at.x)
+        self._wheels = balance.wheels(at.x, self._way)
+        return balance.left_over(self._wheels)
+
+    def _root(self, balance: Balance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None) -> Iterate:
+        return broyden(lambda x: balance.imbalance(balance.wheels(x, self._way)), x, tol, ROUNDS, derivatives)
+
+    def _rolling(self, balance: Balance, x: np.ndarray, name: str | None) -> np.ndarray:
+        """The unknowns with the pitch rate, or speed, that balances its load with both wheels where they are.
+
+        From locked to spinning wheels the torque falls all the way.
+        """
+        from scipy.optimize import brentq
+
+        if name is None:
+            return x
+        pair = balance.wheels(x, self._way)
+        pure = balance.values(balance.unknowns({}))[name]
+
+        def left_over(creep: float) -> float:
+            velocity = replace(balance.case.velocity, **{name: pure * (1 + creep)})
+            left, right = (self._way.at_velocity(wheel, velocity) for wheel in pair)
+            return balance.left_over((left, right))[BALANCED[name]]
+
+        low, high, step = -CREEPAGE, CREEPAGE, CREEPAGE
+        below, above = left_over(low), left_over(high)
+        while below * above > 0 and step < MOST_CREEP:
+            step = min(WIDER * step, MOST_CREEP)
+            if abs(below) < abs(above):
+                high, above, low = low, below, -step
+                below = left_over(low)
+            else:
+                low, below, high = high, above, step
+                above = left_over(high)
+        creep = low if abs(below) < abs(above) else high
+        if below * above <= 0:
+            creep = float(brentq(left_over, low, high, xtol=1e-7))
+        return balance.unknowns(balance.values(x) | {name: pure * (1 + creep)})
+
+    def _balanced(self, point: np.ndarray, tol: float) -> tuple[Balance, np.ndarray] | None:
+        """All loads balanced near a point, to a `tol`."""
+        try:
+            self._hold(point)
+            values = self._values(point)
+            whole = equations(self._case.moved(values))
+            at = self._root(whole, whole.unknowns(values | self._found), TOL)
+        except (NoContact, NotConverged, SceneError):
+            return None
+        found = whole.values(at.x)
+        near = [abs(found[name] - values[name]) <= NEARBY * self._spacing[name] for name in self._held]
+        return (whole, at.x) if all(near) and at.largest <= tol else None
+
+    def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
+        """No position bears the loads: by how much the nearest one fails."""
+        load = BALANCED[self._held[0 if nearest is None else nearest[0]]]
+        words = "no position bears the loads"
+        if nearest is not None:
+            _, missing, values = nearest
+            places = ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
+            words += f": nearest to it, at {places}, {short(equations(self._case), load, missing)}"
+        return SceneError(load, getattr(self._case, load), message=words)
+
+
+def on_flange(wheel: WheelOnRail) -> bool:
+    """Whether a wheel stands on its rail with the lower half of its flange."""
+    radius = wheel.locus.radii[wheel.locus.gap.argmin()]
+    return bool(radius > wheel.wheelset.radius + wheel.wheelset.profile.z.max() / 2)
+
+
+def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
+    """That a wheel set has no balance, by how much it misses it, and why that may be."""
+    case = balance.case
+    words = f"no balance was found at y = {case.position.y:.4g} mm, where"
+    wheels = [case.wheel(side, 0.0) for side in SIGN]
+    laws = [each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0) for each in wheels]
+    bearable = (case.vertical_force or np.inf) * max(laws)
+    for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
+        if abs(getattr(case, name)) > bearable * arm:
+            return f"{words} {name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
+    k = int(np.abs(imbalance).argmax())
+    # rails that yield come after the loads
+    missing = short(balance, balance.loads[k], float(imbalance[k])) if k < len(balance.loads) else "a rail yields"
+    for wheel in wheels:
+        if on_flange(wheel):
+            return f"{words} {missing}: the {wheel.side} wheel stands on its rail with its flange"
+    return f"{words} {missing}: a wheel may climb, fall or be wedged"
+
+
+def short(balance: Balance, load: str, missing: float) -> str:
+    """By how much a load is not borne; `missing` is by the load of the axle, and the arm of a moment."""
+    middle = balance.case.wheelset.middle
+    arms = {"roll_moment": middle, "yaw_moment": middle, "torque": balance.case.wheelset.radius}
+    if load not in arms:
+        return f"the {load} is short by {missing * balance.load:.4g} N"
+    return f"the {load} is short by {missing * balance.load * arms[load]:.4g} N mm"
