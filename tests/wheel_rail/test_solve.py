@@ -14,7 +14,7 @@ from varcontact.results.error_estimate import with_bar
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.wheel_rail import FrictionByAngle, RoughProfile, Velocity
+from varcontact.wheel_rail import FrictionByAngle, RoughProfile, Velocity, WheelSetOnTrack
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements"),
@@ -181,6 +181,12 @@ test_what_is_refused = refusals(
     (lambda: wheel(2.0, dy=1.0).solve(time_budget=1.0), "dy: the grids are chosen for the time_budget"),
     (lambda: wheel(2.0).solve(accuracy=0.01, time_budget=1.0), "accuracy and time_budget are both given"),
     (lambda: wheel(2.0).solve(accuracy=0.01, tangential="fastsim"), "a theory has an error that no grid removes"),
+    (
+        lambda: WheelSetOnTrack(track=conditions.TRACK, wheelset=conditions.WHEELSET, vertical_force=160e3).solve(
+            time_budget=1.0
+        ),
+        r"time_budget = 1\.0 must be left out: wheels are solved as often as the balance asks for",
+    ),
     (lambda: wheel(2.0).solve(accuracy=-1.0), r"accuracy = -1\.0 is not allowed"),
     (lambda: wheel(2.0, dx=1.0, dy=1.0).solve(refine="continuum"), "refine = .* this version has accuracy"),
     (lambda: wheel(2.0).solve(store="file.nc"), "store = .* must be left out"),

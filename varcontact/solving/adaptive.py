@@ -59,6 +59,7 @@ GROWTH, LATE, COARSEST = 2.4, 1.3, 2.0
 so many seconds later."""
 STALLED = 0.9
 """Part of an estimate that both estimates after it exceed where the error does not fall with the grid."""
+DOES_NOT_FALL = "it does not fall with the grid"
 MOST_BY_DEFAULT = 40_000
 """Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
 SHOWN = 25
@@ -141,7 +142,7 @@ def solve(scene: Scene, options: SolveOptions) -> Answer:
             if target.accuracy is not None and estimates[-1].largest <= target.accuracy:
                 return with_values(last.answer, estimates[-1])
             if stalled(estimates):
-                return _not_reached(levels, target, "it does not fall with the grid")
+                return _not_reached(levels, target, DOES_NOT_FALL)
             if len(estimates) == 1 and isinstance(last.answer, Solution):
                 for words in last.answer.warnings:  # as of noise: before time is spent on finer grids
                     options.progress(words)
@@ -206,7 +207,8 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
         missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
         best[name], errors[name] = float(value), float(error) / per[name] + floor + missed
     bars = {name: error * per[name] for name, error in errors.items()}
-    grids = f"{', '.join(str(level.n) for level in tried[:-1])} and {fine.n} elements across the contact"
+    *coarser, finest = (f"{level.n:.0f}" for level in tried)
+    grids = f"{', '.join(coarser)} and {finest} elements across the contact"
     how = f"by Richardson's steps of order {order:g} between grids of {grids}"
     if narrow:
         how += f"; the narrowest patch has {min(each.across for each in narrow):.2g} elements on the first of them"
@@ -316,7 +318,10 @@ def _size(scene: Scene, options: SolveOptions, n: float) -> tuple[int, float]:
 
 def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None) -> Answer:
     """The best answer: as it is within a time and by default; with an accuracy it is that of an error."""
-    answer = with_values(levels[-1].answer, estimated(levels, target))
+    estimate = estimated(levels, target)
+    if why == DOES_NOT_FALL:
+        estimate = replace(estimate, how=f"{estimate.how}; {why}")
+    answer = with_values(levels[-1].answer, estimate)
     if target.accuracy is None or target.by_default:
         return answer
     reached = answer.error_estimate.largest

@@ -152,7 +152,8 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         certify : str, optional
             See `varcontact.solve`.
         **methods
-            See `WheelOnRail.solve`.
+            See `WheelOnRail.solve`; a `time_budget` is refused, as wheels are
+            solved as often as the balance asks for.
 
         Raises
         ------
@@ -164,6 +165,10 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         """
         from varcontact.wheel_rail.wheel_set_balance import solve_wheel_set
 
+        budget = methods.get("time_budget")
+        if budget is not None:
+            allowed = "left out: wheels are solved as often as the balance asks for; give accuracy, or dx and dy"
+            raise SceneError("time_budget", budget, allowed)
         return solve_wheel_set(self, checks.positive("tol", tol), certify, methods)
 
     @checks.named_options(lambda given: checks.options_of(WheelOnRail.estimate))
