@@ -87,7 +87,7 @@ def solve_wheel_on_rail(
     def on_first(first: WheelRailSolution) -> None:
         if not rough:
             rough.extend(noisy_patches(first))
-            warn_of_noise(rough, stacklevel=12)
+            warn_of_noise(rough, stacklevel=11)
 
     ((_, found),) = solve_wheels_on_rails([case], tol, certify, on_first, **methods)
     if isinstance(found, VarcontactError):
@@ -163,17 +163,12 @@ def _wheel(
     free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
     if target is None and exact and has_friction and free:
         target = Target(BY_DEFAULT, by_default=True)
-    if target is None:
-        found = yield from _on_elements(case, tol, methods, start)
-    else:
-        found = yield from _to_target(case, tol, methods, target, on_first)
+    if target is not None:
+        return (yield from _to_target(case, tol, methods, target, on_first))
+    found = yield from _on_elements(case, tol, methods, start)
     if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[0].patches):
-        curved = replace(case, conformal=True)
         with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
-            if target is None:
-                found = yield from _on_elements(curved, tol, methods)
-            else:
-                found = yield from _to_target(curved, tol, methods, target, on_first)
+            found = yield from _on_elements(replace(case, conformal=True), tol, methods)
     return found
 
 
@@ -293,66 +288,80 @@ def _to_target(
     target: Target,
     on_first: Callable[[WheelRailSolution], None],
 ) -> Steps[Solved]:
-    """To an accuracy or within a time, with error bars.
+    """To an accuracy or within a time, with error bars; on a curved surface where a plane is too flat."""
+    started = time.perf_counter()
+    first = yield from _first(case, tol, methods, target, started)
+    on_first(first)
+    if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
+        curved = replace(case, conformal=True)
+        with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
+            first_curved = yield from _first(curved, tol, methods, target, started)
+            return (yield from _from_first(curved, tol, methods, target, first_curved, started))
+    return (yield from _from_first(case, tol, methods, target, first, started))
 
-    Within a time elements are finer and finer; by default three sets of them tell the error where grids cannot be
-    chosen for an accuracy or do not reach it, and where noise dominates the pressure.
-    """
-    first = None
+
+def _first(
+    case: WheelOnRail, tol: float, methods: dict[str, Any], target: Target, started: float
+) -> Steps[WheelRailSolution]:
+    """A first solution: the height, where the contacts are, and whether noise dominates them."""
+    rough, methods = replace(case, dx=START[0], dy=START[1]), methods | {"certify": None}
+    deadline = _deadline(target, started, few=True)
     try:
-        if target.accuracy is not None:
-            return (yield from _to_accuracy(case, tol, methods, target, on_first))
-    except _Rough as rough:
-        first = rough.first
-    except (NotConverged, SceneError) as error:
-        if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
-            raise
-    return (yield from _on_finer_elements(case, tol, methods, target, on_first, first))
+        first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods, deadline=deadline)
+    except OutOfTime:
+        raise _too_short(target) from None
+    return first
 
 
-class _Rough(Exception):
-    """Noise dominates the pressure of a patch of a first solution."""
+def _deadline(target: Target, started: float, few: bool) -> float:
+    """When solvers end within a time; a few coarse grids may take longer."""
+    if target.time_budget is None:
+        return math.inf
+    return started + LATE * target.time_budget + (COARSEST if few else 0.0)
 
-    def __init__(self, first: WheelRailSolution) -> None:
-        super().__init__("noise")
-        self.first = first
+
+def _too_short(target: Target) -> SceneError:
+    allowed = "more seconds, or elements of dx and dy: even coarse ones take longer"
+    return SceneError("time_budget", target.time_budget, allowed)
 
 
-def _to_accuracy(
+def _from_first(
     case: WheelOnRail,
     tol: float,
     methods: dict[str, Any],
     target: Target,
-    on_first: Callable[[WheelRailSolution], None],
+    first: WheelRailSolution,
+    started: float,
 ) -> Steps[Solved]:
+    """From a first solution to an accuracy; within a time on finer and finer elements.
+
+    By default three sets of elements tell the error where grids cannot be chosen for an accuracy or do not reach it,
+    and where noise dominates the pressure.
+    """
+    if target.accuracy is not None and not (target.by_default and noisy_patches(first)):
+        try:
+            return _to_accuracy(case, first.z, tol, methods, target), []
+        except (NotConverged, SceneError) as error:
+            if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
+                raise
+    return (yield from _on_finer_elements(case, tol, methods, target, first, started))
+
+
+def _to_accuracy(
+    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target
+) -> WheelRailSolution:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
     assert target.accuracy is not None
-    near = case.z
-    if near is None or target.by_default:
-        first = yield from _first(case, tol, methods)
-        near = first.z
-        on_first(first)
-        if target.by_default and noisy_patches(first):
-            raise _Rough(first)
     half = replace(target, accuracy=target.accuracy / 2)
     while True:
         found = _near(case, near, tol, methods, half)
         if abs(found.z - near) <= MOVED * min(each.patch.approach for each in found.patches):
-            return found, []
+            return found
         near = found.z
-
-
-def _first(
-    case: WheelOnRail, tol: float, methods: dict[str, Any], deadline: float = math.inf
-) -> Steps[WheelRailSolution]:
-    """A first solution: the height, where the contacts are, and whether noise dominates them."""
-    rough = replace(case, dx=START[0], dy=START[1])
-    first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods | {"certify": None}, deadline=deadline)
-    return first
 
 
 def _on_finer_elements(
@@ -360,38 +369,36 @@ def _on_finer_elements(
     tol: float,
     methods: dict[str, Any],
     target: Target,
-    on_first: Callable[[WheelRailSolution], None],
-    first: WheelRailSolution | None,
+    first: WheelRailSolution,
+    started: float,
 ) -> Steps[Solved]:
     """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
 
     Forces are those of the last, without extrapolation: they bear the load. The last three tell the errors.
     """
-    started = time.perf_counter()
-    budget = math.inf if target.time_budget is None else target.time_budget
+    ends = 0.0 if target.time_budget is None else started + target.time_budget
+    n = float(ACROSS if target.time_budget is None else FIRST)
     solved: list[WheelRailSolution] = []
     operators: list[Operators] = []
-    try:
-        if first is None:
-            first = yield from _first(case, tol, methods, started + LATE * budget + COARSEST)
-            on_first(first)
-        n = float(ACROSS if target.time_budget is None else FIRST)
-        late = False
-        while not late:
-            begun = time.perf_counter()
-            deadline = started + LATE * budget + (COARSEST if len(solved) < GRIDS else 0.0)
-            on_sides = _with_elements_across(case, first, n)
-            start = _Start(solved[-1] if solved else first)
+    seconds = 0.0
+    while len(solved) < GRIDS or seconds * RATIO**GROWTH < ends - time.perf_counter():
+        begun = time.perf_counter()
+        on_sides = _with_elements_across(case, first, n)
+        start = _Start(solved[-1] if solved else first)
+        deadline = _deadline(target, started, len(solved) < GRIDS)
+        try:
             last, operators = yield from _on_elements(on_sides, tol, methods, start, deadline, second_order=True)
-            solved.append(replace(last, case=case))
-            n *= RATIO
-            now = time.perf_counter()
-            more = len(solved) < GRIDS or target.time_budget is not None
-            late = not more or (len(solved) >= GRIDS and (now - begun) * RATIO**GROWTH > started + budget - now)
-    except OutOfTime:
-        if not solved:
-            allowed = "more seconds, or elements of dx and dy: even coarse ones take longer"
-            raise SceneError("time_budget", budget, allowed) from None
+        except OutOfTime:
+            if not solved:
+                raise _too_short(target) from None
+            break
+        except NotConverged:
+            if not solved:
+                raise
+            break
+        solved.append(replace(last, case=case))
+        seconds = time.perf_counter() - begun
+        n *= RATIO
     return _with_errors(solved[-GRIDS:], target), operators
 
 
