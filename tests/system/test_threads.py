@@ -21,7 +21,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.results.stress import stress
 from varcontact.scene.interpolation import smoothed
-from varcontact.system.process import VARIABLES, one_blas_thread
+from varcontact.system.process import VARIABLES, lazy_property, one_blas_thread
 
 
 def counts():
@@ -253,3 +253,28 @@ def test_processes_forked_while_threads_solve_end():
     """Threads solve, processes are forked from between, and solve in threads of their own."""
     done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("0 children hang\n", "")
+
+
+def test_no_attribute_has_a_lock():
+    """`lazy_property` is for what the package computes once."""
+    with_lock = [path for path in Path(vc.__file__).parent.rglob("*.py") if "@cached_property" in path.read_text()]
+    assert with_lock == []
+
+
+def test_lazy_properties_are_computed_once_also_where_classes_are_frozen():
+    computed = []
+
+    @dataclasses.dataclass(frozen=True)
+    class Square:
+        side: float
+
+        @lazy_property
+        def area(self):
+            """Of the square."""
+            computed.append(self.side)
+            return self.side**2
+
+    square = Square(3.0)
+    assert (square.area, square.area, computed) == (9.0, 9.0, [3.0])
+    assert dataclasses.replace(square, side=2.0).area == 4.0
+    assert (Square.area.__doc__, square) == ("Of the square.", Square(3.0))
