@@ -63,7 +63,10 @@ COLUMNS = (
 OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
 """Columns where wheel sets are solved, a row for each patch of both wheels."""
 GROUP = 4 * SIDE_BY_SIDE
-"""Most wheels of a table that are solved side by side; an interruption loses those begun (256: 13 % slower than all)."""
+"""Wheels of a table at most that are solved side by side: 256 take 13 % longer than all at once.
+
+An interruption loses those that were begun.
+"""
 
 
 @dataclass(frozen=True, eq=False)
