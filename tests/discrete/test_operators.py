@@ -11,8 +11,10 @@ import varcontact as vc
 from tests.scenes import LIKE, make_scene
 from varcontact.discrete import penetration
 from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
-from varcontact.transports import SteadyRolling
+from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.transports import HERE, SteadyRolling
 
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
 EXPLICIT = vc.Grid(nx=12, ny=12, dx=0.25, dy=0.25, x0=-1.5, y0=-1.5)
@@ -76,6 +78,15 @@ def test_steps_of_many_lengths_leave_a_few_tables(rolling):
     kept = [each() is not None for each in made]
     assert sum(kept) == 4 and all(kept[-4:])
     assert normal() is not None and operators.tangential(steps[-1]) is made[-1]()
+
+
+def test_a_medium_whose_operator_does_not_fit_is_refused():
+    class Wide(HalfSpaces):
+        def operator(self, lattice, rows, columns, stencil=HERE):
+            return super().operator(lattice.extended(), rows, columns, stencil)
+
+    with pytest.raises(vc.SceneError, match=r"operator of Wide from z to z has a table of shape \(1, 1, 19, 23\)"):
+        _ = Operators(TIGHT.scaled(1.0), Wide(0.3)).normal
 
 
 # ----------------------------------------------------------------------------- Samples outside the potential contact

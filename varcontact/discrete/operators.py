@@ -12,6 +12,7 @@ from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
+from varcontact.errors import SceneError
 from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Stratified, Viscoelastic, materials
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -112,8 +113,21 @@ class Operators:
                 alike = [each for each in self._tables if each[2] != HERE and (len(each[2]) == 1) == single]
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
-            self._tables[key] = self.medium.operator(self.lattice, *key)
+            operator = self.medium.operator(self.lattice, *key)
+            self._check_shape(operator, rows, columns)
+            self._tables[key] = operator
         return self._tables[key]
+
+    def _check_shape(self, operator: GridOperator, rows: str, columns: str) -> None:
+        """Refuse an operator that is not between these components on this lattice."""
+        ny, nx = self.lattice.shape
+        expected = (len(rows), len(columns), 2 * ny - 1, 2 * nx - 1)
+        if operator.shape != (ny, nx) or operator.table.shape != expected:
+            medium = type(self.medium).__name__
+            message = f"the operator of {medium} from {columns} to {rows} has a table of shape {operator.table.shape}"
+            raise SceneError(
+                "bodies", self.medium, message=f"{message} on {operator.shape} elements; {expected} is needed"
+            )
 
 
 def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None) -> Medium:

@@ -9,11 +9,13 @@ fields are dimensionless and on the grid, (ny, nx) or (2, ny, nx).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from varcontact.errors import SceneError
 from varcontact.interfaces.potential import Potential
 from varcontact.transports import Transport
 
@@ -49,7 +51,7 @@ class Response:
     friction_bound: np.ndarray
 
 
-class Interface:
+class Interface(ABC):
     """An interface without memory; each kind says what is different."""
 
     @property
@@ -61,9 +63,9 @@ class Interface:
         """What the contact itself determines."""
         return ()
 
+    @abstractmethod
     def potential(self, pressure: np.ndarray, at: Surroundings) -> Potential:
         """The potential on the grid under a pressure (ny, nx)."""
-        raise NotImplementedError
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
         """The implicit fields that go with a response, from any source."""
@@ -80,7 +82,7 @@ def refuse_shared(parts: tuple[Interface, ...]) -> None:
     shared = sorted({name for name in names if names.count(name) > 1})
     if shared:
         owners = ", ".join(type(part).__name__ for part in parts)
-        raise ValueError(f"interfaces {owners}: {shared[0]!r} is carried by more than one of them")
+        raise SceneError("interfaces", shared[0], f"carried by one of {owners} only")
 
 
 @dataclass(frozen=True, eq=False)
