@@ -94,9 +94,8 @@ def main(rooms: list[str]) -> None:
             print(f"{name}: {dict(sorted(numbers.items()))}")
     columns = sorted(length for path in ROOT.rglob("*.py") for length in code_columns(path))
     mean = sum(columns) / len(columns)
-    print(
-        f"all: {dict(sorted(whole.items()))}; columns {mean:.1f} in the mean, {columns[int(0.95 * len(columns))]} at 95 %"
-    )
+    print(f"all: {dict(sorted(whole.items()))}")
+    print(f"columns: {mean:.1f} in the mean, {columns[int(0.95 * len(columns))]} at 95 %")
 
 
 if __name__ == "__main__":

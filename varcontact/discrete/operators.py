@@ -124,10 +124,9 @@ class Operators:
         expected = (len(rows), len(columns), 2 * ny - 1, 2 * nx - 1)
         if operator.shape != (ny, nx) or operator.table.shape != expected:
             medium = type(self.medium).__name__
-            message = f"the operator of {medium} from {columns} to {rows} has a table of shape {operator.table.shape}"
-            raise SceneError(
-                "bodies", self.medium, message=f"{message} on {operator.shape} elements; {expected} is needed"
-            )
+            made = f"the operator of {medium} from {columns} to {rows} has a table of shape {operator.table.shape}"
+            message = f"{made} on {operator.shape} elements; {expected} is needed"
+            raise SceneError("bodies", self.medium, message=message)
 
 
 def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None) -> Medium:
