@@ -29,6 +29,7 @@ from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -198,8 +199,8 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     found = [level.values | level.unjudged for level in tried]
     best, errors = dict(found[-1]), {}
     for name in (name for name in found[-1] if name in found[-2]):
-        known = [(level[name], each.n) for level, each in zip(found, tried, strict=True) if name in level]
-        value, error = richardson(*zip(*known, strict=True), order)
+        known = [k for k, level in enumerate(found) if name in level]
+        value, error = richardson([found[k][name] for k in known], [tried[k].n for k in known], order)
         of_peak = name == "peak_pressure"
         floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
         if not of_peak:
@@ -219,8 +220,11 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
 
 
 def _unlikeness(scene: Scene) -> float:
-    """|K| where pressures shift what tractions hold."""
-    return abs(scene.bodies.K) if scene.coupled and not scene.frictionless else 0.0
+    """|K| of the materials at the surfaces, where pressures shift what tractions hold."""
+    if not scene.coupled or scene.frictionless:
+        return 0.0
+    surfaces = scene.bodies.surfaces if isinstance(scene.bodies, BodyPair) else scene.bodies
+    return abs(surfaces.K)
 
 
 def coarsest(line: bool, accuracy: float | None) -> int:

@@ -153,6 +153,18 @@ def test_unlike_bodies_whose_error_falls_slowly():
         assert abs(sol.force[0] / limit - 0.1949) < sol.error_estimate.errors["Fx"] <= accuracy
 
 
+@pytest.mark.parametrize("base", ["rigid", (0.2, 0.1)])
+def test_layered_bodies_are_unlike_by_their_surfaces(base):
+    layered = vc.Layered(layers=[vc.Layer(0.5, 0.3, 0.2)], base=base)
+    scene = replace(ROLLING, bodies=(layered, vc.Bodies(G=1.0, nu=0.4)), surface=vc.Paraboloids(1.0, 1.0))
+    scene = replace(scene, normal_force=1e-2)
+    coarse, fine = (vc.solve(scene, accuracy=accuracy) for accuracy in (0.1, 0.03))
+    found, exact = values(coarse), values(fine)
+    bars = coarse.error_estimate.bars
+    assert all(abs(found[name] - exact[name]) <= bars[name] for name in found)
+    assert adaptive._unlikeness(scene) == abs(scene.bodies.surfaces.K) > 0
+
+
 def test_an_error_that_does_not_fall_is_seen():
     def known(*errors):
         return [vc.ErrorEstimate({}, {"Fx": error}, "", ()) for error in errors]
