@@ -1,6 +1,7 @@
 """Input files of CONTACT's module 1: as wheels on rails they give what CONTACT publishes of the same input."""
 
 import csv
+import inspect
 import shutil
 import warnings
 from contextlib import nullcontext
@@ -251,6 +252,26 @@ def test_slices_of_one_profile_are_that_profile(folder):
     assert found.position.s == 20.0
     assert list(found.track.rail.positions) == [-100.0, 0.0, 150.0]
     assert found.touching == known.touching
+
+
+def test_slices_of_the_second_method_are_control_points(folder):
+    text = SLICES.format(features=0)
+    (folder / "rail.slcs").write_text(text.replace(" 1                       S_METHOD", " 2  S_METHOD"))
+    (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "))
+    assert found.track.rail.approximating
+    (folder / "rail.slcs").write_text(text.replace(" 1                       S_METHOD", " 3  S_METHOD"))
+    with pytest.raises(vc.SceneError, match=r"rail.slcs, line 5: S_METHOD = 3 is neither 1 .* nor 2"):
+        read(folder, ("'rail.csv' ", "'rail.slcs' "))
+
+
+def test_slices_are_read_with_the_scale_of_their_profiles(folder):
+    (folder / "rail.slcs").write_text(SLICES.format(features=0))
+    known, scaled = (ProfileSlices.read(folder / "rail.slcs", "rail", scale=scale) for scale in (1.0, 2.0))
+    assert scaled.first.y == pytest.approx(2.0 * known.first.y)
+    assert list(scaled.positions) == list(known.positions) == [-100.0, 0.0, 150.0]
+    assert "scale" in inspect.signature(ProfileSlices.read).parameters
+    with pytest.raises(vc.SceneError, match="scale"):
+        ProfileSlices.read(folder / "rail.slcs", "rail", scale=0.0)
 
 
 def test_parts_that_slices_lack_are_rails_of_their_own(folder):

@@ -235,6 +235,35 @@ test_what_needs_one_profile_refuses_slices = refusals(
 )
 
 
+@pytest.mark.parametrize("spacing", [10.0, 25.0])
+def test_approximating_splines_of_parabolas_are_above_them_by_a_third_of_the_spacing(spacing: float) -> None:
+    """Schoenberg's spline of x^2 is x^2 + h^2/3, of a wave of four spacings two thirds at a slice; lines stay lines."""
+    x = spacing * np.arange(-8, 9)
+    wave = np.cos(np.pi / 2 * np.arange(-8, 9))
+    for z, rise in ((1e-4 * x**2, 1e-4 * spacing**2 / 3), (1e-2 * x, 0.0), (0.1 * wave, -0.1 / 3)):
+        through = ProfileSlices(profiles=RAIL, positions=x, z=z - z[8])
+        tops = []
+        for slices in (through, replace(through, approximating=True)):
+            (section,) = on(slices).rail.sections(0.0)
+            tops.append(section.points(section.at(np.array([750.0])))[0, 1])
+        assert tops[1] - tops[0] == pytest.approx(rise, abs=1e-9)
+    few = ProfileSlices(profiles=RAIL, positions=[-50.0, 50.0], z=[-1.0, 1.0], approximating=True)
+    assert on(few).touching == pytest.approx(on(replace(few, approximating=False)).touching, abs=1e-9)
+
+
+def test_approximating_splines_of_wheels_are_closed() -> None:
+    """Slices around the whole wheel, turned by one of them: the same wheel, also where they begin."""
+    angles = np.linspace(-np.pi, np.pi, 60, endpoint=False)
+    radii = 0.2 * np.cos(2 * angles) + 0.05 * np.cos(9 * angles)
+    wheel = ProfileSlices(profiles=CYLINDER, positions=angles, z=radii, approximating=True)
+    turned = ProfileSlices(profiles=CYLINDER, positions=angles, z=np.roll(radii, 1), approximating=True)
+    pitch = np.array([3.1, 0.4])
+    step = angles[1] - angles[0]
+    one = [on(RAIL, replace(WHEEL, wheel=wheel), position=Position(pitch=p)).touching for p in pitch]
+    other = [on(RAIL, replace(WHEEL, wheel=turned), position=Position(pitch=p - step)).touching for p in pitch]
+    assert one == pytest.approx(other, abs=1e-9)
+
+
 def joint(gap: float, rail: Profile = RAIL) -> tuple[ProfileSlices, ProfileSlices]:
     """A rail that ends at s = 0, and one that begins behind a gap."""
     first = ProfileSlices(profiles=rail, positions=[-400.0, -200.0, 0.0])

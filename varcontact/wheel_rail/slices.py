@@ -4,11 +4,12 @@ surfaces through them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 
@@ -34,7 +35,7 @@ DIGITS = 10
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ProfileSlices(checks.Checked):
+class ProfileSlices(checks.Checked, approximating=checks.flag):
     """Cross sections of a rail at positions along the track, or of a wheel at angles around it.
 
     Between slices, points at the same part of the arc length, or of that
@@ -56,6 +57,11 @@ class ProfileSlices(checks.Checked):
     features : array_like, shape (n, m), optional
         Arc lengths from the first point of each profile at which they
         correspond [mm]; its ends if not given.
+    approximating : bool
+        Whether slices are the control points of a cubic B-spline, which passes
+        near them, as CONTACT's approximating spline; the spline passes through
+        them if False. Waves of measured slices are smoothed: those of four
+        spacings lose a third, those of two two thirds.
 
     Raises
     ------
@@ -80,6 +86,7 @@ class ProfileSlices(checks.Checked):
     positions: Any
     z: Any = 0.0
     features: Any = None
+    approximating: bool = False
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -137,7 +144,17 @@ class ProfileSlices(checks.Checked):
 
     @classmethod
     @checks.named_options(lambda given: checks.options_of(Profile.read))
-    def read(cls, path: str | Path, kind: Kind, **options: Any) -> ProfileSlices | tuple[ProfileSlices, ...]:
+    def read(
+        cls,
+        path: str | Path,
+        kind: Kind,
+        *,
+        mirror_y: bool | Literal["auto"] = "auto",
+        mirror_z: bool | None = None,
+        scale: float = 1.0,
+        smoothing: float = 0.0,
+        kinks: Literal["auto"] | Sequence[float] = "auto",
+    ) -> ProfileSlices | tuple[ProfileSlices, ...]:
         """Read slices from a file of CONTACT (`.slcs` of rails, `.slcw` of wheels).
 
         Parameters
@@ -145,8 +162,10 @@ class ProfileSlices(checks.Checked):
         path : str or Path
             Profiles that it names are looked for from its folder.
         kind : {"rail", "wheel"}
-        **options
-            See `Profile.read`.
+        mirror_y, mirror_z, scale, smoothing, kinks
+            Of all profiles, see `Profile.read`: `scale` has the millimetres by
+            their unit of length, and not that of the positions. If `mirror_z`
+            is not given, the first profile tells.
 
         Returns
         -------
@@ -160,29 +179,41 @@ class ProfileSlices(checks.Checked):
             If the file or a profile cannot be read, or slices are out of order,
             with the line.
         """
-        file = checks.file_name("path", path)
+        file, scale = checks.file_name("path", path), checks.positive("scale", scale)
         lines = Lines(file)
-        offset, scale = lines.group("S_OFFSET", "S_SCALE").numbers()
+        offset, by_unit = lines.group("S_OFFSET", "S_SCALE").numbers()
         (count,) = lines.group("NSLC").integers()
-        features, kinks, jumps = lines.group("NFEAT", "NKINK", "NACCEL").integers()
-        lines.group("S_METHOD")
+        features, kink_count, jump_count = lines.group("NFEAT", "NKINK", "NACCEL").integers()
+        method = lines.group("S_METHOD")
+        if method.integers()[0] not in (1, 2):
+            method.refuse("S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)")
+        approximating = method.values[0] == "2"
         positions, profiles, known = [], [], dict[str, Profile]()
         for _ in range(count):
             group = lines.group("S", "a profile")
             name = group.values[1].strip("'\"").replace("\\", "/")
-            positions.append(scale * (offset + group.number(0)))
-            if options.get("mirror_z") is None:  # all slices as the first one
-                options["mirror_z"] = guess_mirror_z(file.parent / name, kind, options.get("scale", 1.0))
-            known[name] = known.get(name) or Profile.read(file.parent / name, kind, **options)
+            positions.append(by_unit * (offset + group.number(0)))
+            if mirror_z is None:
+                mirror_z = guess_mirror_z(file.parent / name, kind, scale)
+            if name not in known:
+                known[name] = Profile.read(
+                    file.parent / name,
+                    kind,
+                    mirror_y=mirror_y,
+                    mirror_z=mirror_z,
+                    scale=scale,
+                    smoothing=smoothing,
+                    kinks=kinks,
+                )
             profiles.append(known[name])
             if len(positions) > 1 and positions[-1] - positions[-2] <= (TOGETHER if kind == "rail" else 0):
                 group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
         if features <= 1:
-            return cls(profiles=profiles, positions=positions)
-        if options.get("mirror_y") is True:
+            return cls(profiles=profiles, positions=positions, approximating=approximating)
+        if mirror_y is True:
             reason = f"mirror_y: {file.name} has features by arc length from the first point; mirror the profiles"
             raise SceneError("mirror_y", True, message=reason)
-        for more in filter(None, (kinks, jumps)):
+        for more in filter(None, (kink_count, jump_count)):
             lines.many("kinks", more)
         table = np.array([lines.many("features", features + 1).numbers()[1:] for _ in positions])
         table = np.minimum(table, [[each.curve.s[-1]] for each in profiles])
@@ -195,7 +226,8 @@ class ProfileSlices(checks.Checked):
                 used = table[has, a : b + 1]
                 used = used[:, np.concatenate([[True], (np.diff(used, axis=1) > 0).all(axis=0)])]
                 at = [positions[i] for i in has]
-                found.append(cls(profiles=[profiles[i] for i in has], positions=at, features=used))
+                own = [profiles[i] for i in has]
+                found.append(cls(profiles=own, positions=at, features=used, approximating=approximating))
         return found[0] if len(found) == 1 else tuple(found)
 
 
@@ -217,6 +249,7 @@ class Surface:
     features: np.ndarray
     weights: np.ndarray
     period: float = np.inf
+    approximating: bool = False
 
     @lazy_property
     def _weights(self) -> Any:
@@ -233,8 +266,9 @@ class Surface:
         steps = np.flatnonzero(np.diff(at) == 0) + 1
         for a, b in pairwise([0, *steps.tolist(), at.size]):
             if b - a > 1:
-                breaks.append(at[a : b - 1])
-                cubics.append(CubicSpline(at[a:b], weights[a:b]).c)
+                between = (_approximation if self.approximating else CubicSpline)(at[a:b], weights[a:b])
+                breaks.append(between.x[:-1])
+                cubics.append(between.c)
         breaks += [at[-1:], at[-1:] + 1.0]
         return PPoly(np.concatenate([*cubics, constant[:, 1:]], axis=1), np.concatenate(breaks))
 
@@ -276,11 +310,11 @@ class Surface:
             weights = self._weights.c[:, i]
             largest = (np.abs(weights[:, :-1]) * width ** np.arange(3, -1, -1)[:, None]).sum(axis=0)
             # their breakpoints, of sections further away they are hardly felt
-            ends = [self._at_features(k, self.curves[k].s) for k in np.flatnonzero(largest > MUCH)]
+            ends = [self._at_features(k, self.curves[k].s) for k in np.flatnonzero(largest > MUCH).tolist()]
             v = np.unique(np.concatenate([np.arange(self.features.shape[1]), *ends]).round(DIGITS))
             cubics = np.zeros((4, v.size - 1, 4, 2))
             cubics[3, :, :, 1] = weights[:, -1]
-            for k in np.flatnonzero(largest > SMALL):
+            for k in np.flatnonzero(largest > SMALL).tolist():
                 cubics += weights[:, k, None] * self._cubics(k, v)[:, :, None]
             self._strips[i] = PPoly(cubics, v)
         return self._strips[i]
@@ -302,6 +336,19 @@ class Surface:
         return spline(self.points(np.array(at), self.s)[0], np.zeros(0, dtype=int), 0.0)
 
 
+def _approximation(at: np.ndarray, values: np.ndarray) -> Any:
+    """The cubic B-spline of which values are the control points; its knots are the places but the second from the ends.
+
+    Of evenly spaced ones it has (1, 4, 1)/6 of three values at the middle one.
+    """
+    from scipy.interpolate import BSpline, PPoly
+
+    degree = min(3, at.size - 1)
+    knots = np.concatenate([at[:1].repeat(degree + 1), at[2:-2], at[-1:].repeat(degree + 1)])
+    found, breaks = BSpline(knots, values, degree), np.unique(knots)
+    return PPoly([found(breaks[:-1], k) / math.factorial(k) for k in (3, 2, 1, 0)], breaks)
+
+
 def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift: float, *, backwards: bool) -> Surface:
     """The surface of slices, each `placed`, and their positions shifted: `backwards` where that turns its direction."""
     profiles, features = cast(Sequence[Profile], slices.profiles), slices.features
@@ -315,7 +362,7 @@ def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift:
     weights = np.eye(len(curves))[[different.index(key) for key in keys]]
     period = 2 * np.pi if slices.kind == "wheel" else np.inf
     weights = np.concatenate([weights, slices.z[:, None]], axis=1)
-    return Surface(slices.positions + shift, curves, features, weights, period)
+    return Surface(slices.positions + shift, curves, features, weights, period, slices.approximating)
 
 
 @dataclass(frozen=True, eq=False)
