@@ -67,6 +67,17 @@ class SceneError(VarcontactError):
         super().__init__(message or f"{field} = {shortened(value)} is not allowed: must be {allowed}")
 
 
+class PlausibilityWarning(UserWarning):
+    """An entry that is likely a mistake, with its figures; it is solved as it is.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> warnings.simplefilter("error", PlausibilityWarning)  # to refuse such scenes
+    >>> warnings.resetwarnings()
+    """
+
+
 class NoContact(SceneError):
     """The bodies do not touch."""
 

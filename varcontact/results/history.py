@@ -93,6 +93,11 @@ class History(Reported, Sequence[Solution]):
     solutions: Sequence[Solution]
     settings: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plausibility warnings of the scene, see `Scene.doubts`."""
+        return self.scene.doubts
+
     def __len__(self) -> int:
         return len(self.solutions)
 

@@ -29,7 +29,8 @@ def report(sol: Solution, with_doubts: bool = True) -> str:
     text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{_unit(sol)('area')}" + " wide" * sol.scene.line
     if sol.scene.motion is not None:
         text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
-    rows = [*(("WARNING", words) for words in sol.warnings), *_loads(sol), ("contact", text), ("", "")]
+    warned = [("WARNING", words) for words in sol.warnings if words not in sol.scene.doubts]
+    rows = [*warned, *_loads(sol), ("contact", text), ("", "")]
     rows += [*_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
     return "\n".join([*above, in_rows(headline(sol), rows, width=18)])
 

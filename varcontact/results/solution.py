@@ -99,7 +99,8 @@ class Solution(Reported):
         Of a solution from a file: what is to be known of its certificate, see
         `varcontact.load`.
     warnings : tuple of str
-        Faults of the scene that rule the solution: noise of a sampled surface.
+        Plausibility warnings of the scene, see `Scene.doubts`, and faults that
+        rule the solution: noise of a sampled surface.
     error_estimate : ErrorEstimate or None
         Estimated error against the continuum; forces are then those of the
         estimate, fields those of the grid.

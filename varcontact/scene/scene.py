@@ -14,7 +14,7 @@ from varcontact.errors import SceneError, shortened
 from varcontact.html import in_rows, preformatted
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
-from varcontact.scene import consistency
+from varcontact.scene import consistency, plausibility
 from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.friction import FrictionBound, Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
@@ -327,13 +327,17 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         moving = motion.step(k, grid.sides[0])
         return replace(history, **load, surface=surface, friction=friction, motion=moving, grid=grid)
 
-    @property
+    @lazy_property
     def doubts(self) -> tuple[str, ...]:
-        """Likely mistakes, in words: plans and reports say them, too.
+        """Plausibility warnings: likely mistakes, with their figures. `solve`
+        warns of them by `PlausibilityWarning`; plans, reports and
+        `Solution.warnings` have them, too.
 
-        A modulus softer or stiffer than solids are in the units named, or that
-        looks like pascals beside lengths in millimetres; a contact of half a
-        radius of curvature; a creepage above 0.1.
+        A modulus softer or stiffer than solids are in the units named, Young's
+        modulus in its place, or pascals beside lengths in millimetres; a
+        contact of half a radius of curvature; a creepage above 0.1, friction
+        above 2, a spin that turns the contact's edge faster than the bodies
+        roll; samples that look upside down.
 
         Examples
         --------
@@ -343,7 +347,7 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         >>> scene.doubts
         ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
         """
-        return consistency.doubts(self)
+        return plausibility.doubts(self)
 
     def _repr_html_(self) -> str:
         entries = [(each.name, getattr(self, each.name)) for each in fields(self)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import cells_of, hertz_pressure, means, unloaded, with_subgrid
-from varcontact.errors import SceneError
+from varcontact.errors import PlausibilityWarning, SceneError
 from varcontact.results.frequency import HarmonicSolution, harmonic_solution
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -205,6 +206,11 @@ def solve(
         If the store cannot be written, holds something else, or another run
         adds to it.
 
+    Warns
+    -----
+    PlausibilityWarning
+        Of likely mistakes, before any work, see `Scene.doubts`.
+
     Examples
     --------
     >>> import varcontact as vc
@@ -222,12 +228,16 @@ def solve(
         free, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
         accuracy, time_budget, progress,
     )  # fmt: skip
+    for doubt in scene.doubts:
+        warnings.warn(doubt, PlausibilityWarning, stacklevel=3)
     if options.target is not None:
         found: Solution | History = adaptive.solve(free, options)
     elif isinstance(free.motion, Transient):
         found = solve_transient(free, options)
     else:
         found = solve_on_grid(free, options)
+    if isinstance(found, Solution):
+        found = replace(found, warnings=(*scene.doubts, *found.warnings))
     return harmonic_solution(scene, found) if swings else found
 
 

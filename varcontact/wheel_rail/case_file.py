@@ -345,7 +345,7 @@ def _rows(
         if isinstance(found, WheelSetSolution):
             row |= {"Y_over_Q": found.y_over_q(wheel.case.side), "nadal": found.nadal(wheel.case.side)}
         if isinstance(wheel, WheelRailSolution):
-            texts += [text for each in wheel.patches for text in each.solution.warnings]
+            texts += wheel.warnings
             figures = [_figures(each) for each in wear(wheel, file.archard).patches]
         else:
             figures = [_fast_figures(wheel, each) for each in wheel.patches]

@@ -10,6 +10,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.scene.plausibility import warn
+from varcontact.wheel_rail.plausibility import of_yield_stress
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution, wear
@@ -69,6 +71,7 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     """
     checks.kind("solved", solved, PatchSolution)
     k = checks.positive("yield_in_shear", yield_in_shear)
+    warn(of_yield_stress(k), stacklevel=2)
     force, error = solved.force, solved.error
     pull = float(np.hypot(*force[:2]))
     utilised = pull / force[2]

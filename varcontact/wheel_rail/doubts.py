@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.wheel_rail.profile import check_sides
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -35,6 +36,7 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
     """Warn of exchanged sides, steep flanges, few elements, and contacts too wide for half-spaces."""
     case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
+    warn_of_doubts(found.patch_doubts, stacklevel=stacklevel)
     normal = sum(each.normal_force for each in found.patches)
     if case.vertical_force is not None and normal > STEEP * case.vertical_force:
         steepest = np.degrees(max(abs(each.patch.angle) for each in found.patches))

@@ -14,7 +14,9 @@ from varcontact.kinematics import Frame
 from varcontact.results.error_estimate import with_bar
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
+from varcontact.scene.plausibility import warn
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.position import Position
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
@@ -217,6 +219,21 @@ class WheelRailSolution(WheelForces, Reported):
     rounds: int
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Plausibility warnings of the wheel, its patches and their scenes, and faults that rule a patch; each once."""
+        faults = (text for each in self.patches for text in each.solution.warnings)
+        return tuple(dict.fromkeys((*plausibility.doubts(self.case), *self.patch_doubts, *faults)))
+
+    @property
+    def patch_doubts(self) -> tuple[str, ...]:
+        """Plausibility warnings of the patches and their scenes, each once."""
+        texts: list[str] = []
+        for each in self.patches:
+            texts += plausibility.of_patch(each.patch, self.case.wheelset.profile)
+            texts += each.patch.scene.doubts
+        return tuple(dict.fromkeys(texts))
+
+    @property
     def error(self) -> np.ndarray:
         """Estimated errors of `force` against the continuum [N], those of the patches added up; NaN if not estimated.
 
@@ -240,7 +257,8 @@ class WheelRailSolution(WheelForces, Reported):
         forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80 kN
         """
         at = self.position
-        lines = [
+        lines = [f"WARNING: {text}" for text in self.warnings]
+        lines += [
             f"{self.case.side} wheel, y = {at.y:.6g} mm, roll = {at.roll:.6g}, yaw = {at.yaw:.6g}, "
             f"height of the axle {self.z:.6g} mm",
             f"forces on the rail: {forces_in_words('Fx Fy Fz', self.force, self.error)}",
@@ -394,6 +412,7 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
     checks.kind("found", found, WheelRailSolution)
     if archard is not None:
         checks.kind("archard", archard, Archard, ArchardMap)
+        warn(plausibility.of_hardness(archard.hardness), stacklevel=2)
     patches = []
     for each in found.patches:
         solution, rolled = each.solution, each.patch.creepage

@@ -8,15 +8,17 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.operators import Operators
-from varcontact.errors import NotConverged, SceneError, VarcontactError
+from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
 from varcontact.kinematics import Frame
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solvers.interface import OutOfTime
@@ -42,6 +44,7 @@ from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.doubts import noisy_patches, too_wide, warn, warn_of_noise
+from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
@@ -82,6 +85,7 @@ def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
+    warn_of_doubts(doubts(case), stacklevel=5)
     rough: list[str] = []
 
     def on_first(first: WheelRailSolution) -> None:
@@ -137,7 +141,8 @@ def solve_wheels_on_rails(
         flat, going = [contact for _, contacts in waiting for contact in contacts], []
         settled = settled_together(flat) if together else flat
         for steps, contacts in waiting:
-            with one_blas_thread(), suppress(StopIteration):
+            with one_blas_thread(), suppress(StopIteration), catch_warnings():
+                simplefilter("ignore", PlausibilityWarning)  # of scenes of patches: `warn` has them, each once
                 own = [settled.pop(0) for _ in contacts]
                 going.append((steps, steps.send(own) if own else next(steps)))
             yield from found.items()

@@ -12,11 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NotConverged, SceneError
+from varcontact.errors import NotConverged, PlausibilityWarning, SceneError
+from varcontact.scene.plausibility import warn
 from varcontact.solving.options import CertifyName
 from varcontact.theories.creep_forces import TheoryName
 from varcontact.wheel_rail.equilibrium import STEP, Balance, Solver, broyden
 from varcontact.wheel_rail.equilibrium_search import FastWay, Search, unbalanced
+from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution
 from varcontact.wheel_rail.solve import TARGETS
 from varcontact.wheel_rail.wheel_on_rail import ELEMENT, WheelOnRail
@@ -55,6 +57,7 @@ def solve_wheel_set(
     case: WheelSetOnTrack, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelSetSolution:
     """See `WheelSetOnTrack.solve`."""
+    warn(doubts(case), stacklevel=4)
     near = FastWay(kinetic=True)
     balance, x = Search(case, near).found()
     solvers = [_Exact(methods | {"certify": certify})]
@@ -69,7 +72,12 @@ def solve_wheel_set(
         for solver in solvers if x.size else ():
             x, rounds = _corrected(balance, x, derivatives, solver, tol)
             solved += rounds
-    return _solution(balance, x, solvers[-1], solved, np.linalg.inv(derivatives))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlausibilityWarning)  # of each wheel
+        found = _solution(balance, x, solvers[-1], solved, np.linalg.inv(derivatives))
+    wheels = [each for each in found.wheels if isinstance(each, WheelRailSolution)]
+    warn(dict.fromkeys(text for each in wheels for text in each.patch_doubts), stacklevel=4)
+    return found
 
 
 def _derivatives(balance: Balance, x: np.ndarray, near: FastWay) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.results.error_estimate import with_bar
+from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile, flange
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
@@ -66,6 +67,13 @@ class WheelSetSolution(WheelForces):
     def wheels(self) -> tuple[WheelForces, WheelForces]:
         """Left and right."""
         return self.left, self.right
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Those of the wheel set and of its wheels, each once; by `estimate` of the wheel set alone."""
+        wheels = (each for each in self.wheels if isinstance(each, WheelRailSolution))
+        texts = [text for each in wheels for text in each.warnings]
+        return tuple(dict.fromkeys([*doubts(self.case), *texts]))
 
     @property
     def position(self) -> Position:

@@ -1,0 +1,237 @@
+"""Plausibility warnings of a scene: likely mistakes in entries that can be solved, each with its figures.
+
+`CHECKS` are one small function each, which returns its sentence, or nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.errors import PlausibilityWarning
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import Law
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
+from varcontact.scene.units import Units
+
+if TYPE_CHECKING:
+    from varcontact.scene.scene import Scene
+
+PASCALS = {
+    ("m", "N"): 1.0,
+    ("mm", "N"): 1e6,
+    ("mm", "kN"): 1e9,
+    ("m", "kN"): 1e3,
+    ("in", "lbf"): 6894.757,
+}
+"""Pascals in the units of pressure of some scenes."""
+DIMENSIONLESS = 100.0
+"""Moduli of rigidity below this, without units, are those of dimensionless scenes, in which strains may be large."""
+SOFTEST, STIFFEST = 1e5, 1e12
+"""Moduli of rigidity between which solids lie, from gels to diamond [Pa]."""
+YOUNG = (
+    ("steel", (195e9, 217e9), (0.25, 0.33), 80e9),
+    ("aluminium", (68e9, 73e9), (0.32, 0.36), 26e9),
+)
+"""Metals: ranges of Young's modulus [Pa] and Poisson's ratio, in which no solid has its modulus of rigidity; theirs."""
+PSI = 1.1e7, 1.3e7
+"""Modulus of rigidity of steel in pounds by square inch."""
+LARGE_RADIUS = 20.0
+"""A radius of metres has fewer than this."""
+LARGE_INCHES = 150.0
+"""And one of inches fewer than this."""
+LARGE_CREEPAGE = 0.1
+LARGE_FRICTION = 2.0
+"""Coefficients of dry solids are below this."""
+LARGE_SPIN = 1.0
+"""Turn [rad] while the bodies roll over the contact's half length: rigid slip is then that many times the velocity."""
+LARGE_CONTACT = 0.5
+"""Semi-axis by radius of curvature: a half-space is far from such a body."""
+
+
+def doubts(scene: Scene) -> tuple[str, ...]:
+    """Likely mistakes, see `Scene.doubts`."""
+    return tuple(words for check in CHECKS if (words := check(scene)))
+
+
+def warn(texts: Iterable[str], stacklevel: int) -> None:
+    """A `PlausibilityWarning` of each text."""
+    for text in texts:
+        warnings.warn(text, PlausibilityWarning, stacklevel=stacklevel + 1)
+
+
+def _softening(scene: Scene) -> str:
+    """A third body that softens has several histories."""
+    if scene.third_body is None or scene.third_body.k_tau >= 0:
+        return ""
+    return "the third body softens (k_tau < 0): the history need not be the only one"
+
+
+def _modulus(scene: Scene) -> str:
+    """A modulus that no solid has in the units named, or in pascals beside lengths in millimetres."""
+    G, units, smallest = scene.bodies.combined_G, scene.units, min(_radii(scene), default=0.0)
+    pascals = _pascals(units)
+    if pascals is not None and isinstance(units, Units) and not SOFTEST <= G * pascals <= STIFFEST:
+        than = "softer" if G * pascals < SOFTEST else "stiffer"
+        return f"G = {G:.4g} {units.of('pressure')} is {G * pascals:.2g} Pa, {than} than solids are"
+    if units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
+        return f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres"
+    if units is None and PSI[0] <= G <= PSI[1] and smallest >= LARGE_INCHES:
+        return f"G = {G:.4g} looks like pounds by square inch, a radius of {smallest:.4g} like millimetres"
+    return ""
+
+
+def _metres(scene: Scene) -> str:
+    """Radii of millimetres where the units are metres."""
+    units, smallest = scene.units, min(_radii(scene), default=0.0)
+    if not isinstance(units, Units) or units.length != "m" or smallest < LARGE_RADIUS:
+        return ""
+    return f"the smallest radius of curvature is {smallest:.4g} m: it looks like millimetres"
+
+
+def _young(scene: Scene) -> str:
+    """Young's modulus given as that of rigidity."""
+    bodies, smallest = scene.bodies, min(_radii(scene), default=0.0)
+    if not isinstance(bodies, Bodies):
+        return ""
+    pascals = _pascals(scene.units)
+    if pascals is None:  # lengths may be of any unit, but for large radii, which are millimetres
+        pascals = PASCALS["mm", "N"] if smallest >= LARGE_RADIUS else PASCALS["m", "N"]
+    for G, nu in zip(*bodies.pairs, strict=True):
+        for name, (least, most), (low, high), rigidity in YOUNG:
+            if least <= G * pascals <= most and low <= nu <= high:
+                own = f"{rigidity / pascals:.2g}"
+                return (
+                    f"G = {G:.4g} is Young's modulus of {name}, whose G is about {own}; give Bodies.from_young(E, nu)"
+                )
+    return ""
+
+
+def _large_contact(scene: Scene) -> str:
+    """A contact as large as the bodies."""
+    radii = _radii(scene)
+    if not radii or scene.hertz is None or _dimensionless(scene):
+        return ""
+    axes = scene.hertz.a, scene.hertz.b
+    part, size, radius = max((size / radius, size, radius) for size, radius in zip(axes, radii, strict=False))
+    if not LARGE_CONTACT <= part < math.inf:
+        return ""
+    name = "normal_force" if scene.approach is None else "approach"
+    words = f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
+    return f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it"
+
+
+def _upside_down(scene: Scene) -> str:
+    """Samples of a height, upwards, in place of a distance: highest inside, and lowest at all corners."""
+    surface = scene.surface
+    if not isinstance(surface, SampledDistance) or min(surface.samples.shape[1:]) < 3:
+        return ""
+    h = surface.samples
+    inner = h[:, 1:-1] if surface.line else h[1:-1, 1:-1]
+    corners = h[:, [0, -1]] if surface.line else h[[0, 0, -1, -1], [0, -1, 0, -1]]
+    if inner.size == 0 or not inner.max() > h.min() or corners.max() > (inner.max() + h.min()) / 2:
+        return ""
+    if inner.min() < corners.max():
+        return ""
+    figures = f"{inner.max() + 0.0:.4g} inside, and at most {corners.max():.4g} at its corners"
+    return f"surface.h is up to {figures}: the distance of the bodies looks upside down; give -h"
+
+
+def _parts_in_history(scene: Scene) -> str:
+    """Heights that part the bodies."""
+    heights = scene.motion.height_range if isinstance(scene.motion, Transient) else 0.0
+    if scene.approach is None or not 0 < scene.approach <= heights:
+        return ""
+    words = f"carried heights of up to {heights:.4g} exceed the approach {scene.approach:.4g}"
+    return f"{words}: the bodies part, and forces are zero there"
+
+
+def _friction(scene: Scene) -> str:
+    """A coefficient above that of dry solids, as of per cents."""
+    largest = _largest_friction(scene)
+    if not LARGE_FRICTION < largest < math.inf or _dimensionless(scene):
+        return ""
+    return f"friction = {largest:.4g}: coefficients are below {LARGE_FRICTION:g}, and are no per cents"
+
+
+def _creepage(scene: Scene) -> str:
+    """Creepages beyond those for which velocities are nearly those of rolling; without slip all is linear."""
+    if scene.no_slip or _dimensionless(scene):
+        return ""
+    for name in ("vx", "vy"):
+        largest = _largest(scene, name)
+        if abs(largest) > LARGE_CREEPAGE:
+            return f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents"
+    return ""
+
+
+def _spin(scene: Scene) -> str:
+    """A spin by which the contact turns more than it rolls on."""
+    spin, hertz = _largest(scene, "spin"), scene.hertz
+    if spin == 0 or hertz is None or scene.line or scene.no_slip or _dimensionless(scene):
+        return ""
+    size = math.sqrt(hertz.a * hertz.b)
+    if abs(spin) * size <= LARGE_SPIN:
+        return ""
+    slip = f"the rigid slip at the edge of the contact, of radius {size:.4g}, is {abs(spin) * size:.3g} of the velocity"
+    return f"spin = {spin:.4g}: {slip}; spin is an angle by length, in the unit of the scene"
+
+
+def _sliding_strip(scene: Scene) -> str:
+    """Tangential forces on a strip that slides on its base."""
+    motion = scene.motion
+    slides = scene.line and scene.bodies.slides and not scene.frictionless
+    if not slides or not isinstance(motion, Steady | Shift):
+        return ""
+    if motion.Fx == 0 and not motion.Fy and not motion.rigid[1]:
+        return ""
+    return "a smooth base bears no shear: either end of the strip is taken to bear half of a shear force"
+
+
+CHECKS: tuple[Callable[[Scene], str], ...] = (
+    _softening,
+    _modulus,
+    _metres,
+    _young,
+    _large_contact,
+    _upside_down,
+    _parts_in_history,
+    _friction,
+    _creepage,
+    _spin,
+    _sliding_strip,
+)
+
+
+def _radii(scene: Scene) -> list[float]:
+    """Radii of curvature of the surface, where it has such."""
+    surface = scene.surface
+    return [getattr(surface, name) for name in ("Rx", "Ry", "R") if hasattr(surface, name)]
+
+
+def _dimensionless(scene: Scene) -> bool:
+    return scene.units is None and scene.bodies.combined_G < DIMENSIONLESS
+
+
+def _pascals(units: Units | None) -> float | None:
+    return PASCALS.get((units.length, units.force)) if isinstance(units, Units) else None
+
+
+def _largest_friction(scene: Scene) -> float:
+    """The largest coefficient, static of a law, of all steps."""
+    given = (each.static if isinstance(each, Law) else each for each in scene.frictions if each is not None)
+    return max((float(np.max(each)) for each in given), default=0.0)
+
+
+def _largest(scene: Scene, name: str) -> float:
+    """The creepage, of all steps, that is largest by its size."""
+    motion = scene.motion
+    if isinstance(motion, Transient):
+        return float(max(motion.every(name), key=abs))
+    return float(getattr(motion, name)) if isinstance(motion, Steady | TimeStep) else 0.0

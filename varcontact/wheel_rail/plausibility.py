@@ -1,0 +1,126 @@
+"""Plausibility warnings of wheels on rails: likely mistakes in entries that can be solved, each with its figures.
+
+`CHECKS` are one small function each, which returns its sentence, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, OnTrack, WheelOnRail
+
+LIGHT, HEAVY = 1e3, 500e3
+"""Loads on a wheel [N]: of a lighter one they are in kN, of a heavier one in another unit."""
+SHORT_CURVE = 15e3
+"""Radius of the tightest curve that trams run through [mm]."""
+NARROW, WIDE = 300.0, 3000.0
+"""Gauges of tracks [mm]."""
+SMALL_WHEEL = 0.1
+"""Radius of a wheel by the gauge: in inches it is half of this."""
+NARROW_PROFILE = 10.0
+"""Width of a profile [mm]: in inches a rail has 3, a wheel 5.5."""
+AT_TIP = 2.0
+"""Distance of a patch from the flange's tip, downwards [mm]."""
+TALL_FLANGE = 10.0
+"""Height of the tip of a flange above the running circle [mm]."""
+YIELD_IN_SHEAR = 20.0, 5e3
+"""Yield stresses in shear of metals [N/mm^2]."""
+HARDNESS = 1e3, 2e4
+"""Hardnesses of steels [N/mm^2]; by Brinell and Vickers they are a tenth of it in number."""
+
+
+def doubts(case: OnTrack) -> tuple[str, ...]:
+    """Likely mistakes in the entries of a wheel, or a wheel set, on its track."""
+    return tuple(words for check in CHECKS if (words := check(case)))
+
+
+def _load(case: OnTrack) -> str:
+    """A load that looks like one in kN, or is greater than wheels bear."""
+    wheels = 1 if isinstance(case, WheelOnRail) else 2
+    load = case.vertical_force
+    if load is None or wheels * LIGHT <= load <= wheels * HEAVY:
+        return ""
+    range_ = f"{LIGHT / 1e3:g} to {HEAVY / 1e3:g} kN on each wheel"
+    return f"vertical_force = {load:.4g} N: {range_} is usual; loads are in newtons"
+
+
+def _cant(case: OnTrack) -> str:
+    """Rails that lean outwards."""
+    cant = case.track.cant
+    if cant >= 0:
+        return ""
+    return (
+        f"track.cant = {cant:.4g}: the rails lean outwards; a positive cant leans them towards the middle of the track"
+    )
+
+
+def _gauge(case: OnTrack) -> str:
+    gauge = case.track.gauge
+    if NARROW <= gauge <= WIDE:
+        return ""
+    return f"track.gauge = {gauge:.4g} mm: tracks have {NARROW:g} to {WIDE:g} mm; metres and inches are to be converted"
+
+
+def _curve(case: OnTrack) -> str:
+    radius = case.track.curve_radius
+    if abs(radius) >= SHORT_CURVE:
+        return ""
+    tightest = f"the tightest curves have {SHORT_CURVE / 1e3:g} m"
+    return (
+        f"track.curve_radius = {radius:.6g} mm: {tightest}; a radius of {abs(radius):.6g} m is {abs(radius):.6g}e3 mm"
+    )
+
+
+def _wheel_radius(case: OnTrack) -> str:
+    radius, gauge = case.wheelset.radius, case.track.gauge
+    if radius >= SMALL_WHEEL * gauge:
+        return ""
+    return (
+        f"wheelset.radius = {radius:.4g} mm is {radius / gauge:.2g} of the gauge, {gauge:.4g} mm: it looks like inches"
+    )
+
+
+def _width(case: OnTrack) -> str:
+    """Profiles in inches or metres."""
+    profiles: dict[str, Profile] = {"rail": case.track.profile, "wheel": case.wheelset.profile}
+    for kind, profile in profiles.items():
+        width = float(np.ptp(profile.y))
+        if width < NARROW_PROFILE:
+            looks = "metres" if width < 1 else "inches"
+            return (
+                f"the {kind}'s profile is {width:.4g} mm wide: it looks like {looks}; give Profile.read(..., scale=...)"
+            )
+    return ""
+
+
+CHECKS: tuple[Callable[[OnTrack], str], ...] = (_load, _cant, _gauge, _curve, _wheel_radius, _width)
+
+
+def of_patch(patch: ContactPatch, wheel: Profile) -> tuple[str, ...]:
+    """A contact at the flange's tip."""
+    tip = float(wheel.z.max())
+    below = tip - float(patch.on_wheel[1])
+    if tip < TALL_FLANGE or below > AT_TIP:
+        return ()
+    where = f"the patch at y = {patch.location[1]:.4g} mm is {below:.2g} mm below the flange's tip"
+    return (f"{where}: a wheel hardly runs on it; look at position.y and at the gauge",)
+
+
+def of_yield_stress(yield_in_shear: float) -> tuple[str, ...]:
+    """One that looks like pascals or gigapascals."""
+    least, most = YIELD_IN_SHEAR
+    if least <= yield_in_shear <= most:
+        return ()
+    return (f"yield_in_shear = {yield_in_shear:.4g} N/mm^2: metals have {least:g} to {most:g}, steels 100 to 1500",)
+
+
+def of_hardness(hardness: float) -> tuple[str, ...]:
+    """One by Brinell or Vickers, or in pascals."""
+    least, most = HARDNESS
+    if least <= hardness <= most:
+        return ()
+    numbers = "numbers of Brinell and Vickers are in kgf/mm^2, 9.81 N/mm^2"
+    return (f"wear.hardness = {hardness:.4g} N/mm^2: steels have {least:g} to {most:g}; {numbers}",)
