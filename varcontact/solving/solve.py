@@ -229,7 +229,7 @@ def solve(
         accuracy, time_budget, progress,
     )  # fmt: skip
     for doubt in scene.doubts:
-        warnings.warn(doubt, PlausibilityWarning, stacklevel=3)
+        warnings.warn(doubt, PlausibilityWarning, stacklevel=4)
     if options.target is not None:
         found: Solution | History = adaptive.solve(free, options)
     elif isinstance(free.motion, Transient):
