@@ -1,4 +1,5 @@
-"""Methods side by side on the standard bank of scenes: error of the tractions against time, and a table.
+"""Methods side by side on the standard bank of scenes: error of the tractions against time, and a
+table.
 
 Run: python examples/compare_bank.py [picture.png] [table.csv]
 
@@ -17,7 +18,10 @@ from varcontact.study.methods import DEFAULT_METHODS
 
 
 def main(
-    picture: str | None = None, store: str | None = None, cells: int = 12, methods: tuple[str, ...] = DEFAULT_METHODS
+    picture: str | None = None,
+    store: str | None = None,
+    cells: int = 12,
+    methods: tuple[str, ...] = DEFAULT_METHODS,
 ) -> pd.DataFrame:
     """Compare, print, draw; the table."""
     table = vc.compare(vc.standard_bank(cells), methods, store=store)

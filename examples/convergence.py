@@ -1,4 +1,5 @@
-"""Orders of convergence and extrapolated values, where the exact ones are known: Hertz, Carter, Kalker's coefficients.
+"""Orders of convergence and extrapolated values, where the exact ones are known: Hertz, Carter,
+Kalker's coefficients.
 
 Run: python examples/convergence.py [picture.png]
 """
@@ -13,8 +14,12 @@ from varcontact.reference import carter, creepage_coefficients, line_contact
 BODIES = vc.Bodies(G=1.0, nu=0.25)
 
 
-def main(picture: str | None = None, cells: tuple[int, ...] = (8, 12, 16, 24)) -> dict[str, tuple[float, float, float]]:
-    """Study three scenes, print, draw the last; extrapolated value, its error and the exact value of each."""
+def main(
+    picture: str | None = None, cells: tuple[int, ...] = (8, 12, 16, 24)
+) -> dict[str, tuple[float, float, float]]:
+    """Study three scenes, print, draw the last; extrapolated value, its error and the exact value
+    of each.
+    """
     spheres = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(Rx=1.0, Ry=0.5), normal_force=1e-3)
     contact = line_contact(1.0, BODIES, a=0.01)
     rolling = carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)

@@ -1,8 +1,10 @@
-"""Corrugation of a rail under a driven wheel: which wavelengths grow, on a stiff and on a soft track.
+"""Corrugation of a rail under a driven wheel: which wavelengths grow, on a stiff and on a soft
+track.
 
-At a constant load rolling wears every wave away, the shorter the faster. The dynamics of wheel and track make the load
-swing, and waves grow in a band below the resonance of the wheel on the track, at any traction. Printed: the response of
-the force to a creepage that swings, as a system of low order for models of vehicles.
+At a constant load rolling wears every wave away, the shorter the faster. The dynamics of wheel and
+track make the load swing, and waves grow in a band below the resonance of the wheel on the track,
+at any traction. Printed: the response of the force to a creepage that swings, as a system of low
+order for models of vehicles.
 
 Run: python examples/corrugation.py [picture.png]
 """
@@ -18,7 +20,8 @@ import varcontact as vc
 
 SPEED = 25.0  # m/s
 WHEEL = 300.0  # unsprung mass [kg]
-BENDING, MASS, LOSS = 6.4e6, 60.0, 0.2  # of the rail [N m^2], [kg/m], loss factor of its foundation [-]
+# of the rail [N m^2], [kg/m], loss factor of its foundation [-]
+BENDING, MASS, LOSS = 6.4e6, 60.0, 0.2
 TRACKS = {"stiff track": 250e6, "soft track": 50e6}  # foundation [N/m^2]
 LOAD, FRICTION, LEVELS = 80e3, 0.3, (0.3, 0.5, 0.9)  # [N], [-], tractions by their largest [-]
 
@@ -38,7 +41,9 @@ def dynamics(foundation: float) -> dict[str, object]:
     }
 
 
-def main(picture: str = "corrugation.png", cells: int = 24, waves: int = 41) -> dict[str, xr.Dataset]:
+def main(
+    picture: str = "corrugation.png", cells: int = 24, waves: int = 41
+) -> dict[str, xr.Dataset]:
     """Growth by wavelength on the tracks, without dynamics, and on the stiff track by traction."""
     scene = vc.Scene(
         bodies=vc.Bodies(G=82e9, nu=0.28),

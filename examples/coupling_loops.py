@@ -1,8 +1,10 @@
-"""Loops for unlike bodies: Johnson's process, Panagiotopoulos's and the joint loop, by friction f and unlikeness K.
+"""Loops for unlike bodies: Johnson's process, Panagiotopoulos's and the joint loop, by friction f
+and unlikeness K.
 
-An elastic cylinder on a rigid one, K = (1 - 2 nu)/2, in three motions: free rolling, rolling under half of the force
-that friction can carry (of f = 2 where f is infinite), and a shift by that force. How many passes each loop needs for
-a residual of the whole of 1e-8, a cross where it does not get there, and what residual Johnson's single pass leaves.
+An elastic cylinder on a rigid one, K = (1 - 2 nu)/2, in three motions: free rolling, rolling under
+half of the force that friction can carry (of f = 2 where f is infinite), and a shift by that force.
+How many passes each loop needs for a residual of the whole of 1e-8, a cross where it does not get
+there, and what residual Johnson's single pass leaves.
 
 Run: python examples/coupling_loops.py [picture.png]
 """
@@ -30,7 +32,9 @@ LOOPS = ("panagiotopoulos", "joint")
 
 @dataclass(frozen=True)
 class Cell:
-    """One scene by one loop: passes, the residual of the whole, whether it is below the tolerance."""
+    """One scene by one loop: passes, the residual of the whole, whether it is below the
+    tolerance.
+    """
 
     passes: int
     residual: float
@@ -59,7 +63,9 @@ def cell(f: float, K: float, motion: str, coupling: str, cells: int) -> Cell:
 
 
 def draw(ax: Axes, table: Table, title: str, johnson: bool) -> None:
-    """Passes as numbers and colours, crosses where the loop failed; of Johnson's process the residual."""
+    """Passes as numbers and colours, crosses where the loop failed; of Johnson's process the
+    residual.
+    """
     frictions, unlikeness = sorted({f for f, _ in table}), sorted({K for _, K in table})
     values = np.array([[_value(table[f, K], johnson) for f in frictions] for K in unlikeness])
     limits = (-8, 0) if johnson else (1, 50)
@@ -69,7 +75,9 @@ def draw(ax: Axes, table: Table, title: str, johnson: bool) -> None:
         text = f"{entry.residual:.0e}" if johnson else f"{entry.passes}" if entry.converged else "×"
         dark = (values[row, column] - limits[0]) / (limits[1] - limits[0]) > 0.6
         colour = "white" if dark else "black"
-        ax.text(column, row, text, ha="center", va="center", fontsize=7 if johnson else 9, color=colour)
+        ax.text(
+            column, row, text, ha="center", va="center", fontsize=7 if johnson else 9, color=colour
+        )
     ax.set_xticks(range(len(frictions)), [f"{f:g}" for f in frictions])
     ax.set_yticks(range(len(unlikeness)), [f"{K:g}" for K in unlikeness])
     ax.set_title(title, fontsize="medium")
@@ -87,21 +95,30 @@ def main(
 ) -> dict[tuple[str, str], Table]:
     """Solve, draw and print; by motion and loop the cells by (f, K)."""
     tables = {
-        (motion, loop): {(f, K): cell(f, K, motion, loop, cells) for f in frictions for K in unlikeness}
+        (motion, loop): {
+            (f, K): cell(f, K, motion, loop, cells) for f in frictions for K in unlikeness
+        }
         for motion in MOTIONS
         for loop in ("johnson", *LOOPS)
     }
     figure, axes = plt.subplots(3, 3, figsize=(13, 10), layout="constrained")
     for ax, ((motion, loop), table) in zip(axes.flat, tables.items(), strict=True):
         johnson = loop == "johnson"
-        draw(ax, table, f"{motion}: " + ("residual after johnson" if johnson else f"passes of {loop}"), johnson)
+        draw(
+            ax,
+            table,
+            f"{motion}: " + ("residual after johnson" if johnson else f"passes of {loop}"),
+            johnson,
+        )
         failed = [key for key, entry in table.items() if not entry.converged and key[1] != 0]
         worst = max(entry.residual for entry in table.values())
         most = max(entry.passes for entry in table.values())
         if johnson:
             print(f"{motion:24s} {loop:16s} residual of the whole up to {worst:.1e}")
         else:
-            print(f"{motion:24s} {loop:16s} up to {most} passes, {len(failed)} of {len(table)} failed, {worst:.1e}")
+            print(
+                f"{motion:24s} {loop:16s} up to {most} passes, {len(failed)} of {len(table)} failed, {worst:.1e}"
+            )
     for ax in axes[-1]:
         ax.set_xlabel("friction f")
     for ax in axes[:, 0]:

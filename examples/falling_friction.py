@@ -1,8 +1,10 @@
-"""Friction that falls: creep forces with a maximum, and the two solutions that one creepage can have.
+"""Friction that falls: creep forces with a maximum, and the two solutions that one creepage can
+have.
 
-A cylinder rolls over another under three laws of friction. From stick all over the search comes down to the solution
-with much friction, from slip all over it rises to that with little. Where the two are one, the law falls so slowly that
-less friction does not make itself up in slip; with a static and a kinetic coefficient they are two until all slips.
+A cylinder rolls over another under three laws of friction. From stick all over the search comes
+down to the solution with much friction, from slip all over it rises to that with little. Where the
+two are one, the law falls so slowly that less friction does not make itself up in slip; with a
+static and a kinetic coefficient they are two until all slips.
 """
 
 import sys
@@ -42,9 +44,12 @@ def force(solution):
 
 def main(picture="falling_friction.png", cells=100, points=12):
     """Both branches of every law over the creepage; and at one creepage, printed and drawn."""
-    creepages = 5e-5 + 1.45e-3 * np.linspace(0, 1, points) ** 1.5  # more of them where solutions may be two
+    # more of them where solutions may be two
+    creepages = 5e-5 + 1.45e-3 * np.linspace(0, 1, points) ** 1.5
     curves = {
-        (name, start): np.array([force(vc.solve(scene(law, vx, cells), start=start)) for vx in creepages])
+        (name, start): np.array(
+            [force(vc.solve(scene(law, vx, cells), start=start)) for vx in creepages]
+        )
         for name, law in LAWS.items()
         for start in ("stick", "slip")
     }
@@ -69,7 +74,11 @@ def draw(creepages, curves, shown, cells, picture):
     fine = np.linspace(creepages[0], creepages[-1], 30)
     for f, style in ((STATIC, "k:"), (KINETIC, "k--")):
         left.plot(
-            1e3 * fine, [force(vc.solve(scene(f, vx, cells))) for vx in fine], style, lw=1, label=f"f = {f} alone"
+            1e3 * fine,
+            [force(vc.solve(scene(f, vx, cells))) for vx in fine],
+            style,
+            lw=1,
+            label=f"f = {f} alone",
         )
     for i, name in enumerate(LAWS):
         stick, slip = curves[name, "stick"], curves[name, "slip"]

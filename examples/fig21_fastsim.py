@@ -1,13 +1,14 @@
 """Kalker's Fig. 21: FASTSIM on a wheel-rail ellipse in pure spin, and the exact theory beside it.
 
-The paper gives a = 6.8 mm, b = 6.5 mm, f Fz = 45000 N, spin = 0.00054 /mm and Fy = -18.12 kN, by 10 x 10 elements. It
-does not give the elastic constants: E = 200 GPa and nu = 0.25 lead to just that force with the C23 of Kalker's table,
-and to -18.10 kN with the computed one, which is taken here. The flexibility is the printed
-one, (164); as only spin is there, separate ones give the same. The exact theory solves the scene of fig21_spin.toml
-with these constants.
+The paper gives a = 6.8 mm, b = 6.5 mm, f Fz = 45000 N, spin = 0.00054 /mm and Fy = -18.12 kN, by 10
+x 10 elements. It does not give the elastic constants: E = 200 GPa and nu = 0.25 lead to just that
+force with the C23 of Kalker's table, and to -18.10 kN with the computed one, which is taken here.
+The flexibility is the printed one, (164); as only spin is there, separate ones give the same. The
+exact theory solves the scene of fig21_spin.toml with these constants.
 
-An element of FASTSIM is an interval of a strip. Its colour tells whether the particles slip in it, its traction is
-that of its rear end. At the trailing edge the bound, and with it the traction, is zero.
+An element of FASTSIM is an interval of a strip. Its colour tells whether the particles slip in it,
+its traction is that of its rear end. At the trailing edge the bound, and with it the traction, is
+zero.
 
 Lengths in mm, forces in N. Run: python examples/fig21_fastsim.py [picture.png]
 """
@@ -57,16 +58,22 @@ def draw_simplified(ax: Axes, field: FastsimField) -> None:
         for i in range(field.y.size)
         for x in rear[i]
     ]
-    ax.add_collection(PolyCollection(corners, facecolors=COLOURS[state.ravel()], edgecolors="0.6", linewidths=0.5))
+    ax.add_collection(
+        PolyCollection(corners, facecolors=COLOURS[state.ravel()], edgecolors="0.6", linewidths=0.5)
+    )
     arrows(ax, field.x, np.broadcast_to(field.y[:, None], field.x.shape), field.traction)
-    ax.set_title(f"FASTSIM, {rear.shape[1]} x {field.y.size}:  $F_y = {field.force[1] / 1e3:.2f}$ kN")
+    ax.set_title(
+        f"FASTSIM, {rear.shape[1]} x {field.y.size}:  $F_y = {field.force[1] / 1e3:.2f}$ kN"
+    )
 
 
 def draw_exact(ax: Axes, sol: vc.Solution) -> None:
     """Elements, coloured by stick and slip, with the traction at some of them."""
     sol.plot("traction", ax=ax)
     ax.get_legend().remove()
-    ax.set_title(f"Exact theory, {sol.elements['contact']} elements:  $F_y = {sol.force[1] / 1e3:.2f}$ kN")
+    ax.set_title(
+        f"Exact theory, {sol.elements['contact']} elements:  $F_y = {sol.force[1] / 1e3:.2f}$ kN"
+    )
 
 
 def arrows(ax: Axes, x: np.ndarray, y: np.ndarray, traction: np.ndarray) -> Quiver:

@@ -1,19 +1,23 @@
-"""Kalker's Figs. 22 to 24: total force against creepage and spin, by the exact theory and by its rivals.
+"""Kalker's Figs. 22 to 24: total force against creepage and spin, by the exact theory and by its
+rivals.
 
-A circle of radius 1, G = 1, nu = 0.25, f = 1, Fz = 1, as below the paper's Fig. 24. Its variables (3.2.7) are
+A circle of radius 1, G = 1, nu = 0.25, f = 1, Fz = 1, as below the paper's Fig. 24. Its variables
+(3.2.7) are
 
     xi' = -ab G C11 vx / (3 f Fz),   eta' = -ab G C22 vy / (3 f Fz),   psi = -(ab)^1.5 G C23 spin / (f Fz),
 
-so that the linear theory is F = f Fz (3 xi', 3 eta' + psi). Fig. 22 is pure creepage, Fig. 23 pure spin, and Fig. 24
-has (1) xi' = eta', psi = 0, (2) xi' = psi, eta' = 0 and (3) eta' = -psi, xi' = 0. A further case, called (3*), is
-3 eta' = -psi, xi' = 0: creepage and spin that cancel in the linear theory.
+so that the linear theory is F = f Fz (3 xi', 3 eta' + psi). Fig. 22 is pure creepage, Fig. 23 pure
+spin, and Fig. 24 has (1) xi' = eta', psi = 0, (2) xi' = psi, eta' = 0 and (3) eta' = -psi, xi' = 0.
+A further case, called (3*), is 3 eta' = -psi, xi' = 0: creepage and spin that cancel in the linear
+theory.
 
-As in the paper, "the curves have been scaled so that in each figure the slope in the origin is the same": creepages
-follow from these variables by the creepage coefficients of each theory. Those of the exact theory are its grid's own
-(from `Solution.sensitivity`; 2 % above the continuum's with 20 elements across), the others have the continuum's.
-FASTSIM with separate flexibilities then has the right slope in all cases. With the single flexibility (164) that the
-paper prints it has it in Figs. 22 and 23, where one creepage acts alone and both are the same. In Fig. 24 it has not,
-as the weights in (164) add up to more than one; it is drawn dashed.
+As in the paper, "the curves have been scaled so that in each figure the slope in the origin is the
+same": creepages follow from these variables by the creepage coefficients of each theory. Those of
+the exact theory are its grid's own (from `Solution.sensitivity`; 2 % above the continuum's with 20
+elements across), the others have the continuum's. FASTSIM with separate flexibilities then has the
+right slope in all cases. With the single flexibility (164) that the paper prints it has it in Figs.
+22 and 23, where one creepage acts alone and both are the same. In Fig. 24 it has not, as the
+weights in (164) add up to more than one; it is drawn dashed.
 
 Run: python examples/fig22_to_24_creep_forces.py [picture.png]
 """
@@ -91,18 +95,25 @@ def line(variables: np.ndarray, own: bool = False) -> np.ndarray:
 
 def exact(cells: int, points: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """For each case the places along it, and the forces there: one curve through all of them."""
-    slopes = -vc.solve(scene(cells)).sensitivity()  # everything sticks: the linear theory of this grid
+    # everything sticks: the linear theory of this grid
+    slopes = -vc.solve(scene(cells)).sensitivity()
     table = CreepageCoefficients(slopes[0, 0], slopes[1, 1], slopes[1, 2], np.nan)
     # closer where the curves bend
-    places = {name: far * (np.arange(1, points + 1) / points) ** 1.3 for name, (_, far) in CASES.items()}
+    places = {
+        name: far * (np.arange(1, points + 1) / points) ** 1.3 for name, (_, far) in CASES.items()
+    }
     variables = [np.outer(places[name], CASES[name][0]) for name in CASES]
     vx, vy, spin = creepages(np.concatenate(variables), table).T
     curve = vc.creep_curve(scene(cells), ["auto"], vx=vx, vy=vy, spin=spin).isel(theory=0)
     forces = np.stack([curve.Fx, curve.Fy], axis=-1)
-    return dict(zip(CASES, zip(places.values(), np.split(forces, len(CASES)), strict=True), strict=True))
+    return dict(
+        zip(CASES, zip(places.values(), np.split(forces, len(CASES)), strict=True), strict=True)
+    )
 
 
-def distances(found: dict[str, tuple[np.ndarray, np.ndarray]], elements: int) -> dict[str, dict[str, float]]:
+def distances(
+    found: dict[str, tuple[np.ndarray, np.ndarray]], elements: int
+) -> dict[str, dict[str, float]]:
     """Largest distances |F - F_exact| / (f Fz) of the rivals, by case and rival."""
     result = {}
     for name, (places, forces) in found.items():
@@ -116,7 +127,9 @@ def distances(found: dict[str, tuple[np.ndarray, np.ndarray]], elements: int) ->
         if direction[2] == 0:
             rivals["Kalker's line"] = line(variables)
             rivals["Vermeulen-Johnson"] = line(variables, own=True)
-        result[name] = {rival: float(np.hypot(*(other - forces).T).max()) for rival, other in rivals.items()}
+        result[name] = {
+            rival: float(np.hypot(*(other - forces).T).max()) for rival, other in rivals.items()
+        }
     return result
 
 
@@ -132,13 +145,29 @@ def table_of(numbers: dict[str, dict[str, float]]) -> str:
 
 
 def draw(found: dict[str, tuple[np.ndarray, np.ndarray]], elements: int, picture: str) -> None:
-    """The three figures, Fig. 24 in three panels, and the distances of both FASTSIMs along all curves."""
+    """The three figures, Fig. 24 in three panels, and the distances of both FASTSIMs along all
+    curves.
+    """
     figure, axes = plt.subplots(2, 3, figsize=(13.0, 8.2), layout="constrained")
     draw_creepage(axes[0, 0], found, elements)
     draw_spin(axes[0, 1], found, elements)
     draw_distances(axes[0, 2], found, elements)
-    draw_case(axes[1, 0], found, elements, "Fig. 24 (1)", r"Fig. 24 (1): $\xi' = \eta'$, $\psi = 0$", r"$w'$")
-    draw_case(axes[1, 1], found, elements, "Fig. 24 (2)", r"Fig. 24 (2): $\xi' = \psi$, $\eta' = 0$", r"$\xi' = \psi$")
+    draw_case(
+        axes[1, 0],
+        found,
+        elements,
+        "Fig. 24 (1)",
+        r"Fig. 24 (1): $\xi' = \eta'$, $\psi = 0$",
+        r"$w'$",
+    )
+    draw_case(
+        axes[1, 1],
+        found,
+        elements,
+        "Fig. 24 (2)",
+        r"Fig. 24 (2): $\xi' = \psi$, $\eta' = 0$",
+        r"$\xi' = \psi$",
+    )
     draw_opposed(axes[1, 2], found, elements)
     for ax in axes.ravel():
         ax.set_xlim(0, None)
@@ -149,14 +178,22 @@ def draw(found: dict[str, tuple[np.ndarray, np.ndarray]], elements: int, picture
 
 
 def draw_creepage(ax: Axes, found: dict, elements: int) -> None:
-    """Fig. 22. In its variables FASTSIM (both), Kalker's line and the linear theory are the same for vx and vy."""
+    """Fig. 22. In its variables FASTSIM (both), Kalker's line and the linear theory are the same
+    for vx and vy.
+    """
     cases = ("Fig. 22, vx", "o", r"$v_x$", ":"), ("Fig. 22, vy", "^", r"$v_y$", (0, (1, 3)))
     for name, marker, label, _ in cases:
         ax.plot(found[name][0], _size(found[name][1]), marker, **EXACT, label=f"exact, {label}")
     _curve(ax, "Fig. 22, vx", lambda v: simplified(v, elements), FASTSIM, "FASTSIM")
     _curve(ax, "Fig. 22, vx", line, LINE, "Kalker's line")
     for name, _, label, dots in cases:
-        _curve(ax, name, lambda v: line(v, own=True), OWN | {"linestyle": dots}, f"Vermeulen-Johnson, {label}")
+        _curve(
+            ax,
+            name,
+            lambda v: line(v, own=True),
+            OWN | {"linestyle": dots},
+            f"Vermeulen-Johnson, {label}",
+        )
     _curve(ax, "Fig. 22, vx", linear, LINEAR, "linear theory")
     _finish(ax, "Fig. 22: pure creepage", r"$w'$")
 
@@ -171,13 +208,21 @@ def draw_spin(ax: Axes, found: dict, elements: int) -> None:
 
 
 def draw_case(
-    ax: Axes, found: dict, elements: int, name: str, title: str, label: str, part: Theory | None = None
+    ax: Axes,
+    found: dict,
+    elements: int,
+    name: str,
+    title: str,
+    label: str,
+    part: Theory | None = None,
 ) -> None:
     """A case of Fig. 24, by FASTSIM with separate and with the weighted flexibility."""
     direction, part = np.array(CASES[name][0], dtype=float), part or _size
     ax.plot(found[name][0], part(found[name][1]), "o", **EXACT, label="exact")
     _curve(ax, name, lambda v: simplified(v, elements), FASTSIM, "FASTSIM", part)
-    _curve(ax, name, lambda v: simplified(v, elements, "weighted"), WEIGHTED, "FASTSIM, weighted", part)
+    _curve(
+        ax, name, lambda v: simplified(v, elements, "weighted"), WEIGHTED, "FASTSIM, weighted", part
+    )
     if direction[2] == 0:
         _curve(ax, name, line, LINE, "Kalker's line", part)
     _curve(ax, name, linear, LINEAR, "linear theory", part)
@@ -190,28 +235,50 @@ def draw_opposed(ax: Axes, found: dict, elements: int) -> None:
     draw_case(ax, found, elements, "Fig. 24 (3)", title, r"$-\eta'$", _opposed)
     ax.plot(found["Fig. 24 (3*)"][0], _opposed(found["Fig. 24 (3*)"][1]), "s", **EXACT)
     _curve(ax, "Fig. 24 (3*)", lambda v: simplified(v, elements), FASTSIM, "_", _opposed)
-    _curve(ax, "Fig. 24 (3*)", lambda v: simplified(v, elements, "weighted"), WEIGHTED, "_", _opposed)
+    _curve(
+        ax, "Fig. 24 (3*)", lambda v: simplified(v, elements, "weighted"), WEIGHTED, "_", _opposed
+    )
     ax.axhline(0, color="k", linewidth=0.6)
     ax.text(1.0, 0.83, "(3)", ha="center")
     ax.text(1.0, 0.2, "(3*)", ha="center")
     ax.set_ylabel(r"$-F_y$ / $fF_z$")
     ax.set_ylim(-0.22, 1.08)
-    ax.legend(fontsize="small", framealpha=0.9, edgecolor="0.8", loc="center right", bbox_to_anchor=(1.0, 0.54))
+    ax.legend(
+        fontsize="small",
+        framealpha=0.9,
+        edgecolor="0.8",
+        loc="center right",
+        bbox_to_anchor=(1.0, 0.54),
+    )
 
 
 def draw_distances(ax: Axes, found: dict, elements: int) -> None:
-    """How far FASTSIM is from the exact theory, along all curves; dashed with the weighted flexibility."""
+    """How far FASTSIM is from the exact theory, along all curves; dashed with the weighted
+    flexibility.
+    """
     for (name, (places, forces)), marker in zip(found.items(), "o^svDPX", strict=True):
         direction, far = CASES[name]
         label, colour = name.replace("vx", "$v_x$").replace("vy", "$v_y$"), None
-        for flexibility, dashes in (("separate", "-"), ("weighted", "--"))[: np.count_nonzero(direction)]:
+        for flexibility, dashes in (("separate", "-"), ("weighted", "--"))[
+            : np.count_nonzero(direction)
+        ]:
             forces_there = simplified(np.outer(places, direction), elements, flexibility)
             away = 100 * np.hypot(*(forces_there - forces).T)
-            style = {"marker": marker, "linestyle": dashes, "color": colour, "markersize": 3.5, "linewidth": 1.0}
+            style = {
+                "marker": marker,
+                "linestyle": dashes,
+                "color": colour,
+                "markersize": 3.5,
+                "linewidth": 1.0,
+            }
             (curve,) = ax.plot(places / far, away, **style, label=label)
             label, colour = "_", curve.get_color()
     ax.plot([], [], "--", color="0.4", linewidth=1.0, label="weighted")
-    _finish(ax, "Distance of FASTSIM from the exact theory", "abscissa of the curve, divided by its last")
+    _finish(
+        ax,
+        "Distance of FASTSIM from the exact theory",
+        "abscissa of the curve, divided by its last",
+    )
     ax.set_ylabel(r"$|\mathbf{F} - \mathbf{F}_{\rm exact}|$ / $fF_z$  [%]")
     ax.set_ylim(0, 27)
     ax.set_xlim(0, 1)
@@ -238,7 +305,9 @@ def _opposed(forces: np.ndarray) -> np.ndarray:
     return -forces[:, 1]
 
 
-def _curve(ax: Axes, name: str, theory: Theory, style: dict, label: str, part: Theory = _size) -> None:
+def _curve(
+    ax: Axes, name: str, theory: Theory, style: dict, label: str, part: Theory = _size
+) -> None:
     """A theory along a case, at many points."""
     direction, far = CASES[name]
     places = np.linspace(0.0, far, 301)
@@ -246,9 +315,14 @@ def _curve(ax: Axes, name: str, theory: Theory, style: dict, label: str, part: T
 
 
 def main(
-    picture: str = "fig22_to_24_creep_forces.png", cells: int = 20, points: int = 14, elements: int = 100
+    picture: str = "fig22_to_24_creep_forces.png",
+    cells: int = 20,
+    points: int = 14,
+    elements: int = 100,
 ) -> dict[str, dict[str, float]]:
-    """Scan, draw, print the largest distances; `cells` across and `points` a curve of the exact theory."""
+    """Scan, draw, print the largest distances; `cells` across and `points` a curve of the exact
+    theory.
+    """
     found = exact(cells, points)
     numbers = distances(found, elements)
     print(table_of(numbers))

@@ -1,12 +1,14 @@
-"""Kalker's Figs. 27 to 29: rolling of an elastic cylinder on a rigid one, free and under a tangential force.
+"""Kalker's Figs. 27 to 29: rolling of an elastic cylinder on a rigid one, free and under a
+tangential force.
 
-The paper gives G1 = 1, G2 infinite, nu1 = 0.286, f = 0.1, and for free rolling (Fx = 0) slip on [0.410, 0.625],
-[-0.625, -0.575] and [-0.505, -0.300], the middle one against the others, in a contact of half-width 0.625. Fig. 28 has
-Fx = 0.5 f Fz, and below it interchanged constants and the opposite force; Fig. 29 has Fx = -0.5 f Fz. Half-width and
-radius only scale the tractions; the radius is 1 here. The paper's f in Figs. 28 and 29 is taken to be that of Fig. 27.
+The paper gives G1 = 1, G2 infinite, nu1 = 0.286, f = 0.1, and for free rolling (Fx = 0) slip on
+[0.410, 0.625], [-0.625, -0.575] and [-0.505, -0.300], the middle one against the others, in a
+contact of half-width 0.625. Fig. 28 has Fx = 0.5 f Fz, and below it interchanged constants and the
+opposite force; Fig. 29 has Fx = -0.5 f Fz. Half-width and radius only scale the tractions; the
+radius is 1 here. The paper's f in Figs. 28 and 29 is taken to be that of Fig. 27.
 
-Slip is that of body 1, the upper one, over body 2: negative at both edges in free rolling. (The paper calls it "in the
-direction of rolling" there: it counts the other body's.)
+Slip is that of body 1, the upper one, over body 2: negative at both edges in free rolling. (The
+paper calls it "in the direction of rolling" there: it counts the other body's.)
 
 Run: python examples/fig27_to_29_unlike_cylinders.py [picture.png]
 """
@@ -47,7 +49,11 @@ def slip_intervals(sol: vc.Solution) -> list[tuple[float, float, int]]:
     signs = np.where(sol.state[0] == 2, np.sign(sol.slip[0, 0]), 0)
     ends = np.concatenate([[0], np.flatnonzero(np.diff(signs)) + 1, [signs.size]])
     edges = sol.grid.x[0] + (np.arange(signs.size + 1) - 0.5) * sol.grid.sides[0]
-    return [(float(edges[i]), float(edges[j]), int(signs[i])) for i, j in pairwise(ends) if signs[i] != 0]
+    return [
+        (float(edges[i]), float(edges[j]), int(signs[i]))
+        for i, j in pairwise(ends)
+        if signs[i] != 0
+    ]
 
 
 def draw(row: list[Axes], sol: vc.Solution, title: str) -> None:
@@ -55,7 +61,14 @@ def draw(row: list[Axes], sol: vc.Solution, title: str) -> None:
     x, dx = sol.grid.x, sol.grid.sides[0]
     for ax in row:
         for state, colour in ((1, STICK_COLOUR), (2, SLIP_COLOUR)):
-            ax.bar(x[sol.state[0] == state], 1.0, width=dx, color=colour, transform=ax.get_xaxis_transform(), zorder=0)
+            ax.bar(
+                x[sol.state[0] == state],
+                1.0,
+                width=dx,
+                color=colour,
+                transform=ax.get_xaxis_transform(),
+                zorder=0,
+            )
         ax.axhline(0, color="k", linewidth=0.5)
         ax.set_xlim(x[0], x[-1])
     bound = sol.traction_bound[0]
@@ -77,7 +90,9 @@ def main(picture: str = "fig27_to_29.png", cells: int = 200) -> dict[str, vc.Sol
     figure, axes = plt.subplots(4, 2, figsize=(9, 11), layout="constrained", sharex=True)
     for row, (title, sol) in zip(axes, cases.items(), strict=True):
         draw(list(row), sol, title)
-        places = ", ".join(f"[{a:.3f}, {b:.3f}] {'+' if sign > 0 else '-'}" for a, b, sign in slip_intervals(sol))
+        places = ", ".join(
+            f"[{a:.3f}, {b:.3f}] {'+' if sign > 0 else '-'}" for a, b, sign in slip_intervals(sol)
+        )
         print(f"{title}: vx = {sol.creepage[0]:.5f}, {len(sol.passes)} passes, slip on {places}")
     print("the paper, Fig. 27:", ", ".join(f"[{a:.3f}, {b:.3f}]" for a, b in PRINTED))
     for ax in axes[-1]:

@@ -1,8 +1,9 @@
-"""Kalker's Fig. 34: like spheres in steady rolling, with tractions, stick (A) and slip (S) areas, and the spin pole.
+"""Kalker's Fig. 34: like spheres in steady rolling, with tractions, stick (A) and slip (S) areas,
+and the spin pole.
 
-(a) pure spin, (b) longitudinal creepage and spin, (c) lateral creepage and spin, (d) longitudinal creepage, (e) large
-spin; and |p| on the line y = 0 of (a) and (d). The paper gives no numbers. Here the radius of the contact is 1, G = 1,
-nu = 0.28, f = 0.3, Fz = 1.
+(a) pure spin, (b) longitudinal creepage and spin, (c) lateral creepage and spin, (d) longitudinal
+creepage, (e) large spin; and |p| on the line y = 0 of (a) and (d). The paper gives no numbers. Here
+the radius of the contact is 1, G = 1, nu = 0.28, f = 0.3, Fz = 1.
 
 Run: python examples/fig34_spheres.py [picture.png]
 """
@@ -46,12 +47,16 @@ def main(picture: str = "fig34_spheres.png", cells: int = 25) -> dict[str, vc.So
     for ax, (title, sol) in zip(order, cases.items(), strict=True):
         draw_areas(ax, sol)
         ax.set_title(f"{title}: $F$ = ({sol.force[0]:.3f}, {sol.force[1]:.3f})")
-        print(f"{title:<16} F = ({sol.force[0]:.4f}, {sol.force[1]:.4f}), sticking {sol.elements['stick']} elements")
+        print(
+            f"{title:<16} F = ({sol.force[0]:.4f}, {sol.force[1]:.4f}), sticking {sol.elements['stick']} elements"
+        )
     for ax, title in ((axes[0, 1], "(a) spin"), (axes[1, 1], "(d) vx")):
         sol = cases[title]
         row = sol.grid.ny // 2
         ax.plot(sol.grid.x, sol.traction_bound[row], color="0.5", linewidth=1)
-        ax.plot(sol.grid.x, np.hypot(*sol.traction[:, row]), "o-", color=TRACTION_COLOUR, markersize=3)
+        ax.plot(
+            sol.grid.x, np.hypot(*sol.traction[:, row]), "o-", color=TRACTION_COLOUR, markersize=3
+        )
         ax.set_title(f"{title[:3]}' |p| on y = 0")
         ax.set_xlabel("x, rolling to the right")
     axes[1, 3].axis("off")

@@ -1,10 +1,12 @@
-"""Kalker's Fig. 35: stresses on the axis below a uniformly loaded square, by pressure and by a traction along a side.
+"""Kalker's Fig. 35: stresses on the axis below a uniformly loaded square, by pressure and by a
+traction along a side.
 
-Ideal stress sigma_I = sqrt(s_ij s_ij) and first invariant -sigma_ii; nu = 0.28, unit tractions, depths in side lengths.
-The paper reads off: the largest sigma_I is 0.55, at a depth of about 0.4; -sigma_ii = 2.6 on the surface; the curves
-meet at 1.40. By the traction sigma_I = 1.42 on the surface, and virtually nothing at 1.67. All of this comes out but
-for the meeting point: at 1.40 the curves are 0.014 apart, half a percent of the figure's height, and they cross at
-2.92. The crossing is badly conditioned, as far away both fall like 1/z^2 and differ by 3 %: with nu = 0.2 it is at
+Ideal stress sigma_I = sqrt(s_ij s_ij) and first invariant -sigma_ii; nu = 0.28, unit tractions,
+depths in side lengths. The paper reads off: the largest sigma_I is 0.55, at a depth of about 0.4;
+-sigma_ii = 2.6 on the surface; the curves meet at 1.40. By the traction sigma_I = 1.42 on the
+surface, and virtually nothing at 1.67. All of this comes out but for the meeting point: at 1.40 the
+curves are 0.014 apart, half a percent of the figure's height, and they cross at 2.92. The crossing
+is badly conditioned, as far away both fall like 1/z^2 and differ by 3 %: with nu = 0.2 it is at
 1.32, with nu = 0.3 there is none.
 
 Run: python examples/fig35_below_a_square.py [picture.png]

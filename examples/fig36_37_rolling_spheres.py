@@ -1,19 +1,21 @@
-"""Kalker's Figs. 36 and 37: spheres begin to roll, after a shift (like ones) and after compression (unlike ones).
+"""Kalker's Figs. 36 and 37: spheres begin to roll, after a shift (like ones) and after compression
+(unlike ones).
 
-Fig. 36: two spheres with R = 337.5, G = 1, nu = 0.28, Fz = 0.4705, contact radius 3.5, f = 0.4013; Cattaneo's shift by
-Fx = -0.657 f Fz (stick radius 0.7 a = 2.45), then rolling under it in steps of 0.5; elements of side 1, 9 x 9 of them.
-Fig. 37: a sphere with R = 243, G = 2, nu = 0 on a rigid slab, f = 0.4013, pressed until the contact radius is 3.5
-(Spence's compression), then rolled without creepage in steps of 0.2; steady after almost two contact widths.
-`cells` elements are as long as one of the paper's.
+Fig. 36: two spheres with R = 337.5, G = 1, nu = 0.28, Fz = 0.4705, contact radius 3.5, f = 0.4013;
+Cattaneo's shift by Fx = -0.657 f Fz (stick radius 0.7 a = 2.45), then rolling under it in steps of
+0.5; elements of side 1, 9 x 9 of them. Fig. 37: a sphere with R = 243, G = 2, nu = 0 on a rigid
+slab, f = 0.4013, pressed until the contact radius is 3.5 (Spence's compression), then rolled
+without creepage in steps of 0.2; steady after almost two contact widths. `cells` elements are as
+long as one of the paper's.
 
-Drawn as in the paper, but from the middle row down: tractions along rows of elements at y = 0, 1, 2, 3 (they are mirror
-images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted,
-broken), and below the stick and slip areas; a column for each distance rolled. The paper prints 3 twice among those of
-Fig. 36; here the first is 2.
+Drawn as in the paper, but from the middle row down: tractions along rows of elements at y = 0, 1,
+2, 3 (they are mirror images in y), px in Fig. 36 and |p| in Fig. 37 with arrows for its direction,
+within the traction bound (dotted, broken), and below the stick and slip areas; a column for each
+distance rolled. The paper prints 3 twice among those of Fig. 36; here the first is 2.
 
-The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements cannot tell it: they
-stick where their centres are within it, and 21 centres are within any radius from 2.24 to 2.82. Their area is that of a
-circle of 2.59.
+The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements
+cannot tell it: they stick where their centres are within it, and 21 centres are within any radius
+from 2.24 to 2.82. Their area is that of a circle of 2.59.
 
 Run: python examples/fig36_37_rolling_spheres.py [folder]
 """
@@ -66,7 +68,9 @@ def like_spheres(cells: int) -> vc.History:
 
 
 def unlike_spheres(cells: int, presses: int = 7) -> vc.History:
-    """Fig. 37: pressed in steps of equal growth of the contact, then 13 units of rolling in steps of 0.2."""
+    """Fig. 37: pressed in steps of equal growth of the contact, then 13 units of rolling in steps
+    of 0.2.
+    """
     load = (RADIUS / vc.reference.hertz(243.0, 243.0, ON_RIGID, force=1.0).a) ** 3
     loads = [load * ((k + 1) / presses) ** 3 for k in range(presses)] + [load] * 65
     motion = vc.Transient(steps=presses + 65, dq=[0.0] * presses + [0.2] * 65, normal_force=loads)
@@ -87,20 +91,41 @@ def after(history: vc.History, distance: float) -> vc.Solution:
 
 
 def draw_row(ax: Axes, sol: vc.Solution, y: float, sign: bool) -> None:
-    """Traction and its bound along the row of elements at y: px with its sign, or |p| with its direction below."""
+    """Traction and its bound along the row of elements at y: px with its sign, or |p| with its
+    direction below.
+    """
     row = int(np.argmin(np.abs(sol.grid.y - y)))
     inside = sol.state[row] > 0
-    x, (px, py), bound = sol.grid.x[inside], sol.traction[:, row, inside], sol.traction_bound[row, inside]
+    x, (px, py), bound = (
+        sol.grid.x[inside],
+        sol.traction[:, row, inside],
+        sol.traction_bound[row, inside],
+    )
     side = -1.0 if sign else 1.0  # px opposes the creepage that the force makes
     ax.plot(x, side * bound, color="0.4", linestyle=":" if sign else "--", linewidth=1.2)
-    ax.plot(x, px if sign else np.hypot(px, py), "o-", color=TRACTION_COLOUR, markersize=2.5, linewidth=1.2)
+    ax.plot(
+        x,
+        px if sign else np.hypot(px, py),
+        "o-",
+        color=TRACTION_COLOUR,
+        markersize=2.5,
+        linewidth=1.2,
+    )
     ax.axhline(0, color="k", linewidth=0.5)
     if not sign:
-        some = slice(None, None, max(1, round(1 / sol.grid.sides[0])))  # an arrow for each of the paper's elements
+        # an arrow for each of the paper's elements
+        some = slice(None, None, max(1, round(1 / sol.grid.sides[0])))
         size = np.where(np.hypot(px, py) > 0, np.hypot(px, py), 1.0)
         below = np.full(x.size, -0.12 * sol.traction_bound.max())
         arrows = {"angles": "uv", "pivot": "mid", "scale": 9, "width": 0.014, "headwidth": 4}
-        ax.quiver(x[some], below[some], (px / size)[some], (py / size)[some], color=TRACTION_COLOUR, **arrows)
+        ax.quiver(
+            x[some],
+            below[some],
+            (px / size)[some],
+            (py / size)[some],
+            color=TRACTION_COLOUR,
+            **arrows,
+        )
 
 
 def draw(history: vc.History, distances: tuple[int, ...], sign: bool) -> Figure:
@@ -114,15 +139,27 @@ def draw(history: vc.History, distances: tuple[int, ...], sign: bool) -> Figure:
     for column, sol, distance in zip(axes.T, shown, distances, strict=True):
         for ax, y in zip(column, ROWS, strict=False):
             draw_row(ax, sol, y, sign)
-            ax.set(xlim=(-RADIUS - 0.5, RADIUS + 0.5), ylim=(-most, 0.12 * most) if sign else (-0.25 * most, most))
+            ax.set(
+                xlim=(-RADIUS - 0.5, RADIUS + 0.5),
+                ylim=(-most, 0.12 * most) if sign else (-0.25 * most, most),
+            )
             ax.label_outer()
         column[0].set_title(f"Vt = {distance}")
         draw_areas(column[-1], sol)
-        column[-1].set(title=f"$F_x$ = {sol.force[0]:.4f}", xlabel="x", ylabel="", xlim=(-4.5, 4.5), ylim=(-4.5, 4.5))
+        column[-1].set(
+            title=f"$F_x$ = {sol.force[0]:.4f}",
+            xlabel="x",
+            ylabel="",
+            xlim=(-4.5, 4.5),
+            ylim=(-4.5, 4.5),
+        )
         column[-1].get_legend().remove()
     for ax, y in zip(axes[:, 0], ROWS, strict=False):
         ax.set_ylabel(f"{'$p_x$' if sign else '$|p|$'} at y = {y}")
-    areas = [Patch(color=STICK_COLOUR, label="stick (A)"), Patch(color=SLIP_COLOUR, label="slip (S)")]
+    areas = [
+        Patch(color=STICK_COLOUR, label="stick (A)"),
+        Patch(color=SLIP_COLOUR, label="slip (S)"),
+    ]
     figure.legend(handles=areas, loc="lower center", ncols=2, frameon=False)
     return figure
 
@@ -138,14 +175,20 @@ def shift(cells: int) -> vc.Solution:
 
 
 def stick_radii(sol: vc.Solution) -> dict[str, float]:
-    """Cattaneo's radius, that of a circle of the stick elements' area, and what the formula makes of this grid."""
-    formula = vc.reference.cattaneo_mindlin(sol.scene.hertz, sol.scene.bodies, FRICTION, float(sol.force[0]))
+    """Cattaneo's radius, that of a circle of the stick elements' area, and what the formula makes
+    of this grid.
+    """
+    formula = vc.reference.cattaneo_mindlin(
+        sol.scene.hertz, sol.scene.bodies, FRICTION, float(sol.force[0])
+    )
     radius = formula.stick_radius
     within = np.hypot(*np.meshgrid(sol.grid.x, sol.grid.y)) < radius
     return {
         "Fig. 36, stick radius by Cattaneo (2.45)": radius,
         "Fig. 36, by the area of stick elements": math.sqrt(sol.areas["stick"] / math.pi),
-        "Fig. 36, by that of centres within Cattaneo's": math.sqrt(within.sum() * sol.grid.area / math.pi),
+        "Fig. 36, by that of centres within Cattaneo's": math.sqrt(
+            within.sum() * sol.grid.area / math.pi
+        ),
         "Fig. 36, elements that are in one and not both": float(np.sum(within != (sol.state == 1))),
     }
 

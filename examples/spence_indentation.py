@@ -1,8 +1,9 @@
-"""Spence's frictional indentation in three dimensions: the ratio of stick to contact radius does not depend on load.
+"""Spence's frictional indentation in three dimensions: the ratio of stick to contact radius does
+not depend on load.
 
-An elastic sphere (nu = 0.4) is pressed onto a rigid plane in steps of equal growth of the contact. In every step the
-particles already in contact carry their tractions along. Spence's ratio neglects what the tractions do to the pressure;
-the solution does not.
+An elastic sphere (nu = 0.4) is pressed onto a rigid plane in steps of equal growth of the contact.
+In every step the particles already in contact carry their tractions along. Spence's ratio neglects
+what the tractions do to the pressure; the solution does not.
 
 Run: python examples/spence_indentation.py [picture.png]
 """
@@ -20,7 +21,9 @@ FRICTION = (0.08, 0.13, 0.2, 0.3)
 
 
 def ratios(friction: float, cells: int, presses: int) -> tuple[np.ndarray, np.ndarray]:
-    """Contact radius by that of the full load, and stick radius by contact radius, in every step."""
+    """Contact radius by that of the full load, and stick radius by contact radius, in every
+    step.
+    """
     full = vc.reference.hertz(1.0, 1.0, BODIES, force=1e-3)
     loads = [full.force * ((k + 1) / presses) ** 3 for k in range(presses)]
     half = 1.2 * full.a
@@ -39,7 +42,9 @@ def ratios(friction: float, cells: int, presses: int) -> tuple[np.ndarray, np.nd
     return np.sqrt(contact / math.pi) / full.a, np.sqrt(stick / contact)
 
 
-def main(picture: str = "spence_indentation.png", cells: int = 30, presses: int = 20) -> dict[float, np.ndarray]:
+def main(
+    picture: str = "spence_indentation.png", cells: int = 30, presses: int = 20
+) -> dict[float, np.ndarray]:
     """Solve and draw; the ratios by friction in the steps of the upper half of the growth."""
     figure, ax = plt.subplots(figsize=(6.2, 4.6), layout="constrained")
     found = {}

@@ -1,7 +1,9 @@
-"""Friction that heats its surfaces, and falls with their temperature: creep forces of a wheel at 30 m/s.
+"""Friction that heats its surfaces, and falls with their temperature: creep forces of a wheel at 30
+m/s.
 
-Three laws: a constant coefficient, one that falls with the temperature of the surface, and that times a film which
-thins out with the slip velocity, a function of our own. Hot friction caps the force, and with it the temperature.
+Three laws: a constant coefficient, one that falls with the temperature of the surface, and that
+times a film which thins out with the slip velocity, a function of our own. Hot friction caps the
+force, and with it the temperature.
 """
 
 import sys
@@ -47,16 +49,24 @@ def scene(friction, vx, cells):
 def main(picture="temperature.png", cells=36, points=14):
     """Forces and largest temperatures over the creepage; and the temperatures at the largest."""
     creepages = 0.03 * np.linspace(0.15, 1, points) ** 2
-    solved = {name: [vc.solve(scene(law, vx, cells)) for vx in creepages] for name, law in LAWS.items()}
+    solved = {
+        name: [vc.solve(scene(law, vx, cells)) for vx in creepages] for name, law in LAWS.items()
+    }
     for name, (*_, last) in solved.items():
-        print(f"{name:24} Fx/Fz = {last.Fx / 1e5:.4f}, at most {last.temperature.max():.1f} degrees")
+        print(
+            f"{name:24} Fx/Fz = {last.Fx / 1e5:.4f}, at most {last.temperature.max():.1f} degrees"
+        )
     with plt.rc_context({"font.size": 9}):
         figure, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
         for name, each in solved.items():
-            left.plot(100 * creepages, [sol.Fx / sol.normal_force for sol in each], ".-", label=name)
+            left.plot(
+                100 * creepages, [sol.Fx / sol.normal_force for sol in each], ".-", label=name
+            )
             middle.plot(100 * creepages, [sol.temperature.max() for sol in each], ".-", label=name)
         left.set(xlabel="creepage [%]", ylabel="$F_x/F_z$", title="Creep force", ylim=(0, None))
-        middle.set(xlabel="creepage [%]", ylabel="degrees", title="Largest temperature", ylim=(0, None))
+        middle.set(
+            xlabel="creepage [%]", ylabel="degrees", title="Largest temperature", ylim=(0, None)
+        )
         left.legend()
         solved["by temperature"][-1].plot("temperature", ax=right)
         figure.savefig(picture, dpi=150)

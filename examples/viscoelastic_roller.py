@@ -1,8 +1,9 @@
-"""Rolling resistance of viscoelastic rollers over the speed: a maximum about where contacts last a relaxation time.
+"""Rolling resistance of viscoelastic rollers over the speed: a maximum about where contacts last a
+relaxation time.
 
-Two like rollers of a standard linear solid in line contact: with one relaxation, for which Hunter's closed form (1961)
-is the dashed line, and with two. Slow rolling is elastic with the relaxed modulus, fast rolling with the glassy one;
-both lose nothing.
+Two like rollers of a standard linear solid in line contact: with one relaxation, for which Hunter's
+closed form (1961) is the dashed line, and with two. Slow rolling is elastic with the relaxed
+modulus, fast rolling with the glassy one; both lose nothing.
 
 Run: python examples/viscoelastic_roller.py [picture.png]
 """
@@ -43,7 +44,9 @@ def by_hunter(speed: float) -> float:
     return solution(a).moment / (R * FORCE)
 
 
-def main(picture: str = "viscoelastic_roller.png", cells: int = 120, speeds: int = 25) -> tuple[np.ndarray, np.ndarray]:
+def main(
+    picture: str = "viscoelastic_roller.png", cells: int = 120, speeds: int = 25
+) -> tuple[np.ndarray, np.ndarray]:
     """Solve and draw; the resistance with one relaxation, and Hunter's."""
     rolled = np.geomspace(1e-3, 1e2, speeds)
     one, two = ([resistance(solid, v, cells) for v in rolled] for solid in (ONE, TWO))
@@ -51,7 +54,9 @@ def main(picture: str = "viscoelastic_roller.png", cells: int = 120, speeds: int
     figure, ax = plt.subplots(figsize=(6.2, 4.2), layout="constrained")
     ax.semilogx(rolled, one, "o", markersize=4, label="one relaxation time")
     ax.semilogx(rolled, exact, "k--", linewidth=0.8, label="the same by Hunter (1961)")
-    ax.semilogx(rolled, two, "s-", markersize=4, linewidth=0.8, label="two, a tenth and ten times as long")
+    ax.semilogx(
+        rolled, two, "s-", markersize=4, linewidth=0.8, label="two, a tenth and ten times as long"
+    )
     ax.set_xlabel("speed x relaxation time / radius")
     ax.set_ylabel("rolling resistance / load")
     ax.set_ylim(0, 1.35 * max(exact))

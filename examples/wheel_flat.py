@@ -1,7 +1,9 @@
-"""A wheel with a flat rolls over a rail: contact force, and the work that friction loses along the rail.
+"""A wheel with a flat rolls over a rail: contact force, and the work that friction loses along the
+rail.
 
-The wheel, a mass under its load, rolls on a track that is a spring and a damper, and its flat passes at several speeds.
-The flat is carried through the contact; the approach of each step comes from the force of the step before.
+The wheel, a mass under its load, rolls on a track that is a spring and a damper, and its flat
+passes at several speeds. The flat is carried through the contact; the approach of each step comes
+from the force of the step before.
 
 Run: python examples/wheel_flat.py [picture.png]
 """
@@ -40,12 +42,17 @@ class Wheel:
 
 
 def main(
-    picture: str = "wheel_flat.png", speeds: tuple[float, ...] = (10.0, 20.0, 40.0), steps: int = 160
+    picture: str = "wheel_flat.png",
+    speeds: tuple[float, ...] = (10.0, 20.0, 40.0),
+    steps: int = 160,
 ) -> dict[float, vc.History]:
     """Pass at speeds in m/s, and draw forces and work over the way."""
     flat = vc.Carried.flat(length=30.0, radius=RADIUS, at=40.0, worn=True)
     grid = vc.Grid(nx=37, ny=25, dx=DX, dy=DX, x0=-18.5, y0=-12.5)
-    found, (ax, below) = {}, plt.subplots(2, sharex=True, figsize=(6.4, 6.4), layout="constrained")[1]
+    found, (ax, below) = (
+        {},
+        plt.subplots(2, sharex=True, figsize=(6.4, 6.4), layout="constrained")[1],
+    )
     for speed in speeds:
         wheel = Wheel(dt=DX / (1e3 * speed))
         scene = vc.Scene(
@@ -60,7 +67,9 @@ def main(
         work = history.work_along().sum("y") * DX
         ax.plot(history.position, history.normal_force / 1e3, label=f"{speed:g} m/s")
         below.plot(work.X, work)
-        print(f"{speed:4g} m/s: {history.normal_force.min() / 1e3:5.1f} to {history.normal_force.max() / 1e3:5.1f} kN")
+        print(
+            f"{speed:4g} m/s: {history.normal_force.min() / 1e3:5.1f} to {history.normal_force.max() / 1e3:5.1f} kN"
+        )
     ax.axvspan(25.0, 55.0, color="0.92", zorder=0)
     ax.set_ylabel("Normal force [kN]")
     below.set_ylabel("Work by friction along the rail [N]")

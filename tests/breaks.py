@@ -1,7 +1,9 @@
-"""Deliberate breaks of the package, and the tests that have to catch them: ``python -m tests.breaks [NAME ...]``.
+"""Deliberate breaks of the package, and the tests that have to catch them: ``python -m tests.breaks
+[NAME ...]``.
 
-Each break is made in a copy of the repository, where its tests run until the first failure. What was found is kept in
-tests/data/breaks.json beside their list, and makes the table of docs/robustness.md.
+Each break is made in a copy of the repository, where its tests run until the first failure. What
+was found is kept in tests/data/breaks.json beside their list, and makes the table of
+docs/robustness.md.
 """
 
 import json
@@ -26,7 +28,9 @@ FAILED = 1
 
 @dataclass(frozen=True)
 class Break:
-    """What is wrong, the file of the package, its text with what stands there instead, and the tests."""
+    """What is wrong, the file of the package, its text with what stands there instead, and the
+    tests.
+    """
 
     name: str
     file: str
@@ -35,7 +39,9 @@ class Break:
     tests: list[str]
 
 
-BREAKS = tuple(Break(**each) for each in tomllib.loads(RESULTS.with_suffix(".toml").read_text())["breaks"])
+BREAKS = tuple(
+    Break(**each) for each in tomllib.loads(RESULTS.with_suffix(".toml").read_text())["breaks"]
+)
 
 
 def broken(each: Break, tree: Path) -> None:
@@ -50,12 +56,28 @@ def caught_by(each: Break) -> str:
     """The first test that fails with a break; empty where none does."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
-        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", "__pycache__", "made", "_build"))
+        shutil.copytree(
+            ROOT, tree, ignore=shutil.ignore_patterns(".git", "__pycache__", "made", "_build")
+        )
         broken(each, tree)
-        call = [sys.executable, "-m", "pytest", "-x", "-rfE", "-n", "0", "-p", "no:cacheprovider", "-m", "not long"]
+        call = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-x",
+            "-rfE",
+            "-n",
+            "0",
+            "-p",
+            "no:cacheprovider",
+            "-m",
+            "not long",
+        ]
         environment = {**os.environ, "PYTHONPATH": str(tree), "MPLBACKEND": "Agg"}
         tests = [f"tests/{test}" for test in each.tests]
-        ended = subprocess.run([*call, *tests], cwd=tree, env=environment, capture_output=True, text=True)
+        ended = subprocess.run(
+            [*call, *tests], cwd=tree, env=environment, capture_output=True, text=True
+        )
     if ended.returncode not in (0, FAILED):
         raise RuntimeError(f"{each.name}: the tests did not run\n{ended.stdout[-2000:]}")
     if ended.returncode == 0:
@@ -65,7 +87,10 @@ def caught_by(each: Break) -> str:
 
 
 def table(found: list[dict[str, str]]) -> str:
-    rows = [f"| {row['break']} | `{row['file']}` | {row['caught by'] or 'not caught'} |" for row in found]
+    rows = [
+        f"| {row['break']} | `{row['file']}` | {row['caught by'] or 'not caught'} |"
+        for row in found
+    ]
     return "\n".join(["| break | file | first test that fails |", "|---|---|---|", *rows])
 
 
@@ -79,8 +104,12 @@ def main(names: list[str]) -> int:
             rows[each.name] = {"break": each.name, "file": each.file, "caught by": test}
             print(f"{'caught' if test else 'NOT CAUGHT':10}  {each.name}: {test}", flush=True)
     found = [rows[each.name] for each in BREAKS if each.name in rows]
-    RESULTS.write_text(json.dumps({"date": date.today().isoformat(), "breaks": found}, indent=1) + "\n")
-    PAGE.write_text(MARKED.sub(lambda marks: f"{marks[1]}{table(found)}\n{marks[2]}", PAGE.read_text()))
+    RESULTS.write_text(
+        json.dumps({"date": date.today().isoformat(), "breaks": found}, indent=1) + "\n"
+    )
+    PAGE.write_text(
+        MARKED.sub(lambda marks: f"{marks[1]}{table(found)}\n{marks[2]}", PAGE.read_text())
+    )
     return sum(not row["caught by"] for row in found)
 
 

@@ -1,4 +1,6 @@
-"""The command line, called in this process: a new one for each call takes a second to import what it needs."""
+"""The command line, called in this process: a new one for each call takes a second to import what
+it needs.
+"""
 
 import contextlib
 import io
@@ -41,7 +43,9 @@ motion = { kind = "steady", vx = 0.05 }
 
 
 def run(*arguments, folder):
-    """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process."""
+    """What ``varcontact`` does with these arguments in that folder: status, output and messages, as
+    of a process.
+    """
     words, output, messages = ["varcontact", *map(str, arguments)], io.StringIO(), io.StringIO()
     with (
         contextlib.chdir(folder),

@@ -1,9 +1,11 @@
-"""Kalker's conditions of a solution, (15)-(17) and (45)-(49), element by element, from nothing but its fields.
+"""Kalker's conditions of a solution, (15)-(17) and (45)-(49), element by element, from nothing but
+its fields.
 
-The judge of the tests shares no arithmetic with the package: matrices are made pair by pair in `elasticity_again`,
-laws of friction, Hertz's pressure and the undeformed distance are evaluated anew. Displacements are judged as the
-tractions that would cause them in their own element (divided by its influence on itself), tractions by the largest one:
-`tol` then means the same everywhere, and is what a natural-map residual of `tol` implies.
+The judge of the tests shares no arithmetic with the package: matrices are made pair by pair in
+`elasticity_again`, laws of friction, Hertz's pressure and the undeformed distance are evaluated
+anew. Displacements are judged as the tractions that would cause them in their own element (divided
+by its influence on itself), tractions by the largest one: `tol` then means the same everywhere, and
+is what a natural-map residual of `tol` implies.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +15,14 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 import varcontact as vc
-from tests.elasticity_again import Constants, Ellipse, hertz_by_axes, hertz_by_radii, hertz_line, influence
+from tests.elasticity_again import (
+    Constants,
+    Ellipse,
+    hertz_by_axes,
+    hertz_by_radii,
+    hertz_line,
+    influence,
+)
 
 NOISE = 1e-12
 """Rounding of a sum of displacements, in parts of the sum of their magnitudes."""
@@ -25,7 +34,10 @@ def violations(sol: vc.Solution, tol: float, previous: vc.Solution | None = None
     held = Held(sol, previous)
     found = [*_finite(sol), *_pressures(held, tol)]
     if found or sol.motion is None or not sol.pressure.any():
-        return [*found, *(["tractions without contact or motion"] if not found and sol.traction.any() else [])]
+        return [
+            *found,
+            *(["tractions without contact or motion"] if not found and sol.traction.any() else []),
+        ]
     found += _kinematics(held)
     if sol.plan.theory is None:
         found += _tractions(held, tol)
@@ -54,22 +66,37 @@ class Held:
     @cached_property
     def points(self) -> np.ndarray:
         """Element centres, shape (2, n)."""
-        return np.array([values.ravel() for values in np.meshgrid(self.sol.grid.x, self.sol.grid.y)])
+        return np.array(
+            [values.ravel() for values in np.meshgrid(self.sol.grid.x, self.sol.grid.y)]
+        )
 
     @cached_property
     def bound(self) -> np.ndarray:
         """Coefficient of friction at this slip, times the pressure, shape (n,)."""
         friction = self.sol.scene.friction
-        if isinstance(friction, vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling):
+        if isinstance(
+            friction,
+            vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling,
+        ):
             slips = self.sol.state.ravel() == SLIP
-            friction = np.where(slips, at_slip(friction, np.hypot(*self.sol.slip.reshape(2, -1))), friction.static)
-        coefficients = np.broadcast_to(np.ravel(0.0 if friction is None else friction), self.pressure.shape)
-        return np.where(self.pressure > 0, coefficients * np.where(self.pressure > 0, self.pressure, 1.0), 0.0)
+            friction = np.where(
+                slips, at_slip(friction, np.hypot(*self.sol.slip.reshape(2, -1))), friction.static
+            )
+        coefficients = np.broadcast_to(
+            np.ravel(0.0 if friction is None else friction), self.pressure.shape
+        )
+        return np.where(
+            self.pressure > 0, coefficients * np.where(self.pressure > 0, self.pressure, 1.0), 0.0
+        )
 
     # ------------------------------------------------------------------------- displacements
 
-    def _caused(self, sol: vc.Solution, ahead: float, less: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements (3, n) by a solution's tractions, and their magnitudes if nothing cancelled."""
+    def _caused(
+        self, sol: vc.Solution, ahead: float, less: float | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements (3, n) by a solution's tractions, and their magnitudes if nothing
+        cancelled.
+        """
         loads = np.concatenate([sol.traction.reshape(2, -1), sol.pressure.reshape(1, -1)])
         sources = np.flatnonzero(loads.any(axis=0))
         options = {"less": less, "depth": self.sol.scene.reference_depth}
@@ -84,9 +111,16 @@ class Held:
 
     @property
     def distance(self) -> np.ndarray:
-        """Of the deformed bodies, (n,); where the approach is not known, from their mean distance under pressure."""
-        apart, approach = undeformed(self.sol, self.points) + self.displacement[0][2], self.sol.approach
-        return np.asarray(apart - (apart[self.pressure > 0].mean() if np.isnan(approach) else approach))
+        """Of the deformed bodies, (n,); where the approach is not known, from their mean distance
+        under pressure.
+        """
+        apart, approach = (
+            undeformed(self.sol, self.points) + self.displacement[0][2],
+            self.sol.approach,
+        )
+        return np.asarray(
+            apart - (apart[self.pressure > 0].mean() if np.isnan(approach) else approach)
+        )
 
     @property
     def lowered(self) -> np.ndarray:
@@ -96,8 +130,12 @@ class Held:
 
     @cached_property
     def own(self) -> np.ndarray:
-        """An element's influence on itself by tractions along x, y and z; in steady rolling by A - C along x and y."""
-        own = influence(self.sol.grid, self.constants, np.zeros(1, int), depth=self.sol.scene.reference_depth)
+        """An element's influence on itself by tractions along x, y and z; in steady rolling by A -
+        C along x and y.
+        """
+        own = influence(
+            self.sol.grid, self.constants, np.zeros(1, int), depth=self.sol.scene.reference_depth
+        )
         own = np.diagonal(own[:: self.pressure.size])
         if isinstance(self.sol.motion, vc.Steady):
             rolled = influence(self.sol.grid, self.constants, np.zeros(1, int), less=self.step)
@@ -114,7 +152,9 @@ class Held:
 
     @cached_property
     def elastic(self) -> tuple[np.ndarray, np.ndarray]:
-        """What elasticity adds to the local shift, (2, n), and its magnitude if nothing cancelled."""
+        """What elasticity adds to the local shift, (2, n), and its magnitude if nothing
+        cancelled.
+        """
         motion = self.sol.motion
         if isinstance(motion, vc.Steady):
             values, sizes = self._caused(self.sol, 0.0, less=self.step)
@@ -147,7 +187,9 @@ class Held:
         """Local shift E of the elements in contact, (2, n)."""
         shift = self.rigid + self.elastic[0]
         for i in np.flatnonzero(np.isnan(self.sol.creepage[:2])):  # known but for a constant
-            shift[i] += np.mean((self.sol.slip[i].ravel() * self.step - shift[i])[self.pressure > 0])
+            shift[i] += np.mean(
+                (self.sol.slip[i].ravel() * self.step - shift[i])[self.pressure > 0]
+            )
         return shift
 
     @cached_property
@@ -158,13 +200,17 @@ class Held:
 
 
 def on_parts(held: Held) -> Held:
-    """The pressure that was solved for on parts of the elements, without tractions; of whole elements as it is."""
+    """The pressure that was solved for on parts of the elements, without tractions; of whole
+    elements as it is.
+    """
     sol, pressure = held.sol, held.sol.pressure_on_parts
     if pressure is None:
         return held
     (rows, columns), (ny, nx) = pressure.shape, sol.grid.shape
     finer = sol.grid.divided((rows // ny, columns // nx))
-    return Held(replace(sol, grid=finer, pressure=pressure, traction=np.zeros((2, rows, columns))), None)
+    return Held(
+        replace(sol, grid=finer, pressure=pressure, traction=np.zeros((2, rows, columns))), None
+    )
 
 
 def at_slip(law: vc.StaticKinetic | vc.LinearFalling, slip: np.ndarray) -> np.ndarray:
@@ -180,7 +226,7 @@ def at_slip(law: vc.StaticKinetic | vc.LinearFalling, slip: np.ndarray) -> np.nd
     return np.asarray(law.kinetic + (law.static - law.kinetic) * part)
 
 
-# ----------------------------------------------------------------------------- the undeformed bodies
+# ---------------------------------------------------------------------------- the undeformed bodies
 
 
 def closed_form(sol: vc.Solution) -> Ellipse | None:
@@ -210,16 +256,21 @@ def undeformed(sol: vc.Solution, points: np.ndarray) -> np.ndarray:
     along_x = make_interp_spline(surface.x, values, k=min(3, surface.x.size - 1), axis=-1)(grid.x)
     if surface.y is None:
         return along_x
-    return make_interp_spline(surface.y, along_x, k=min(3, surface.y.size - 1), axis=0)(grid.y).ravel()
+    return make_interp_spline(surface.y, along_x, k=min(3, surface.y.size - 1), axis=0)(
+        grid.y
+    ).ravel()
 
 
 def hertz_shape(ellipse: Ellipse, sol: vc.Solution, points: np.ndarray) -> np.ndarray:
-    """Hertz's pressure (n,) as the grid has it: at the centres, or averaged over each element that it touches."""
+    """Hertz's pressure (n,) as the grid has it: at the centres, or averaged over each element that
+    it touches.
+    """
     (x, y), (dx, dy) = points, sol.grid.sides
     if sol.grid.edge == "centres":
         return np.sqrt(np.maximum(1 - (x / ellipse.a) ** 2 - (y / ellipse.b) ** 2, 0))
     nodes, weights = np.polynomial.legendre.leggauss(400)
-    ends = np.clip([x - dx / 2, x + dx / 2], -ellipse.a, ellipse.a)  # the part of the element along x
+    # the part of the element along x
+    ends = np.clip([x - dx / 2, x + dx / 2], -ellipse.a, ellipse.a)
     at = ends.mean(axis=0)[:, None] + (ends[1] - ends[0])[:, None] / 2 * nodes
     height = np.sqrt(np.maximum(1 - (at / ellipse.a) ** 2, 0))
     if np.isinf(ellipse.b):
@@ -238,12 +289,21 @@ def hertz_shape(ellipse: Ellipse, sol: vc.Solution, points: np.ndarray) -> np.nd
 
 
 def _finite(sol: vc.Solution) -> list[str]:
-    fields = {"pressure": sol.pressure, "traction": sol.traction, "slip": sol.slip, "distance": sol.distance}
-    return [f"{name} is not finite" for name, field in fields.items() if not np.isfinite(field).all()]
+    fields = {
+        "pressure": sol.pressure,
+        "traction": sol.traction,
+        "slip": sol.slip,
+        "distance": sol.distance,
+    }
+    return [
+        f"{name} is not finite" for name, field in fields.items() if not np.isfinite(field).all()
+    ]
 
 
 def _pressures(held: Held, tol: float) -> list[str]:
-    """Pressure pushes, bodies do not overlap, and there is no pressure at a distance; the load is as prescribed."""
+    """Pressure pushes, bodies do not overlap, and there is no pressure at a distance; the load is
+    as prescribed.
+    """
     sol, pressure, found = held.sol, held.pressure, []
     peak, scene = float(pressure.max()), sol.scene
     if pressure.min() < 0:
@@ -267,15 +327,21 @@ def _pressures(held: Held, tol: float) -> list[str]:
         (ny, nx), (rows, columns) = sol.grid.shape, sol.pressure_on_parts.shape
         means = sol.pressure_on_parts.reshape(ny, rows // ny, nx, columns // nx).mean(axis=(1, 3))
         off = float(np.abs(means - sol.pressure).max())
-        found += _too_large("elements bear other pressures than the means of their parts", off, 1e-12 * peak)
+        found += _too_large(
+            "elements bear other pressures than the means of their parts", off, 1e-12 * peak
+        )
     elif sol.plan.coupling == "johnson":
         found += _contact(held, distance - held.lowered, tol, noise)
     else:
         found += _contact(held, distance, tol, noise)
     if scene.normal_force is not None:
-        found += _too_large("the normal force is another", abs(sol.normal_force / scene.normal_force - 1), tol)
+        found += _too_large(
+            "the normal force is another", abs(sol.normal_force / scene.normal_force - 1), tol
+        )
     elif not sol.plan.closed_form:
-        found += _too_large("the approach is another", abs(sol.approach / scene.approach - 1), 1e-12)
+        found += _too_large(
+            "the approach is another", abs(sol.approach / scene.approach - 1), 1e-12
+        )
     return found
 
 
@@ -293,7 +359,9 @@ def _hertz(held: Held) -> list[str]:
     shape = hertz_shape(ellipse, sol, held.points)
     expected = shape * ellipse.force / (shape.sum() * sol.grid.area)
     allowed = 1e-7 if sol.grid.edge == "centres" else 1e-4
-    found = _too_large("not Hertz's pressure", np.abs(held.pressure - expected).max() / expected.max(), allowed)
+    found = _too_large(
+        "not Hertz's pressure", np.abs(held.pressure - expected).max() / expected.max(), allowed
+    )
     if np.isfinite(ellipse.approach):
         found += _too_large("not Hertz's approach", abs(sol.approach / ellipse.approach - 1), 1e-9)
     return found
@@ -307,7 +375,9 @@ def _kinematics(held: Held) -> list[str]:
     stated = np.abs(sol.slip.reshape(2, -1) * held.step - held.shift)[:, contact].max()
     found = _too_large("the slip is another", stated, 10 * held.shift_noise)
     rigid = (*motion.rigid[:2], motion.rigid[2])
-    for name, given, stated, force in zip("xyz", rigid, sol.creepage, (motion.Fx, motion.Fy, None), strict=True):
+    for name, given, stated, force in zip(
+        "xyz", rigid, sol.creepage, (motion.Fx, motion.Fy, None), strict=True
+    ):
         if force is None and abs(given - stated) > 1e-12 * abs(given):
             found.append(f"creepage {name} is {stated!r}, not {given!r}")
     if np.any(sol.traction.reshape(2, -1)[:, ~contact]):
@@ -316,7 +386,9 @@ def _kinematics(held: Held) -> list[str]:
 
 
 def _tractions(held: Held, tol: float) -> list[str]:
-    """Coulomb's law: within the disk, no slip below the bound, slip against the traction, and states that say so."""
+    """Coulomb's law: within the disk, no slip below the bound, slip against the traction, and
+    states that say so.
+    """
     contact, state = held.pressure > 0, held.sol.state.ravel()
     traction, shift, bound = held.traction[:, contact], held.shift[:, contact], held.bound[contact]
     size, slip = np.hypot(*traction), np.hypot(*shift)
@@ -331,11 +403,17 @@ def _tractions(held: Held, tol: float) -> list[str]:
     if np.isfinite(bound).all():
         opposed = np.hypot(*(traction * slip + bound * shift))
         most = 2 * allowed * (slip / rho + bound)
-        found += _too_large("slip not against the traction", float(np.max(opposed / rho - most)), 0.0)
+        found += _too_large(
+            "slip not against the traction", float(np.max(opposed / rho - most)), 0.0
+        )
     sticks, slides = state[contact] == 1, state[contact] == SLIP
     edge = allowed + 2e-8 * np.where(np.isfinite(bound), bound, 0.0)
-    found += _too_large("slip in the stick area", float(np.max((slip / rho - edge)[sticks], initial=0.0)), 0.0)
-    return found + _too_large("below the bound in the slip area", np.max((bound - size)[slides], initial=0.0), allowed)
+    found += _too_large(
+        "slip in the stick area", float(np.max((slip / rho - edge)[sticks], initial=0.0)), 0.0
+    )
+    return found + _too_large(
+        "below the bound in the slip area", np.max((bound - size)[slides], initial=0.0), allowed
+    )
 
 
 def _forces(held: Held, tol: float) -> list[str]:
@@ -348,7 +426,9 @@ def _forces(held: Held, tol: float) -> list[str]:
     for name, force, asked in zip("xy", sol.force, (motion.Fx, motion.Fy), strict=True):
         if asked is not None:
             scale = max(carried, abs(asked)) * np.sqrt(max(np.count_nonzero(held.bound), 1))
-            found += _too_large(f"the force F{name} is another", abs(force - asked), allowed * scale)
+            found += _too_large(
+                f"the force F{name} is another", abs(force - asked), allowed * scale
+            )
     return found
 
 

@@ -34,7 +34,9 @@ test_every_kind test_no_slip test_documentation test_examples test_transient tes
 
 
 def pytest_collection_modifyitems(items):
-    """Folders and files that take most of the time, and the command line, are slow: `-m "not slow"` leaves the rest."""
+    """Folders and files that take most of the time, and the command line, are slow: `-m "not slow"`
+    leaves the rest.
+    """
     for item in items:
         path = item.path
         if {path.parent.name, path.stem} & {*SLOW.split()} or path.stem.startswith("test_cli"):
@@ -42,7 +44,9 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Thousands of tests stay to the end: the garbage collector need not look through them again and again."""
+    """Thousands of tests stay to the end: the garbage collector need not look through them again
+    and again.
+    """
     gc.collect()
     gc.freeze()
 
@@ -100,13 +104,17 @@ def paper_table():
 
     def read(name: str) -> list[dict[str, float]]:
         with open(DATA / name) as lines:
-            return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
+            return [
+                {key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)
+            ]
 
     return read
 
 
 def table_name(rows: str, columns: str, stencil: Stencil) -> str:
-    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
+    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z
+    normal.
+    """
     row = "z" if rows == "z" else "t"
     blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
     if len(stencil) == 1 and stencil != HERE:
@@ -116,7 +124,9 @@ def table_name(rows: str, columns: str, stencil: Stencil) -> str:
 
 @pytest.fixture
 def built(monkeypatch):
-    """The tables of influence numbers that are built from now on: (name, operator), named as in a plan."""
+    """The tables of influence numbers that are built from now on: (name, operator), named as in a
+    plan.
+    """
     tables, make = [], Homogeneous.operator
 
     def counted(medium, lattice, rows, columns, stencil=HERE):
@@ -130,7 +140,9 @@ def built(monkeypatch):
 
 @pytest.fixture(scope="session")
 def check_kkt():
-    """A function: assert that a solution meets Kalker's conditions to a tolerance, see `tests.conditions`."""
+    """A function: assert that a solution meets Kalker's conditions to a tolerance, see
+    `tests.conditions`.
+    """
 
     def check(sol: vc.Solution, tol: float, previous: vc.Solution | None = None) -> None:
         found = violations(sol, tol, previous)

@@ -1,10 +1,12 @@
-"""Whether the package answers as it did: record the answers of one version, check another against them.
+"""Whether the package answers as it did: record the answers of one version, check another against
+them.
 
     python -m tests.equality record FOLDER [--only GROUP ...] [--every N] [--jobs N]
     python -m tests.equality check FOLDER [--only GROUP ...] [--every N] [--jobs N] [--rtol 1e-12]
 
-Arrays are compared bit for bit, or, with ``--rtol``, to that part of the largest value of each array; states, plans,
-errors (class and field) and written files always exactly. Records hold for one machine and one set of libraries.
+Arrays are compared bit for bit, or, with ``--rtol``, to that part of the largest value of each
+array; states, plans, errors (class and field) and written files always exactly. Records hold for
+one machine and one set of libraries.
 """
 
 import argparse
@@ -37,11 +39,31 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 Record = dict[str, Any]
 Cases = Iterator[tuple[str, Callable[[], Any]]]
 FIELDS = (
-    *("pressure", "traction", "slip", "power_density", "distance", "state", "approach", "creepage", "converged"),
+    *(
+        "pressure",
+        "traction",
+        "slip",
+        "power_density",
+        "distance",
+        "state",
+        "approach",
+        "creepage",
+        "converged",
+    ),
     *("iterations", "solved_by", "branch", "pressure_on_parts", "weakening"),
 )
 QUANTITIES = ("normal_force", "force", "moment", "power", "elements", "fully_sliding")
-PLAN = ("normal", "tangential", "coupling", "formulation", "dimension", "bodies", "surface", "motion", "fallback")
+PLAN = (
+    "normal",
+    "tangential",
+    "coupling",
+    "formulation",
+    "dimension",
+    "bodies",
+    "surface",
+    "motion",
+    "fallback",
+)
 TIMES = ("second", "timing", "calls", "cost", "time", "memory", "record")
 OPTIONS = [*options.Options.__annotations__, "store", "progress"]
 CERTIFICATE = ("residual", "gap", "relative_gap", "force_bounds", "max_penetration")
@@ -49,7 +71,9 @@ CERTIFICATE = ("residual", "gap", "relative_gap", "force_bounds", "max_penetrati
 
 def on_coarse_grid(scene: vc.Scene, nx: int = 14) -> vc.Scene:
     """The scene on few elements."""
-    return dataclasses.replace(scene, grid=vc.Grid(nx=nx) if scene.line else vc.Grid(nx=nx, ny=nx - 2))
+    return dataclasses.replace(
+        scene, grid=vc.Grid(nx=nx) if scene.line else vc.Grid(nx=nx, ny=nx - 2)
+    )
 
 
 def banks() -> Cases:
@@ -76,7 +100,10 @@ def fuzz() -> Cases:
 
 def variants() -> Cases:
     """Some scenes by every method, theory, coupling, formulation, accuracy, edge and scheme."""
-    some = {kind: random_scenes.scenes(kind, 2, 32) for kind in ("steady", "forces", "shift", "unlike", "line", "law")}
+    some = {
+        kind: random_scenes.scenes(kind, 2, 32)
+        for kind in ("steady", "forces", "shift", "unlike", "line", "law")
+    }
     for kind, (first, second) in some.items():
         scene, other = on_coarse_grid(first, 12), on_coarse_grid(second, 10)
         for name, choices in {
@@ -114,7 +141,9 @@ def wheel_rail() -> Cases:
         yield where, lambda row=row: benchmark(row, dx=0.6, dy=0.6).solve()
     yield (
         "geometry table",
-        lambda: wr.geometry_table(TRACK, WHEELSET, y=np.linspace(-4, 4, 5), yaw=[-0.01, 0.0, 0.01], vertical_force=1e4),
+        lambda: wr.geometry_table(
+            TRACK, WHEELSET, y=np.linspace(-4, 4, 5), yaw=[-0.01, 0.0, 0.01], vertical_force=1e4
+        ),
     )
 
 
@@ -127,20 +156,43 @@ def studies() -> Cases:
         yield f"scan {name}", lambda each=each: vc.scan(each, [(vx, 1e-3, 1e-3) for vx in v])
         yield f"creep_curve {name}", lambda each=each: vc.creep_curve(each, ["auto", "strip"], vx=v)
         yield f"converge {name}", lambda each=each: vc.converge(each, [6, 9, 12])
-        yield f"stress {name}", lambda each=each: vc.stress(vc.solve(each), [[0, 0.1], [0, 0.2], [0.3, 0.5]])
+        yield (
+            f"stress {name}",
+            lambda each=each: vc.stress(vc.solve(each), [[0, 0.1], [0, 0.2], [0.3, 0.5]]),
+        )
         yield f"stress_below {name}", lambda each=each: vc.stress_below(vc.solve(each), [0.2])
         yield f"sensitivity {name}", lambda each=each: vc.solve(each).sensitivity()
-    yield "compare", lambda: vc.compare({"one": scene, "two": unlike}, ["auto", "convex", "kalker", "fastsim"])
+    yield (
+        "compare",
+        lambda: vc.compare({"one": scene, "two": unlike}, ["auto", "convex", "kalker", "fastsim"]),
+    )
     yield (
         "tradeoff",
-        lambda: vc.tradeoff(dict(list(vc.references().items())[:2]), methods=["auto", "kalker"], cells=[6]),
+        lambda: vc.tradeoff(
+            dict(list(vc.references().items())[:2]), methods=["auto", "kalker"], cells=[6]
+        ),
     )
-    yield "scan to an accuracy", lambda: vc.scan(random_scenes.scenes("steady", 1, 34)[0], [(1e-3, 0, 0)], accuracy=0.1)
+    yield (
+        "scan to an accuracy",
+        lambda: vc.scan(random_scenes.scenes("steady", 1, 34)[0], [(1e-3, 0, 0)], accuracy=0.1),
+    )
     for store in (False, True):
         yield f"sweep store={store}", lambda store=store: _swept(scene, store)
     for theory in ("linear", "vermeulen-johnson", "polach", "fastsim", "strip", "fastrip", "table"):
-        given = {"a": 1.2, "b": 1.0, "normal_force": 1.0, "friction": 0.3, "vx": v, "spin": 1e-3, "G": 1.0, "nu": 0.28}
-        yield f"creep_forces {theory}", lambda theory=theory, given=given: vc.creep_forces(theory, **given)
+        given = {
+            "a": 1.2,
+            "b": 1.0,
+            "normal_force": 1.0,
+            "friction": 0.3,
+            "vx": v,
+            "spin": 1e-3,
+            "G": 1.0,
+            "nu": 0.28,
+        }
+        yield (
+            f"creep_forces {theory}",
+            lambda theory=theory, given=given: vc.creep_forces(theory, **given),
+        )
 
 
 def _swept(scene: vc.Scene, store: bool) -> Any:
@@ -151,7 +203,9 @@ def _swept(scene: vc.Scene, store: bool) -> Any:
 
 
 def files() -> Cases:
-    """What is written: bytes of text, tables and grids; variables of solutions and histories, and read back."""
+    """What is written: bytes of text, tables and grids; variables of solutions and histories, and
+    read back.
+    """
     solved = random_scenes.scenes("steady", 2, 35) + random_scenes.scenes("line", 1, 35)
     solved += random_scenes.scenes("history", 1, 35)
     for i, scene in enumerate(on_coarse_grid(each, 10) for each in solved):
@@ -227,16 +281,31 @@ def bad_input() -> Cases:
             for value in (None, "nonsense", -1.0, math.nan, [1, 2]):
                 yield (
                     f"{kind} {name}={value}",
-                    lambda scene=scene, name=name, value=value: vc.solve(dataclasses.replace(scene, **{name: value})),
+                    lambda scene=scene, name=name, value=value: vc.solve(
+                        dataclasses.replace(scene, **{name: value})
+                    ),
                 )
-    for kind in (vc.Bodies, vc.Steady, vc.Shift, vc.Grid, vc.Paraboloids, vc.Ellipse, vc.Cylinders, vc.Transient):
+    for kind in (
+        vc.Bodies,
+        vc.Steady,
+        vc.Shift,
+        vc.Grid,
+        vc.Paraboloids,
+        vc.Ellipse,
+        vc.Cylinders,
+        vc.Transient,
+    ):
         for name in (field.name for field in dataclasses.fields(kind)):
             for value in (None, "nonsense", -1.0, math.inf, 1e200, [], True):
-                yield f"{kind.__name__} {name}={value}", lambda kind=kind, n=name, v=value: repr(kind(**{n: v}))
+                yield (
+                    f"{kind.__name__} {name}={value}",
+                    lambda kind=kind, n=name, v=value: repr(kind(**{n: v})),
+                )
 
 
 GROUPS = {
-    each.__name__: each for each in (bad_input, banks, kinds, fuzz, wheel_rail, variants, studies, files, command_line)
+    each.__name__: each
+    for each in (bad_input, banks, kinds, fuzz, wheel_rail, variants, studies, files, command_line)
 }
 
 
@@ -257,18 +326,31 @@ def plain(value: Any) -> Any:
     if isinstance(value, vc.Solution):
         found = {name: plain(getattr(value, name, None)) for name in FIELDS + QUANTITIES}
         found["plan"] = {name: getattr(value.plan, name) for name in PLAN}
-        found["certificate"] = {name: plain(getattr(value.certificate, name, None)) for name in CERTIFICATE}
+        found["certificate"] = {
+            name: plain(getattr(value.certificate, name, None)) for name in CERTIFICATE
+        }
         found["calls"] = {p: sorted(by) for p, by in value.calls.items()}
         found["estimate"] = plain(value.error_estimate)
         return found
     if isinstance(value, vc.History):
         return {"steps": [plain(each) for each in value]}
     if hasattr(value, "columns") and hasattr(value, "to_dict"):  # a table
-        return {str(k): plain(v.to_numpy()) for k, v in value.items() if not any(w in str(k) for w in TIMES)}
+        return {
+            str(k): plain(v.to_numpy())
+            for k, v in value.items()
+            if not any(w in str(k) for w in TIMES)
+        }
     if hasattr(value, "variables") and hasattr(value, "attrs"):  # a dataset
-        return {str(k): plain(v.values) for k, v in value.variables.items() if not any(w in str(k) for w in TIMES)}
+        return {
+            str(k): plain(v.values)
+            for k, v in value.variables.items()
+            if not any(w in str(k) for w in TIMES)
+        }
     if hasattr(value, "patches") and hasattr(value, "__dataclass_fields__"):
-        return {"patches": [plain(each) for each in value.patches], "force": plain(getattr(value, "force", None))}
+        return {
+            "patches": [plain(each) for each in value.patches],
+            "force": plain(getattr(value, "force", None)),
+        }
     if hasattr(value, "solution") and hasattr(value, "__dataclass_fields__"):
         return plain(value.solution)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -309,7 +391,9 @@ def differences(old: Any, new: Any, rtol: float, at: str = "") -> Iterator[str]:
                 yield f"{at}: finite elsewhere"
             else:
                 here = np.isfinite(old)
-                away = np.abs(old - new)[here].max(initial=0.0) / max(np.abs(old[here]).max(initial=0.0), 1e-300)
+                away = np.abs(old - new)[here].max(initial=0.0) / max(
+                    np.abs(old[here]).max(initial=0.0), 1e-300
+                )
                 if away > rtol:
                     yield f"{at}: differs by {away:.1e} of the largest"
     elif type(old) is not type(new) or old != new:
@@ -329,7 +413,9 @@ _CASES: dict[str, dict[str, Callable[[], Any]]] = {}
 
 
 def main() -> int:
-    """Record, or check; the number of cases that differ is said, and the exit is 1 where there are some."""
+    """Record, or check; the number of cases that differ is said, and the exit is 1 where there are
+    some.
+    """
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("action", choices=("record", "check"))
     parser.add_argument("folder", type=Path)
@@ -340,7 +426,11 @@ def main() -> int:
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
     began, different, count = time.perf_counter(), 0, 0
-    wanted = [(group, name) for group in given.only for name in list(dict(GROUPS[group]()))[:: given.every]]
+    wanted = [
+        (group, name)
+        for group in given.only
+        for name in list(dict(GROUPS[group]()))[:: given.every]
+    ]
     records: dict[str, dict[str, Record]] = {group: {} for group in given.only}
     old: dict[str, dict[str, Record]] = {}
     if given.action == "check":
@@ -363,8 +453,15 @@ def main() -> int:
         for group, cases in records.items():
             with open(given.folder / f"{group}.pickle", "wb") as file:
                 pickle.dump(cases, file)
-    errors = sum("error" in each for cases in records.values() for each in cases.values() if isinstance(each, dict))
-    print(f"{count} cases ({errors} errors), {different} differ, {time.perf_counter() - began:.0f} s")
+    errors = sum(
+        "error" in each
+        for cases in records.values()
+        for each in cases.values()
+        if isinstance(each, dict)
+    )
+    print(
+        f"{count} cases ({errors} errors), {different} differ, {time.perf_counter() - began:.0f} s"
+    )
     return int(different > 0)
 
 

@@ -1,4 +1,5 @@
-"""Work by friction on ten scenes, and its values in the continuum: ``python -m tests.friction_work`` makes them.
+"""Work by friction on ten scenes, and its values in the continuum: ``python -m
+tests.friction_work`` makes them.
 
 A scene takes a number of elements across its contact, or across the smaller of its two. References
 are extrapolated from two grids with order 1; that of the cylinder is Carter's closed form. Those of
@@ -67,7 +68,9 @@ CARTER = carter(CYLINDER, 0.1, force=-6e-5)
 
 def cylinder(cells: int) -> vc.Scene:
     """Carter's problem at the creepage of 0.6 of the friction limit."""
-    return make_scene(vc.Cylinders(R=1.0), 1e-3, vc.Steady(vx=CARTER.creepage), vc.Grid(nx=cells), friction=0.1)
+    return make_scene(
+        vc.Cylinders(R=1.0), 1e-3, vc.Steady(vx=CARTER.creepage), vc.Grid(nx=cells), friction=0.1
+    )
 
 
 def history(cells: int) -> vc.Scene:

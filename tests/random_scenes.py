@@ -1,4 +1,6 @@
-"""Random scenes by kind, for studies of accuracy: what they are made of does not depend on any grid."""
+"""Random scenes by kind, for studies of accuracy: what they are made of does not depend on any
+grid.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -20,7 +22,9 @@ any law shift, patches, patches normal
 
 
 def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
-    """So many scenes of a kind; the same for the same seed. A history has the bodies and creepages of such a scene."""
+    """So many scenes of a kind; the same for the same seed. A history has the bodies and creepages
+    of such a scene.
+    """
     rng = np.random.default_rng([seed, KINDS.index(kind)])
     if not kind.endswith("history"):
         return [_scene(rng, kind) for _ in range(count)]
@@ -30,7 +34,9 @@ def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """What most scenes have: Poisson's ratio, semi-axes, friction, and slip by direction and size."""
+    """What most scenes have: Poisson's ratio, semi-axes, friction, and slip by direction and
+    size.
+    """
 
     nu: float
     a: float
@@ -58,7 +64,13 @@ def _drawn(rng: np.random.Generator) -> _Drawn:
     f = float(rng.choice([0.05, 0.1, 0.3, 0.3, 0.6]))
     slip *= size / np.linalg.norm(slip)
     return _Drawn(
-        nu, ratio**0.5, ratio**-0.5, f, slip, float(rng.uniform(0.05, 0.97)), float(rng.uniform(0, 2 * np.pi))
+        nu,
+        ratio**0.5,
+        ratio**-0.5,
+        f,
+        slip,
+        float(rng.uniform(0.05, 0.97)),
+        float(rng.uniform(0, 2 * np.pi)),
     )
 
 
@@ -84,7 +96,9 @@ def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
         surface, force = vc.Ellipse(a=drawn.a, b=drawn.b), 1.0
     hertz = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz
     limit, mean = drawn.f * force, float(np.sqrt(hertz.a * hertz.b))
-    friction: float | vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling = drawn.f
+    friction: (
+        float | vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling
+    ) = drawn.f
     if kind == "law":
         friction = vc.LinearFalling(
             static=drawn.f, kinetic=0.8 * drawn.f, half_velocity=float(rng.uniform(1, 4)) * limit
@@ -95,14 +109,21 @@ def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
         motion: vc.Steady | vc.Shift = _shift(drawn, bodies, limit, mean)
     else:
         motion = _steady(drawn, bodies, limit, hertz.a, hertz.b, rng if kind == "forces" else None)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=friction, motion=motion)
+    return vc.Scene(
+        bodies=bodies, surface=surface, normal_force=force, friction=friction, motion=motion
+    )
 
 
 def _any_law(
     rng: np.random.Generator, drawn: _Drawn, area: float, shifted: bool
 ) -> vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling:
-    """One of four laws; half is lost at 0.003 to 3 times the creepage, or the shift, of saturation."""
-    kinetic, full = drawn.f * float(rng.uniform(0.1, 0.9)), 0.7 * drawn.f * (area**0.5 if shifted else 1.0) / area
+    """One of four laws; half is lost at 0.003 to 3 times the creepage, or the shift, of
+    saturation.
+    """
+    kinetic, full = (
+        drawn.f * float(rng.uniform(0.1, 0.9)),
+        0.7 * drawn.f * (area**0.5 if shifted else 1.0) / area,
+    )
     half = full * float(np.exp(rng.uniform(np.log(0.003), np.log(3))))
     falling = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling][rng.integers(3)]
     if rng.random() < 0.25:
@@ -111,18 +132,29 @@ def _any_law(
 
 
 def _unlike(rng: np.random.Generator) -> vc.Bodies:
-    return vc.Bodies(G=(1.0, float(np.exp(rng.uniform(0, 3)))), nu=tuple(map(float, rng.uniform(0, 0.5, 2))))
+    return vc.Bodies(
+        G=(1.0, float(np.exp(rng.uniform(0, 3)))), nu=tuple(map(float, rng.uniform(0, 0.5, 2)))
+    )
 
 
 def _steady(
-    drawn: _Drawn, bodies: vc.Bodies, limit: float, a: float, b: float, forces: np.random.Generator | None
+    drawn: _Drawn,
+    bodies: vc.Bodies,
+    limit: float,
+    a: float,
+    b: float,
+    forces: np.random.Generator | None,
 ) -> vc.Steady:
     full = 3 * limit / (bodies.combined_G * a * b * 4.5)  # about the saturation creepage
     vx, vy, spin = (float(v) for v in drawn.slip * full * [1, 1, 1.5 / np.sqrt(a * b)])
     if forces is None:
         return vc.Steady(vx=vx, vy=vy, spin=spin)
     Fx, Fy = drawn.part * limit * np.cos(drawn.angle), drawn.part * limit * np.sin(drawn.angle)
-    given: list[dict[str, float]] = [{"Fx": Fx, "vy": 0.3 * vy}, {"Fy": Fy, "vx": 0.3 * vx}, {"Fx": Fx, "Fy": Fy}]
+    given: list[dict[str, float]] = [
+        {"Fx": Fx, "vy": 0.3 * vy},
+        {"Fy": Fy, "vx": 0.3 * vx},
+        {"Fx": Fx, "Fy": Fy},
+    ]
     return vc.Steady(**given[forces.integers(3)], spin=0.3 * spin)
 
 
@@ -146,7 +178,9 @@ def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
         motion = vc.Steady(Fx=drawn.part * limit * np.sign(np.cos(drawn.angle)), vy=0.2 * vy)
     elif kind.endswith("shift"):
         motion = vc.Shift(ux=3 * a * vx, uy=3 * a * vy)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+    return vc.Scene(
+        bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion
+    )
 
 
 def _sampled_line(rng: np.random.Generator) -> vc.SampledDistance:
@@ -159,48 +193,71 @@ def _sampled_line(rng: np.random.Generator) -> vc.SampledDistance:
 
 
 def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
-    """A surface between paraboloid and quartic, or with two summits, sampled finely enough for its spline."""
+    """A surface between paraboloid and quartic, or with two summits, sampled finely enough for its
+    spline.
+    """
     x = np.linspace(-2.2, 2.2, 121)
     X, Y = np.meshgrid(x, x)
     if rng.random() < 0.5:
         quartic = float(rng.uniform(0.1, 1))
-        h = sum((side / axis) ** 2 + quartic * (side / axis) ** 4 for side, axis in ((X, drawn.a), (Y, drawn.b)))
+        h = sum(
+            (side / axis) ** 2 + quartic * (side / axis) ** 4
+            for side, axis in ((X, drawn.a), (Y, drawn.b))
+        )
     else:
         h = -0.1 * np.logaddexp(*(-(((X - at) ** 2 + 1.2 * Y**2) / 0.1) for at in (-0.55, 0.5)))
     surface, bodies = vc.SampledDistance(0.02 * h, x=x, y=x), vc.Bodies(G=1.0, nu=drawn.nu)
     if kind == "sampled normal":
-        return vc.Scene(bodies=bodies, surface=surface, normal_force=float(np.exp(rng.uniform(-7, -4))))
+        return vc.Scene(
+            bodies=bodies, surface=surface, normal_force=float(np.exp(rng.uniform(-7, -4)))
+        )
     force = vc.solve(vc.Scene(bodies=bodies, surface=surface, approach=0.008)).normal_force
     full = 3 * drawn.f * force / 4.5 / 0.3
     vx, vy, spin = (float(v) for v in drawn.slip * full)
     motion: vc.Steady | vc.Shift = vc.Steady(vx=vx, vy=vy, spin=spin)
     if kind == "sampled shift":
         motion = vc.Shift(ux=0.3 * vx, uy=0.3 * vy, rotation=0.3 * spin)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+    return vc.Scene(
+        bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion
+    )
 
 
 def _patches(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     """A ball, and one of a hundredth to half of its radius beside it, anywhere around it."""
-    small, depth = float(np.exp(rng.uniform(np.log(0.01), np.log(0.5)))), 0.02 * float(np.exp(rng.uniform(-1, 1)))
+    small, depth = (
+        float(np.exp(rng.uniform(np.log(0.01), np.log(0.5)))),
+        0.02 * float(np.exp(rng.uniform(-1, 1))),
+    )
     half, above = float(np.sqrt(depth)), depth * (1 - float(rng.uniform(0.3, 1.5)))
     gap, angle = half * float(rng.uniform(1.5, 4)), float(rng.uniform(0, 2 * np.pi))
     x = np.linspace(-1, 1, 321) * (2.6 * half + gap / 2)
     X, Y = np.meshgrid(x, x)
     at_x, at_y = gap / 2 * np.cos(angle), gap / 2 * np.sin(angle)
-    balls = ((X + at_x) ** 2 + (Y + at_y) ** 2) / 2, ((X - at_x) ** 2 + (Y - at_y) ** 2) / (2 * small) + above
-    bodies, surface = vc.Bodies(G=1.0, nu=drawn.nu), vc.SampledDistance(np.minimum(*balls), x=x, y=x)
+    balls = (
+        ((X + at_x) ** 2 + (Y + at_y) ** 2) / 2,
+        ((X - at_x) ** 2 + (Y - at_y) ** 2) / (2 * small) + above,
+    )
+    bodies, surface = (
+        vc.Bodies(G=1.0, nu=drawn.nu),
+        vc.SampledDistance(np.minimum(*balls), x=x, y=x),
+    )
     scene = vc.Scene(bodies=bodies, surface=surface, approach=depth, grid=vc.Grid(nx=48, ny=48))
     force = vc.solve(scene, certify="none").normal_force
     if kind == "patches normal":
         return vc.Scene(bodies=bodies, surface=surface, normal_force=force)
-    vx, vy, spin = (float(v) for v in drawn.slip * drawn.f * force / (1.5 * half**2) * [1, 1, 1.5 / (half + gap)])
+    vx, vy, spin = (
+        float(v)
+        for v in drawn.slip * drawn.f * force / (1.5 * half**2) * [1, 1, 1.5 / (half + gap)]
+    )
     motion = vc.Steady(vx=vx, vy=vy, spin=spin)
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+    return vc.Scene(
+        bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion
+    )
 
 
 def _history(rng: np.random.Generator, steady: vc.Scene) -> vc.Scene:
-    """Steps of a length given: from rest, turned, under a load that swings, with a force from a shift to rolling, or
-    to and fro in place.
+    """Steps of a length given: from rest, turned, under a load that swings, with a force from a
+    shift to rolling, or to and fro in place.
     """
     motion, steps = steady.motion, int(rng.integers(4, 11))
     dq = float(np.exp(rng.uniform(np.log(0.03), np.log(0.8)))) * half_length(steady)
@@ -208,14 +265,19 @@ def _history(rng: np.random.Generator, steady: vc.Scene) -> vc.Scene:
     way = rng.integers(5)
     if way == 1:
         turn = int(rng.integers(1, steps))
-        rigid = {name: [size] * turn + [-0.5 * size] * (steps - turn) for name, size in rigid.items()}
+        rigid = {
+            name: [size] * turn + [-0.5 * size] * (steps - turn) for name, size in rigid.items()
+        }
     if way == 2:
         load = steady.normal_force * (1 + 0.4 * np.sin(np.arange(steps) + rng.uniform(0, 6)))
         return replace(steady, motion=vc.Transient(steps=steps, dq=dq, normal_force=load, **rigid))
     if way == 3:
         force = float(rng.uniform(-0.9, 0.9)) * steady.friction * steady.normal_force
         return replace(
-            steady, motion=vc.Transient(steps=steps, dq=[0.0] + [dq] * (steps - 1), Fx=force, spin=0.3 * motion.spin)
+            steady,
+            motion=vc.Transient(
+                steps=steps, dq=[0.0] + [dq] * (steps - 1), Fx=force, spin=0.3 * motion.spin
+            ),
         )
     if way == 4:
         swing = 3 * half_length(steady) * np.cos(np.arange(steps) + rng.uniform(0, 6))

@@ -11,9 +11,17 @@ from varcontact.reference import carter, line_contact
 LIKE, STEEL = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=82e9, nu=0.28)
 
 
-def make_scene(surface, normal_force=1.0, motion=None, grid="auto", friction=0.3, bodies=LIKE, **more):
+def make_scene(
+    surface, normal_force=1.0, motion=None, grid="auto", friction=0.3, bodies=LIKE, **more
+):
     """A scene of like bodies under a friction of 0.3, unless other ones are given."""
-    given = {"normal_force": normal_force, "motion": motion, "grid": grid, "friction": friction, "bodies": bodies}
+    given = {
+        "normal_force": normal_force,
+        "motion": motion,
+        "grid": grid,
+        "friction": friction,
+        "bodies": bodies,
+    }
     return vc.Scene(surface=surface, **given, **more)
 
 
@@ -27,17 +35,41 @@ def carters_cylinders(part=0.6):
     bodies = vc.Bodies(G=1.0, nu=0.3)
     contact = line_contact(1.0, bodies, a=0.01)
     exact = carter(contact, 0.3, force=-part * 0.3 * contact.force)
-    return exact, make_scene(vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=bodies)
+    return exact, make_scene(
+        vc.Cylinders(R=1.0), contact.force, vc.Steady(vx=exact.creepage), bodies=bodies
+    )
 
 
 def in_units(scene, length, stress, time=1.0):
     """The same scene, where so many are one old unit of length, of force by area, and of time."""
     force = stress * length ** (1 if scene.line else 2)
-    lengths = {"a", "b", "R", "Rx", "Ry", "reference_depth", "h", "x", "y", "dx", "dy", "x0", "y0", "ux", "uy", "dq"}
+    lengths = {
+        "a",
+        "b",
+        "R",
+        "Rx",
+        "Ry",
+        "reference_depth",
+        "h",
+        "x",
+        "y",
+        "dx",
+        "dy",
+        "x0",
+        "y0",
+        "ux",
+        "uy",
+        "dq",
+    }
     units = dict.fromkeys(lengths | {"approach", "memory_distance"}, length)
     units |= dict.fromkeys(("Fx", "Fy", "normal_force"), force)
     units |= dict.fromkeys(("G", "tau_c0", "strength", "density"), stress)
-    units |= {"k_tau": stress / length, "spin": 1 / length, "dt": time, "conductivity": stress * length**2 / time}
+    units |= {
+        "k_tau": stress / length,
+        "spin": 1 / length,
+        "dt": time,
+        "conductivity": stress * length**2 / time,
+    }
     units |= dict.fromkeys(("speed", "velocity", "half_velocity"), length / time)
 
     def scaled(name, value):
@@ -55,7 +87,10 @@ def in_units(scene, length, stress, time=1.0):
             return tuple(scaled(name, each) for each in value)
         if not is_dataclass(value):
             return value
-        return replace(value, **{f.name: scaled(f.name, getattr(value, f.name)) for f in fields(value) if f.init})
+        return replace(
+            value,
+            **{f.name: scaled(f.name, getattr(value, f.name)) for f in fields(value) if f.init},
+        )
 
     return scaled("scene", scene)
 
@@ -69,7 +104,9 @@ def refused(call, field=None, words="", match=None, error=vc.SceneError):
 
 
 def refusals(*cases, of=None, by="match", fixture=None):
-    """A test for each pair of a call, or of arguments `of` one, and its error's pattern or field; after a fixture."""
+    """A test for each pair of a call, or of arguments `of` one, and its error's pattern or field;
+    after a fixture.
+    """
 
     @pytest.mark.parametrize(("given", "said"), cases)
     def test(request, given, said):

@@ -1,8 +1,9 @@
-"""The built site: every link and picture leads somewhere, formulas are formulas, and nothing comes from a network.
+"""The built site: every link and picture leads somewhere, formulas are formulas, and nothing comes
+from a network.
 
-Run: python -m tests.site folder, after python -m sphinx docs folder. Where Chromium is installed it opens every page,
-without a network, and finds pictures that are not drawn and formulas without extent.
-Exit status: 0 all right, 1 if not.
+Run: python -m tests.site folder, after python -m sphinx docs folder. Where Chromium is installed it
+opens every page, without a network, and finds pictures that are not drawn and formulas without
+extent. Exit status: 0 all right, 1 if not.
 """
 
 from __future__ import annotations
@@ -53,7 +54,11 @@ class Page(HTMLParser):
         self.pictures += tag == "img"
         if tag == "a" and given.get("href"):
             self.links.append(given["href"])
-        if tag in RESOURCES and given.get(RESOURCES[tag]) and given.get("rel") not in ("canonical", "index", "search"):
+        if (
+            tag in RESOURCES
+            and given.get(RESOURCES[tag])
+            and given.get("rel") not in ("canonical", "index", "search")
+        ):
             self.resources.append(given[RESOURCES[tag]])
 
     def handle_endtag(self, tag: str) -> None:
@@ -77,7 +82,11 @@ def faults(folder: Path) -> Iterator[str]:
             yield f"{name}: a definition list that was not rendered"
         for latex in LATEX.findall(" ".join(page.prose)):
             yield f"{name}: {latex} stands in the text, a formula that was not converted"
-        if name.parent.name == "gallery" and name.name != "theories_bank.html" and not page.pictures:
+        if (
+            name.parent.name == "gallery"
+            and name.name != "theories_bank.html"
+            and not page.pictures
+        ):
             yield f"{name}: there is no picture"
 
 
@@ -112,10 +121,19 @@ def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:
     addresses = [f"/{path.relative_to(folder)}" for path in sorted(folder.rglob("*.html"))]
     addresses = [each for each in addresses if "/_modules/" not in each and "/_static/" not in each]
     page = OPEN_ALL.replace("PAGES", json.dumps(addresses))
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch, Serving(folder, page) as site:
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch,
+        Serving(folder, page) as site,
+    ):
         options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={scratch}"]
         offline = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-        words = [browser, *options, offline, "--remote-debugging-port=0", f"{site.address}/open-all"]
+        words = [
+            browser,
+            *options,
+            offline,
+            "--remote-debugging-port=0",
+            f"{site.address}/open-all",
+        ]
         opened = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             answer = site.answer.get(timeout=SECONDS)
@@ -156,7 +174,9 @@ class Serving:
             def log_message(self, *words: object) -> None:
                 pass
 
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=str(folder)))
+        self.server = ThreadingHTTPServer(
+            ("127.0.0.1", 0), functools.partial(Handler, directory=str(folder))
+        )
         self.address = f"http://127.0.0.1:{self.server.server_port}"
 
     def __enter__(self) -> Serving:
@@ -176,7 +196,9 @@ def main(folder: str) -> int:
     if browser:
         found += faults_in_browser(root, browser)
     print("\n".join(found) if found else f"{len(list(root.rglob('*.html')))} pages are in order")
-    print(f"opened in {browser}" if browser else "no browser is installed: the pages were not opened")
+    print(
+        f"opened in {browser}" if browser else "no browser is installed: the pages were not opened"
+    )
     return 1 if found else 0
 
 

@@ -1,4 +1,6 @@
-"""How the package reads, counted: `python -m tests.style [room ...]` lists what is to be mended, by file and line."""
+"""How the package reads, counted: `python -m tests.style [room ...]` lists what is to be mended, by
+file and line.
+"""
 
 import ast
 import sys
@@ -14,7 +16,14 @@ COLUMNS = 100
 COMPLEX, TOO_COMPLEX = 12, 20
 PARAMETERS = 7
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.comprehension)
-NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+NO_CODE = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+}
 
 
 def room(path: Path) -> str:
@@ -61,7 +70,10 @@ def code_columns(path: Path) -> list[int]:
     lines = text.splitlines()
     inside: set[int] = set()
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ast.get_docstring(node) is not None:
+        if (
+            isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module)
+            and ast.get_docstring(node) is not None
+        ):
             inside.update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
     code: set[int] = set()
     with path.open("rb") as file:

@@ -1,4 +1,6 @@
-"""Imports run one way: no module reaches for a room that comes after its own, lazy and typing imports included."""
+"""Imports run one way: no module reaches for a room that comes after its own, lazy and typing
+imports included.
+"""
 
 import ast
 import sys
@@ -25,7 +27,8 @@ ORDER = (
     {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
 )
-"""The rooms and the modules beside them, in the order of the data; those of one line may import each other."""
+"""The rooms and the modules beside them, in the order of the data; those of one line may import
+each other."""
 
 BACK = {
     # pictures take objects of later rooms, and need their types only
@@ -51,11 +54,13 @@ CONVENIENCE = {
     "wheel_rail.result": {"wheel_rail.plots"},
     "wheel_rail.wheel_on_rail": {"wheel_rail.solve", "wheel_rail.virtual_penetration"},
 }
-"""Methods that users expect on an object (`plot`, `save`, `report`, `solve`, `to_...`) call what comes after it."""
+"""Methods that users expect on an object (`plot`, `save`, `report`, `solve`, `to_...`) call what
+comes after it."""
 LARGEST_CIRCLE = 6
 """Files that may import each other in a circle, lazy and typing imports included."""
 FILES_OF_A_SOLVE = 35
-"""Files of the package that the steady solve of a Hertzian contact on its own grid passes through."""
+"""Files of the package that the steady solve of a Hertzian contact on its own grid passes
+through."""
 
 
 def imports(path):
@@ -111,22 +116,32 @@ def test_what_may_stay_is_lazy_or_for_types():
 
 
 def test_every_room_has_its_place():
-    rooms = {path.stem if path.is_file() else path.name for path in ROOT.iterdir() if path.name != "__pycache__"}
+    rooms = {
+        path.stem if path.is_file() else path.name
+        for path in ROOT.iterdir()
+        if path.name != "__pycache__"
+    }
     assert rooms - {"py"} == set().union(*ORDER)
 
 
 def circles():
     """The files that import each other, directly or through others, but for the conveniences."""
-    paths = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.rglob("*.py")}
+    paths = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.rglob("*.py")
+    }
     reached = {
-        own: {other for other, _ in imports(path) if other in paths} - CONVENIENCE.get(own, set()) - {own}
+        own: {other for other, _ in imports(path) if other in paths}
+        - CONVENIENCE.get(own, set())
+        - {own}
         for own, path in paths.items()
     }
     for middle in paths:  # Warshall's closure
         for own in paths:
             if middle in reached[own]:
                 reached[own] |= reached[middle]
-    return {frozenset(other for other in reached[own] if own in reached[other]) for own in paths} - {frozenset()}
+    return {
+        frozenset(other for other in reached[own] if own in reached[other]) for own in paths
+    } - {frozenset()}
 
 
 def test_no_circle_of_many_files():
@@ -144,7 +159,11 @@ def test_a_solve_passes_few_files():
     scene = make_scene(spheres, 1e-3, motion, varcontact.Grid(nx=8, ny=8))
     varcontact.solve(scene)  # imports
     entered = set()
-    sys.setprofile(lambda frame, event, argument: entered.add(frame.f_code.co_filename) if event == "call" else None)
+    sys.setprofile(
+        lambda frame, event, argument: (
+            entered.add(frame.f_code.co_filename) if event == "call" else None
+        )
+    )
     try:
         varcontact.solve(scene)
     finally:

@@ -1,4 +1,6 @@
-"""The list of deliberate breaks fits the package, all were caught; the tables of the pages are the kept results."""
+"""The list of deliberate breaks fits the package, all were caught; the tables of the pages are the
+kept results.
+"""
 
 import json
 

@@ -1,4 +1,6 @@
-"""The command line: output, files, exit statuses, and no traceback ever; as a process where that matters."""
+"""The command line: output, files, exit statuses, and no traceback ever; as a process where that
+matters.
+"""
 
 import json
 import os
@@ -46,13 +48,19 @@ def folder(tmp_path):
 
 def untimed(report):
     """The lines of a report but for those of seconds, which differ from run to run."""
-    return [line for line in report.splitlines() if not line.startswith(("  time ", "  solver calls "))]
+    return [
+        line for line in report.splitlines() if not line.startswith(("  time ", "  solver calls "))
+    ]
 
 
 def test_installed_command(folder):
-    """As processes: the report that this one makes, and an error on one line with its exit status."""
+    """As processes: the report that this one makes, and an error on one line with its exit
+    status.
+    """
     script = str(Path(sysconfig.get_path("scripts")) / "varcontact")
-    done = subprocess.run([script, "solve", "scene.toml"], cwd=folder, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [script, "solve", "scene.toml"], cwd=folder, capture_output=True, text=True, check=True
+    )
     assert done.stderr == ""
     assert untimed(done.stdout) == untimed(run("solve", "scene.toml", folder=folder).stdout)
     module = [sys.executable, "-m", "varcontact", "plan", "none.toml"]
@@ -74,7 +82,11 @@ def test_json(folder):
     assert set(result["certificate"]) >= {"gap", "relative_gap", "force_bound", "residual"}
     assert result["certificate"]["relative_gap"] < 1e-12
     assert len(result["certificate"]["force_bound"]) == 3
-    assert result["method"] == {"normal": "hertz", "tangential": "tang-safeguarded", "coupling": "none"}
+    assert result["method"] == {
+        "normal": "hertz",
+        "tangential": "tang-safeguarded",
+        "coupling": "none",
+    }
     assert set(result) >= {"moment", "approach", "iterations", "seconds"}
 
 
@@ -85,16 +97,27 @@ def test_method_as_an_option_and_in_the_file(folder):
     assert "  method            convex: requested: QP and SOCP by conic solvers" in done.stdout
     assert "  solver calls      normal: hertz once" in done.stdout
     assert "                    tangential: clarabel once (" in done.stdout
-    result = json.loads(run("solve", "convex.toml", "--method", "kalker", "--json", folder=folder).stdout)
+    result = json.loads(
+        run("solve", "convex.toml", "--method", "kalker", "--json", folder=folder).stdout
+    )
     assert result["road"] == "kalker"
     assert result["solved_by"] == {"normal": "hertz", "tangential": "tang-exact"}
     assert list(result["calls"]["tangential"]) == ["tang-exact"]
     assert set(result["calls"]["tangential"]["tang-exact"]) == {"count", "iterations", "seconds"}
-    planned = json.loads(run("plan", "scene.toml", "--method", "convex", "--json", folder=folder).stdout)
-    assert (planned["method"], planned["tangential"], planned["formulation"]) == ("convex", "clarabel", "gap")
+    planned = json.loads(
+        run("plan", "scene.toml", "--method", "convex", "--json", folder=folder).stdout
+    )
+    assert (planned["method"], planned["tangential"], planned["formulation"]) == (
+        "convex",
+        "clarabel",
+        "gap",
+    )
     refused = run("solve", "scene.toml", "--method", "konvex", folder=folder)
     assert refused.returncode == 2
-    assert "method = 'konvex' is not allowed: must be one of auto, convex, active-set, kalker" in refused.stderr
+    assert (
+        "method = 'konvex' is not allowed: must be one of auto, convex, active-set, kalker"
+        in refused.stderr
+    )
 
 
 def test_a_plan_is_printed(folder):
@@ -128,8 +151,13 @@ def test_report_file_and_picture(folder, pictures):
     assert "relative gap" in done.stdout
     assert vc.load(folder / "result.nc").normal_force == pytest.approx(1.0)
     assert (folder / "result.png").read_bytes().startswith(b"\x89PNG")
-    assert pictures[0].axes[0].images[0].get_array().max() == vc.load(folder / "result.nc").pressure.max()
-    assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], "nothing half-written is left"
+    assert (
+        pictures[0].axes[0].images[0].get_array().max()
+        == vc.load(folder / "result.nc").pressure.max()
+    )
+    assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], (
+        "nothing half-written is left"
+    )
 
 
 @pytest.mark.parametrize(
@@ -140,12 +168,22 @@ def test_report_file_and_picture(folder, pictures):
         ("solve", "no toml at all", (), ["scene.toml", "TOML"]),
         ("solve", SCENE, ("--normal", "hertzz"), ["normal", "hertzz", "did you mean hertz"]),
         ("solve", SCENE, ("--tol", "-1"), ["tol", "-1"]),
-        ("solve", SCENE, ("--refine", "continuum"), ["refine = 'continuum'", "this version has accuracy"]),
+        (
+            "solve",
+            SCENE,
+            ("--refine", "continuum"),
+            ["refine = 'continuum'", "this version has accuracy"],
+        ),
         ("solve", SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         ("solve", SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
         ("solve", SCENE, ("--out", "a.vtk"), ["--out = 'a.vtk'", "must end in .nc, .csv, .vtu"]),
         ("solve", SCENE, ("--out", "a"), ["--out = 'a'", "must end in .nc, .csv"]),
-        ("solve", SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in .nc, .csv"]),
+        (
+            "solve",
+            SCENE,
+            ("--out", "a.png", "--plot", "a.png"),
+            ["--out = 'a.png'", "must end in .nc, .csv"],
+        ),
         ("solve", SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),
         ("solve", SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
         ("plan", SCENE, ("--tangential", "fastism"), ["tangential", "fastism", "fastsim"]),
@@ -155,7 +193,12 @@ def test_report_file_and_picture(folder, pictures):
         ("compare", SCENE, ("scene.toml",), ["scenes", "each file once"]),
         ("compare", SCENE, ("--out", "none/t.csv"), ["--out", "no folder"]),
         ("compare", SCENE, ("--out", "a.png"), ["--out = 'a.png'", "must end in .csv"]),
-        ("converge", SCENE, ("--cells", "6,8", "--store", "a.nc"), ["--store = 'a.nc'", "the name must end in .csv"]),
+        (
+            "converge",
+            SCENE,
+            ("--cells", "6,8", "--store", "a.nc"),
+            ["--store = 'a.nc'", "the name must end in .csv"],
+        ),
     ],
 )
 def test_bad_input(folder, command, scene, options, words):
@@ -181,24 +224,35 @@ def test_not_solved_to_tolerance(folder, certify):
     assert not vc.load(folder / "result.nc").converged
 
 
-@pytest.mark.parametrize("arguments", [("solve", "scene.toml", "--json", "--out", "a.nc"), ("solve", "--help")])
+@pytest.mark.parametrize(
+    "arguments", [("solve", "scene.toml", "--json", "--out", "a.nc"), ("solve", "--help")]
+)
 def test_reader_that_has_gone(folder, arguments):
     """As in ``varcontact ... | true``: no complaint, and the files are written."""
     reading, writing = os.pipe()
     os.close(reading)
     command = [sys.executable, "-m", "varcontact", *arguments]
-    done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False
+    )
     os.close(writing)
     assert done.stderr == ""
-    assert done.returncode == 0 or "--help" in arguments  # printed by click, which calls it an error
-    assert sorted(os.listdir(folder)) == sorted({"scene.toml", *(name for name in arguments if name.startswith("a."))})
+    # printed by click, which calls it an error
+    assert done.returncode == 0 or "--help" in arguments
+    assert sorted(os.listdir(folder)) == sorted(
+        {"scene.toml", *(name for name in arguments if name.startswith("a."))}
+    )
 
 
 def test_output_that_cannot_be_written(folder):
-    """Standard output that takes nothing: one line, and the file of --out is written all the same."""
+    """Standard output that takes nothing: one line, and the file of --out is written all the
+    same.
+    """
     command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", "--out", "a.nc"]
     with open(os.devnull) as closed:  # for reading
-        done = subprocess.run(command, cwd=folder, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(
+            command, cwd=folder, stdout=closed, stderr=subprocess.PIPE, text=True, check=False
+        )
     assert done.returncode == 2
     assert "standard output" in done.stderr
     assert "Traceback" not in done.stderr
@@ -206,8 +260,19 @@ def test_output_that_cannot_be_written(folder):
 
 
 def test_import_is_light():
-    """Heavy packages are imported where they are used, and so is what a script may not need of varcontact."""
-    heavy = ("scipy", "clarabel", "cvxpy", "pandas", "xarray", "matplotlib", "typer", "varcontact.solvers")
+    """Heavy packages are imported where they are used, and so is what a script may not need of
+    varcontact.
+    """
+    heavy = (
+        "scipy",
+        "clarabel",
+        "cvxpy",
+        "pandas",
+        "xarray",
+        "matplotlib",
+        "typer",
+        "varcontact.solvers",
+    )
     code = f"import sys, varcontact; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -234,7 +299,17 @@ def test_matplotlib_says_nothing_of_its_caches(folder, option):
 
 def test_compare(folder, pictures):
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
-    done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)
+    done = run(
+        "compare",
+        "scene.toml",
+        "--methods",
+        methods,
+        "--out",
+        "t.csv",
+        "--plot",
+        "t.png",
+        folder=folder,
+    )
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "scene"
@@ -245,8 +320,13 @@ def test_compare(folder, pictures):
     ]
     assert "pip install cvxopt" in lines[5]
     assert (folder / "t.png").read_bytes()[:4] == b"\x89PNG"
-    assert [entry.get_text() for entry in pictures[0].legends[0].get_texts()] == ["tang-safeguarded", "fastsim"]
-    again = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--json", folder=folder)
+    assert [entry.get_text() for entry in pictures[0].legends[0].get_texts()] == [
+        "tang-safeguarded",
+        "fastsim",
+    ]
+    again = run(
+        "compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--json", folder=folder
+    )
     rows = json.loads(again.stdout)
     assert [row["method"] for row in rows] == methods.split(",")
     assert rows[0]["traction_distance"] == 0
@@ -264,7 +344,9 @@ def test_compare_takes_the_accuracy_of_a_file(folder):
     ]
     (fx,), (same,) = ([row["Fx"] for row in json.loads(done.stdout)] for done in table)
     (folder / "plain.toml").write_text(asked.split("[solve]")[0])
-    (plain,) = json.loads(run("compare", "plain.toml", "--methods", "tang", "--json", folder=folder).stdout)
+    (plain,) = json.loads(
+        run("compare", "plain.toml", "--methods", "tang", "--json", folder=folder).stdout
+    )
     assert fx == same != plain["Fx"]
     done = run("compare", "asked.toml", "plain.toml", folder=folder)
     assert done.returncode == 2

@@ -46,7 +46,9 @@ def test_brackets_are_not_markup():
     assert "[default: polish]" in " ".join(said("solve", "--help").split())
 
 
-@pytest.mark.parametrize("command", ["solve", "plan", "compare", "converge", "sweep", "scan", "curve"])
+@pytest.mark.parametrize(
+    "command", ["solve", "plan", "compare", "converge", "sweep", "scan", "curve"]
+)
 def test_help_fits_a_screen_and_says_where_all_methods_are(command):
     text = said(command, "--help")
     assert len(text.splitlines()) <= 45
@@ -55,7 +57,14 @@ def test_help_fits_a_screen_and_says_where_all_methods_are(command):
 
 def test_the_page_names_all_methods():
     """Those of other packages as `qpsolvers:<name>`, with the names in its row."""
-    every = [*PRESETS, *normal_methods(), *tangential_methods(), *THEORIES, *COUPLING_METHODS, *FORMULATIONS]
+    every = [
+        *PRESETS,
+        *normal_methods(),
+        *tangential_methods(),
+        *THEORIES,
+        *COUPLING_METHODS,
+        *FORMULATIONS,
+    ]
     words = {word for name in every for word in name.split(":")}
     lines = "\n".join(line for line in METHODS_PAGE.splitlines() if line.startswith("|"))
     assert not [word for word in words if f"`{word}" not in lines]
@@ -71,11 +80,15 @@ def test_completion_is_installed_and_completes(tmp_path):
     inside = {"HOME": str(tmp_path), "PATH": scripts}
 
     def bash(commands):
-        done = subprocess.run(["bash", "-c", commands], env=inside, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            ["bash", "-c", commands], env=inside, capture_output=True, text=True, check=True
+        )
         return done.stdout.split()
 
     assert "installed" in bash("varcontact --install-completion; true")
     complete = f". {tmp_path}/.bashrc; COMP_WORDS=(varcontact {{}}); COMP_CWORD={{}}; _varcontact_completion varcontact"
     show = "; echo ${COMPREPLY[@]}"
-    assert set(bash(complete.format("s", 1) + show)) == {name for name in COMMANDS if name.startswith("s")}
+    assert set(bash(complete.format("s", 1) + show)) == {
+        name for name in COMMANDS if name.startswith("s")
+    }
     assert bash(complete.format("solve --tang", 2) + show) == ["--tangential"]

@@ -1,4 +1,6 @@
-"""Ctrl-C at a terminal, in the middle of the work: what standard error says is kept, and that it is."""
+"""Ctrl-C at a terminal, in the middle of the work: what standard error says is kept, and that it
+is.
+"""
 
 import os
 import re
@@ -56,7 +58,8 @@ parallel.PRELOAD.insert(0, "pressing")
 Status.update = telling(Status.update)
 main()
 """
-"""The command, to which Ctrl-C comes in a function `within` a file, once the terminal has been told `at`.
+"""The command, to which Ctrl-C comes in a function `within` a file, once the terminal has been told
+`at`.
 
 Or while the server of a pool imports a module of that name, where there is one.
 """
@@ -64,7 +67,11 @@ Or while the server of a pool imports a module of that name, where there is one.
 
 @pytest.fixture
 def folder(tmp_path):
-    for name, scene in {"one": STEADY.replace("40", "6"), "two": STEADY, "history": HISTORY}.items():
+    for name, scene in {
+        "one": STEADY.replace("40", "6"),
+        "two": STEADY,
+        "history": HISTORY,
+    }.items():
         (tmp_path / f"{name}.toml").write_text(scene)
     return tmp_path
 
@@ -89,13 +96,18 @@ def test_one_problem(folder):
     output, said = interrupted(
         folder, "solve", "two.toml", "--formulation", "marching", "--out", "a.nc", at="tangential"
     )
-    assert (output, said) == ("", "interrupted; nothing is kept, and the same command starts again from the beginning")
+    assert (output, said) == (
+        "",
+        "interrupted; nothing is kept, and the same command starts again from the beginning",
+    )
     assert not (folder / "a.nc").exists()
 
 
 def test_history_with_a_file(folder):
     """The steps are printed, and stand in the file."""
-    output, said = interrupted(folder, "solve", "history.toml", "--out", "a.nc", at="3 of 4000 steps")
+    output, said = interrupted(
+        folder, "solve", "history.toml", "--out", "a.nc", at="3 of 4000 steps"
+    )
     kept = len(vc.load(folder / "a.nc"))
     assert kept >= 3
     assert f"4000 steps: {kept} FINISHED" in output
@@ -114,14 +126,24 @@ def test_comparison_with_a_table(folder):
 
 @pytest.mark.parametrize("at", ["nothing", r"[1-9]\d\d of 4000"])
 def test_a_sweep_in_processes(folder, at):
-    """While they begin and while they work: neither their tracebacks nor semaphores that nobody took away."""
+    """While they begin and while they work: neither their tracebacks nor semaphores that nobody
+    took away.
+    """
     if at == "nothing":
         (folder / "pressing.py").write_text("import os, signal\nos.killpg(0, signal.SIGINT)\n")
     over = '[over]\n"motion.vx" = { from = 1e-4, to = 1e-2, count = 2000 }\nfriction = [0.2, 0.3]\n'
     like = STEADY.replace("inf", "1.0").replace("40", "20")
     (folder / "sweep.toml").write_text(like + over)
     _, said = interrupted(
-        folder, "sweep", "sweep.toml", "--workers", "2", "--out", "a.nc", at=at, within="parallel.py:results"
+        folder,
+        "sweep",
+        "sweep.toml",
+        "--workers",
+        "2",
+        "--out",
+        "a.nc",
+        at=at,
+        within="parallel.py:results",
     )
     how = "finished scenes are kept in a.nc, and the same command resumes from there"
     assert re.fullmatch(rf"interrupted after \d+ of 4000 scenes; {how}", said)
@@ -130,7 +152,12 @@ def test_a_sweep_in_processes(folder, at):
 def test_before_anything_is_finished(tmp_path, capsys):
     """A file that was asked for, and is not there yet."""
     with pytest.raises(SystemExit) as status:
-        stop(vc.Interrupted(None, " after 0 of 2 scenes"), tmp_path / "t.csv", "--out FILE.csv", "scenes")
+        stop(
+            vc.Interrupted(None, " after 0 of 2 scenes"),
+            tmp_path / "t.csv",
+            "--out FILE.csv",
+            "scenes",
+        )
     assert status.value.code == 130
     said = capsys.readouterr().err
     assert said.startswith("varcontact: interrupted after 0 of 2 scenes; nothing is kept in ")

@@ -12,7 +12,9 @@ from varcontact.wheel_rail import Profile
 
 @pytest.fixture
 def folder(tmp_path):
-    """A rail and a wheel, a groove within another folder, a file in metres, one that is no profile, and slices."""
+    """A rail and a wheel, a groove within another folder, a file in metres, one that is no profile,
+    and slices.
+    """
     rail, wheel = Profile.rail_60e1(step=1.0), Profile.s1002(step=1.0)
     rail.save(tmp_path / "head.csv")
     np.savetxt(tmp_path / "wheel.whl", np.stack([wheel.y, wheel.z], axis=1))
@@ -33,7 +35,12 @@ def test_a_folder_as_a_table(folder):
     assert done.returncode == 0
     lines = done.stdout.splitlines()
     assert lines[0].split()[:3] == ["file", "kind", "points"]
-    assert [line.split()[0] for line in lines[1:5]] == ["head.csv", "rig/groove.prr", "switch.slcs", "wheel.whl"]
+    assert [line.split()[0] for line in lines[1:5]] == [
+        "head.csv",
+        "rig/groove.prr",
+        "switch.slcs",
+        "wheel.whl",
+    ]
     assert lines[4].split()[1:5] == ["wheel", str(Profile.s1002(step=1.0).y.size), "-70", "60"]
     assert "2 slices" in lines[3]
     text = "\n".join(lines[5:])
@@ -53,7 +60,9 @@ def test_a_pipe_in_the_folder_is_refused(folder):
 
 def test_units_kinds_and_one_file(folder):
     rows = json.loads(
-        run("profiles", "metres.txt", "--kind", "rail", "--scale", "1000", "--json", folder=folder).stdout
+        run(
+            "profiles", "metres.txt", "--kind", "rail", "--scale", "1000", "--json", folder=folder
+        ).stdout
     )
     (row,) = rows
     assert row["refused"] is None and row["doubts"] == []

@@ -36,7 +36,10 @@ def line(message):
 def answers(*messages):
     """To messages, bytes or objects, one after the other."""
     out = io.BytesIO()
-    serve_lines(io.BytesIO(b"".join(each if isinstance(each, bytes) else line(each) for each in messages)), out)
+    serve_lines(
+        io.BytesIO(b"".join(each if isinstance(each, bytes) else line(each) for each in messages)),
+        out,
+    )
     return [json.loads(each) for each in out.getvalue().splitlines()]
 
 
@@ -44,7 +47,11 @@ def test_forces_are_those_of_solve():
     (found,) = answers(GOOD)
     assert (found["id"], list(found["wheels"])) == (1, list(WHEELS))
     for wheel, own in WHEELS.items():
-        surface, motion, grid = vc.Paraboloids(Rx=0.46, Ry=0.30), vc.Steady(**own["motion"]), vc.Grid(nx=8, ny=8)
+        surface, motion, grid = (
+            vc.Paraboloids(Rx=0.46, Ry=0.30),
+            vc.Steady(**own["motion"]),
+            vc.Grid(nx=8, ny=8),
+        )
         scene = make_scene(surface, own["normal_force"], motion, grid, bodies=STEEL)
         sol, limit = vc.solve(scene), 0.3 * own["normal_force"]
         row = found["wheels"][wheel]
@@ -72,7 +79,9 @@ def test_grids_of_each_and_accuracies():
     """Without a common lattice, or to an accuracy, there is no start, but an answer."""
     wheels = {"1L": {**WHEELS["1L"], "grid": {"nx": 10, "ny": 10}}, "1R": WHEELS["1R"]}
     free = {key: value for key, value in SCENE.items() if key != "grid"}
-    found, to_accuracy = answers({**GOOD, "wheels": wheels}, {**GOOD, "scene": free, "accuracy": 0.05})
+    found, to_accuracy = answers(
+        {**GOOD, "wheels": wheels}, {**GOOD, "scene": free, "accuracy": 0.05}
+    )
     assert all(row["ok"] for row in found["wheels"].values())
     assert 0 < to_accuracy["wheels"]["1L"]["Fx_error"] <= 0.05 * 3e4
 
@@ -83,7 +92,9 @@ def test_an_accuracy_beside_a_grid_is_refused():
     wheels = {"1L": WHEELS["1L"], "1R": {**WHEELS["1R"], "grid": SCENE["grid"]}}
     (found,) = answers({**GOOD, "scene": free, "wheels": wheels, "accuracy": 0.05})
     assert found["wheels"]["1L"]["ok"]
-    assert found["wheels"]["1R"]["error"].endswith("must be left out: it is chosen for the accuracy")
+    assert found["wheels"]["1R"]["error"].endswith(
+        "must be left out: it is chosen for the accuracy"
+    )
 
 
 def test_a_wrong_wheel_is_named_and_the_others_are_solved():
@@ -114,7 +125,9 @@ MALFORMED = {
     "infinity": b'{"wheels": {"a": {"normal_force": Infinity}}}\n',
     "no text": b"\xff\xfe\x00\n",
     "a list": b"[1, 2]\n",
-    "a number of thousands of digits": b'{"wheels": {"a": {"normal_force": ' + b"9" * 9999 + b"}}}\n",
+    "a number of thousands of digits": b'{"wheels": {"a": {"normal_force": '
+    + b"9" * 9999
+    + b"}}}\n",
     "deep": b"[" * 100_000 + b"\n",
     "no wheels": b'{"id": 3}\n',
     "wheels in a list": b'{"wheels": []}\n',
@@ -148,7 +161,9 @@ COMMAND = [sys.executable, "-m", "varcontact", "serve"]
 
 
 def test_standard_input_until_its_end(tmp_path):
-    done = subprocess.run(COMMAND, input=line(GOOD) + b"\n" + b'{"wh', capture_output=True, timeout=300)
+    done = subprocess.run(
+        COMMAND, input=line(GOOD) + b"\n" + b'{"wh', capture_output=True, timeout=300
+    )
     good, half = map(json.loads, done.stdout.splitlines())
     assert (done.returncode, done.stderr) == (0, b"")
     assert good["wheels"]["1L"]["ok"] and "error" in half
@@ -156,7 +171,8 @@ def test_standard_input_until_its_end(tmp_path):
 
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_silence(end):
-    heard = partial(signal.signal, end, signal.SIG_DFL)  # a shell's background jobs begin deaf to it
+    # a shell's background jobs begin deaf to it
+    heard = partial(signal.signal, end, signal.SIG_DFL)
     pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
     process = subprocess.Popen(COMMAND, **pipes, preexec_fn=heard)
     process.stdin.write(line(GOOD))
@@ -171,7 +187,10 @@ def test_a_small_request_is_answered_beside_a_large_one():
     process = subprocess.Popen([*COMMAND, "--port", "0"], stdout=subprocess.PIPE)
     try:
         address = ("127.0.0.1", int(process.stdout.readline().decode().rpartition(":")[2]))
-        with socket.create_connection(address, 300) as large, socket.create_connection(address, 300) as small:
+        with (
+            socket.create_connection(address, 300) as large,
+            socket.create_connection(address, 300) as small,
+        ):
             large.sendall(line({**GOOD, "scene": {**SCENE, "grid": {"nx": 400, "ny": 400}}}))
             for number in (5, 6):
                 small.sendall(line({**GOOD, "id": number}))
@@ -186,12 +205,17 @@ def test_a_small_request_is_answered_beside_a_large_one():
 
 def test_a_local_socket():
     """Two clients at once; one that leaves in the middle of a message disturbs nobody."""
-    process = subprocess.Popen([*COMMAND, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [*COMMAND, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
     try:
         words = process.stdout.readline().decode().split()
         assert words[:2] == ["listening", "on"] and words[2].startswith("127.0.0.1:")
         address = ("127.0.0.1", int(words[2].split(":")[1]))
-        with socket.create_connection(address, 300) as one, socket.create_connection(address, 300) as other:
+        with (
+            socket.create_connection(address, 300) as one,
+            socket.create_connection(address, 300) as other,
+        ):
             with socket.create_connection(address, 300) as leaving:
                 leaving.sendall(line(GOOD)[:200])
             with socket.create_connection(address, 300) as leaving:
@@ -199,7 +223,9 @@ def test_a_local_socket():
             for client, number in ((one, 5), (other, 6), (one, 7)):
                 client.sendall(line({**GOOD, "id": number}))
                 assert json.loads(client.makefile("rb").readline())["id"] == number
-            taken = subprocess.run([*COMMAND, "--port", str(address[1])], capture_output=True, text=True, timeout=300)
+            taken = subprocess.run(
+                [*COMMAND, "--port", str(address[1])], capture_output=True, text=True, timeout=300
+            )
             assert taken.returncode == 2 and "must be a free address" in taken.stderr
     finally:
         process.terminate()

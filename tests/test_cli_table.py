@@ -20,9 +20,17 @@ def test_a_book_for_other_bodies(tmp_path):
 @pytest.mark.parametrize(
     ("nu", "name", "words"),
     [
-        ("0.7", "other.nc", "bodies.nu = 0.7 is not allowed: must be a Poisson's ratio in (-1, 0.5]"),
+        (
+            "0.7",
+            "other.nc",
+            "bodies.nu = 0.7 is not allowed: must be a Poisson's ratio in (-1, 0.5]",
+        ),
         ("0.4", "book.csv", "the name must end in .nc"),
-        ("0.4", "book.nc", "exists already and is no table book of varcontact's; name another file, or add --force"),
+        (
+            "0.4",
+            "book.nc",
+            "exists already and is no table book of varcontact's; name another file, or add --force",
+        ),
     ],
 )
 def test_bad_input(tmp_path, nu, name, words):

@@ -1,4 +1,6 @@
-"""The docstrings of public names, those docs/api lists, name each parameter; none names one that is gone."""
+"""The docstrings of public names, those docs/api lists, name each parameter; none names one that is
+gone.
+"""
 
 import ast
 import importlib
@@ -27,7 +29,13 @@ def public():
                 listed_in = getattr(importlib.import_module(name), "__all__", ())
                 names = members.split(",") if members.strip() else listed_in
                 yield from (f"{name}.{each.strip()}" for each in names)
-            elif directive in ("autofunction", "autoclass", "autoexception", "automethod", "autodata"):
+            elif directive in (
+                "autofunction",
+                "autoclass",
+                "autoexception",
+                "automethod",
+                "autodata",
+            ):
                 yield name if name.startswith("varcontact.") else f"{module}.{name}"
 
 
@@ -69,7 +77,9 @@ def test_public_names_tell_what_they_take(name):
         if inspect.isfunction(method) and own[0] != "_":
             doc = inspect.getdoc(method) or ""
             assert doc, f"{name}.{own}"
-            assert parameters(method) <= listed(doc) | set(re.findall(r"`(\w+)`", doc)), f"{name}.{own}"
+            assert parameters(method) <= listed(doc) | set(re.findall(r"`(\w+)`", doc)), (
+                f"{name}.{own}"
+            )
 
 
 def test_no_docstring_lists_a_parameter_that_is_gone():

@@ -1,4 +1,6 @@
-"""The code on the pages runs as it stands, prints what they say, and draws the pictures that they show."""
+"""The code on the pages runs as it stands, prints what they say, and draws the pictures that they
+show.
+"""
 
 import importlib.util
 import re
@@ -23,7 +25,9 @@ grid = {nx = 6, ny = 6}
 
 
 def extension(name):
-    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / "_extensions" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(
+        name, ROOT / "docs" / "_extensions" / f"{name}.py"
+    )
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -32,9 +36,15 @@ def extension(name):
 pages = extension("pages")
 MADE = {"_build", "made", "gallery"}
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"] + [
-    page for page in sorted((ROOT / "docs").rglob("*.md")) if not MADE & set(page.relative_to(ROOT).parts)
+    page
+    for page in sorted((ROOT / "docs").rglob("*.md"))
+    if not MADE & set(page.relative_to(ROOT).parts)
 ]
-RUNNING = [page for page in PAGES if {block.language for block in pages.blocks(page)} & {"python", "sh", "toml"}]
+RUNNING = [
+    page
+    for page in PAGES
+    if {block.language for block in pages.blocks(page)} & {"python", "sh", "toml"}
+]
 
 
 def name_of(page):
@@ -54,7 +64,9 @@ def test_a_page_does_what_it_says(page, tmp_path, monkeypatch):
     assert set(shown) <= {path.name for path in tmp_path.iterdir()}
     if shown:  # the site need not run it again
         made = ROOT / "docs" / "made" / "pages" / page.stem
-        shutil.copytree(tmp_path, made, ignore=shutil.ignore_patterns("examples"), dirs_exist_ok=True)
+        shutil.copytree(
+            tmp_path, made, ignore=shutil.ignore_patterns("examples"), dirs_exist_ok=True
+        )
         (made / "output.txt").touch()
         (made / "stamp").write_text(pages.stamp(page.read_text()))
 
@@ -88,7 +100,10 @@ def test_what_the_shell_is_to_run_is_there(page):
 def test_ci_runs_what_the_readme_says():
     """The main job, and the tests, in an environment made as it says."""
     commands = [
-        line for block in pages.blocks(ROOT / "README.md") if block.language == "sh" for line in block.code.splitlines()
+        line
+        for block in pages.blocks(ROOT / "README.md")
+        if block.language == "sh"
+        for line in block.code.splitlines()
     ]
     job = (ROOT / ".ci" / "run").read_text()
     for command in ("python examples/wheel_on_rail.py", "python -m pytest"):
@@ -122,5 +137,7 @@ def test_modules_documented_under_another_name_can_be_imported():
     for old, new in vc._RENAMED.items():
         assert not (ROOT / old.replace(".", "/")).with_suffix(".py").exists()
         module, renamed = importlib.import_module(old), importlib.import_module(new)
-        own = [name for name, value in vars(renamed).items() if getattr(value, "__module__", "") == new]
+        own = [
+            name for name, value in vars(renamed).items() if getattr(value, "__module__", "") == new
+        ]
         assert own and all(getattr(module, name) is getattr(renamed, name) for name in own)

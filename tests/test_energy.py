@@ -1,4 +1,6 @@
-"""U and C of a solution's problems: equal there, apart by the gap elsewhere, and one above the other everywhere."""
+"""U and C of a solution's problems: equal there, apart by the gap elsewhere, and one above the
+other everywhere.
+"""
 
 import numpy as np
 import pytest
@@ -26,13 +28,21 @@ LOADS = {
         "motion": vc.Shift(ux=1e-3),
     },
 }
-MOTIONS = {"shift": vc.Shift(ux=0.1, uy=0.05, rotation=0.1), "shift by a force": vc.Shift(Fx=-0.2, uy=0.02)}
+MOTIONS = {
+    "shift": vc.Shift(ux=0.1, uy=0.05, rotation=0.1),
+    "shift by a force": vc.Shift(Fx=-0.2, uy=0.02),
+}
 
 
 @pytest.fixture(scope="module", params=LOADS)
 def pressed(request, rolling):
     """A normal problem, solved on the grid, and its solution."""
-    base = {"surface": vc.Paraboloids(1.0, 0.7), "motion": None, "friction": None, "grid": vc.Grid(nx=14, ny=14)}
+    base = {
+        "surface": vc.Paraboloids(1.0, 0.7),
+        "motion": None,
+        "friction": None,
+        "grid": vc.Grid(nx=14, ny=14),
+    }
     changes = base | LOADS[request.param]
     if changes["motion"] is not None:
         changes["friction"] = 0.3
@@ -47,7 +57,9 @@ def shifted(request, rolling):
 
 
 def test_normal_energies_are_equal_at_the_solution(pressed):
-    """U = C, and both are the work that pressing takes: in physical units, from the solution's own fields."""
+    """U = C, and both are the work that pressing takes: in physical units, from the solution's own
+    fields.
+    """
     sol, problem = pressed
     U = potential_energy(problem.normal, problem.pressure)
     C = complementary_energy(problem.normal, problem.pressure)
@@ -65,7 +77,9 @@ def test_normal_energies_are_equal_at_the_solution(pressed):
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(-6, 0))
 def test_normal_energies_elsewhere(pressed, seed, size):
-    """Any other pressures of the same force have less C; with admissible displacements more U; U - C is the gap."""
+    """Any other pressures of the same force have less C; with admissible displacements more U; U -
+    C is the gap.
+    """
     _, problem = pressed
     normal, exact = problem.normal, problem.pressure
     noise = np.random.default_rng(seed).normal(size=exact.shape)
@@ -78,10 +92,16 @@ def test_normal_energies_elsewhere(pressed, seed, size):
     if normal.force is not None:
         U = potential_energy(normal, pressure)
         assert U >= best - slack
-        assert U - C == pytest.approx(normal_gap(normal, pressure, problem.approach)[0], rel=1e-9, abs=slack)
+        assert U - C == pytest.approx(
+            normal_gap(normal, pressure, problem.approach)[0], rel=1e-9, abs=slack
+        )
     else:
-        overlap = float(np.max(normal.approach - normal.distance - normal.operator.apply(pressure[None])[0]))
-        raised = pressure + max(overlap, 0.0) / float(normal.operator.apply(np.ones((1, pressure.size))).min())
+        overlap = float(
+            np.max(normal.approach - normal.distance - normal.operator.apply(pressure[None])[0])
+        )
+        raised = pressure + max(overlap, 0.0) / float(
+            normal.operator.apply(np.ones((1, pressure.size))).min()
+        )
         assert potential_energy(normal, raised) >= best - slack
 
 
@@ -93,7 +113,9 @@ def test_tangential_energies_are_equal_at_the_solution(shifted):
     assert tangential_residual(problem.tangential, problem.traction, problem.rigid) < 1e-10
     worse = project(0.9 * problem.traction, problem.tangential.bound)
     if not problem.tangential.free:
-        apart = potential_energy(problem.tangential, worse) - complementary_energy(problem.tangential, worse)
+        apart = potential_energy(problem.tangential, worse) - complementary_energy(
+            problem.tangential, worse
+        )
         assert apart == pytest.approx(gap(problem.tangential, worse, problem.rigid)[0], rel=1e-9)
         assert apart > 1e-4 * abs(C)
 
@@ -110,14 +132,19 @@ def test_tangential_energies_elsewhere(shifted, seed, size):
         missing = tangential.force[i] / tangential.area - traction[i].sum()
         traction[i] += missing / traction[i].size
     inside = bool(np.all(np.hypot(*traction) <= tangential.bound))
-    C, U = complementary_energy(tangential, traction), potential_energy(tangential, traction, problem.rigid)
+    C, U = (
+        complementary_energy(tangential, traction),
+        potential_energy(tangential, traction, problem.rigid),
+    )
     best = complementary_energy(tangential, exact)
     slack = 1e-12 * abs(best)
     assert U >= best - slack
     if inside:
         assert C <= best + slack
     if not tangential.free:
-        assert U - C == pytest.approx(gap(tangential, traction, problem.rigid)[0], rel=1e-9, abs=slack)
+        assert U - C == pytest.approx(
+            gap(tangential, traction, problem.rigid)[0], rel=1e-9, abs=slack
+        )
 
 
 def test_the_energy_of_infinite_friction_is_elastic(rolling):
@@ -127,15 +154,23 @@ def test_the_energy_of_infinite_friction_is_elastic(rolling):
 
 
 def test_posed_closes_the_gap_of_every_kind(rolling):
-    """Steady rolling under a force, a law of friction, unlike bodies: what was found is put back where it belongs."""
+    """Steady rolling under a force, a law of friction, unlike bodies: what was found is put back
+    where it belongs.
+    """
     law = vc.StaticKinetic(0.3, 0.2)
-    unlike = {"bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3), "surface": vc.Paraboloids(1.0, 1.0), "normal_force": 1e-2}
+    unlike = {
+        "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3),
+        "surface": vc.Paraboloids(1.0, 1.0),
+        "normal_force": 1e-2,
+    }
     for changes in ({"motion": vc.Steady(Fx=-0.1, spin=0.1)}, {"friction": law}, unlike):
         sol = vc.solve(rolling(**changes))
         problem = posed(sol)
         absolute, relative = gap(problem.tangential, problem.traction, problem.rigid)
         assert 0 <= relative < 1e-9
-        assert absolute * problem.unit == pytest.approx(sol.certificate.gap, rel=1e-6, abs=1e-12 * problem.unit)
+        assert absolute * problem.unit == pytest.approx(
+            sol.certificate.gap, rel=1e-6, abs=1e-12 * problem.unit
+        )
         with pytest.raises(vc.SceneError, match=r"others have a gap, and no energy"):
             potential_energy(problem.tangential, problem.traction)
         with pytest.raises(vc.SceneError, match="others have a gap"):

@@ -52,7 +52,9 @@ def titles(figure):
 
 
 def test_fig21_spin():
-    """The paper's FASTSIM has Fy = -18.12 kN; the exact theory is within the 10-15 % of f Fz that the paper grants."""
+    """The paper's FASTSIM has Fy = -18.12 kN; the exact theory is within the 10-15 % of f Fz that
+    the paper grants.
+    """
     sol = solved("fig21_spin")
     assert sol.traction_bound.sum() * sol.grid.area == pytest.approx(45e3)
     assert sol.force[1] == pytest.approx(-18.6e3, abs=50)
@@ -66,7 +68,9 @@ def test_fig21_fastsim(ran, pictures):
     field, sol = ran("fig21_fastsim", "-18.10 kN (the paper", cells=15)
     simplified, exact = titles(pictures[0])
     assert "-18.10" in simplified and f"{sol.elements['contact']} elements" in exact
-    (arrows,) = (artist for artist in pictures[0].axes[0].get_children() if isinstance(artist, Quiver))
+    (arrows,) = (
+        artist for artist in pictures[0].axes[0].get_children() if isinstance(artist, Quiver)
+    )
     np.testing.assert_array_equal(arrows.V, field.traction[1].ravel())
     assert field.force[1] == pytest.approx(-18.10e3, abs=5)
     assert abs(field.force[0]) < 1e-6
@@ -75,28 +79,44 @@ def test_fig21_fastsim(ran, pictures):
 
 
 def test_fig22_to_24_creep_forces(ran, pictures):
-    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
+    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine
+    one).
+    """
     numbers = ran("fig22_to_24_creep_forces", "Fig. 24 (3*)", cells=10, points=5, elements=50)
     away = curves_of(pictures[0].axes[2])
-    assert away["Fig. 22, $v_x$"].max() == pytest.approx(100 * numbers["Fig. 22, vx"]["FASTSIM 50 x 50"])
+    assert away["Fig. 22, $v_x$"].max() == pytest.approx(
+        100 * numbers["Fig. 22, vx"]["FASTSIM 50 x 50"]
+    )
     labels = [name.replace("vx", "$v_x$").replace("vy", "$v_y$") for name in numbers]
     assert len(labels) == 7 and {*labels, "weighted"} <= set(away)
-    dashed = [line.get_ydata() for line in pictures[0].axes[2].get_lines() if line.get_linestyle() == "--"]
-    worst = [100 * numbers[f"Fig. 24 {case}"]["weighted 50 x 50"] for case in ("(1)", "(2)", "(3)", "(3*)")]
+    dashed = [
+        line.get_ydata() for line in pictures[0].axes[2].get_lines() if line.get_linestyle() == "--"
+    ]
+    worst = [
+        100 * numbers[f"Fig. 24 {case}"]["weighted 50 x 50"]
+        for case in ("(1)", "(2)", "(3)", "(3*)")
+    ]
     assert [curve.max() for curve in dashed if len(curve)] == pytest.approx(worst)
     assert numbers["Fig. 22, vx"]["FASTSIM 50 x 50"] == pytest.approx(0.051, abs=0.003)
     assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.18
     for name in ("Fig. 22, vx", "Fig. 22, vy", "Fig. 23"):
-        assert numbers[name]["weighted 50 x 50"] == pytest.approx(numbers[name]["FASTSIM 50 x 50"], rel=1e-9)
+        assert numbers[name]["weighted 50 x 50"] == pytest.approx(
+            numbers[name]["FASTSIM 50 x 50"], rel=1e-9
+        )
     for name in ("Fig. 24 (1)", "Fig. 24 (2)"):
         assert numbers[name]["weighted 50 x 50"] > 2 * numbers[name]["FASTSIM 50 x 50"]
-    assert max(numbers, key=lambda name: numbers[name]["FASTSIM 50 x 50"] * (name != "Fig. 24 (3*)")) == "Fig. 24 (3)"
+    assert (
+        max(numbers, key=lambda name: numbers[name]["FASTSIM 50 x 50"] * (name != "Fig. 24 (3*)"))
+        == "Fig. 24 (3)"
+    )
     assert numbers["Fig. 24 (3)"]["weighted 50 x 50"] < 0.03
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
 def test_coated_sphere(ran, pictures):
-    """Without a coating the sphere has Hertz's pressure; a hard one raises it, and less of it sticks."""
+    """Without a coating the sphere has Hertz's pressure; a hard one raises it, and less of it
+    sticks.
+    """
     found = ran("coated_sphere", "hard, 4 G", cells=16)
     soft, none, hard = found.values()
     hertz = vc.reference.hertz(10.0, 10.0, vc.Bodies(82e3, 0.28), force=100.0)
@@ -108,18 +128,24 @@ def test_coated_sphere(ran, pictures):
 
 
 def test_fig26_carter(tmp_path, capsys, pictures):
-    """All within a few percent of Carter by 40 elements, and half of that by 80; the stick area exactly."""
+    """All within a few percent of Carter by 40 elements, and half of that by 80; the stick area
+    exactly.
+    """
     carter = script("fig26_carter")
     coarse, fine = (carter.main(str(tmp_path / "picture.png"), elements=n) for n in (40, 80))
     assert (tmp_path / "picture.png").stat().st_size > 20_000
     assert "Carter -0.001500" in capsys.readouterr().out
-    for figure, traction_error in zip(pictures, (coarse["traction"], fine["traction"]), strict=True):
+    for figure, traction_error in zip(
+        pictures, (coarse["traction"], fine["traction"]), strict=True
+    ):
         line, dots = (
             next(each for each in figure.axes[0].get_lines() if each.get_label() == name)
             for name in ("Carter", "varcontact")
         )
         off = np.interp(dots.get_xdata(), *line.get_data()) - dots.get_ydata()
-        assert np.linalg.norm(off) / np.linalg.norm(dots.get_ydata()) == pytest.approx(traction_error, rel=0.1)
+        assert np.linalg.norm(off) / np.linalg.norm(dots.get_ydata()) == pytest.approx(
+            traction_error, rel=0.1
+        )
     assert coarse["stick area"] < 1e-9
     limits = {"pressure": 0.006, "traction": 0.01, "slip": 0.02, "creepage": 0.014}
     for name, limit in limits.items():
@@ -128,7 +154,9 @@ def test_fig26_carter(tmp_path, capsys, pictures):
 
 
 def test_spheres_shift():
-    """a = 3.5, stick radius 0.7 a, and Cattaneo's shift to the grid's error (nu = 0.28: nearly exact)."""
+    """a = 3.5, stick radius 0.7 a, and Cattaneo's shift to the grid's error (nu = 0.28: nearly
+    exact).
+    """
     sol = solved("spheres_shift")
     assert sol.scene.hertz.a == pytest.approx(3.5, rel=1e-5)
     assert sol.force[0] == pytest.approx(-0.657 * 0.4013 * 0.470508, rel=1e-5)
@@ -138,7 +166,9 @@ def test_spheres_shift():
 
 
 def test_wheel_on_rail(ran, pictures):
-    """80 kN on a contact that spans two arcs; the certificate guarantees the forces of this grid to 0.1 N."""
+    """80 kN on a contact that spans two arcs; the certificate guarantees the forces of this grid to
+    0.1 N.
+    """
     wheel, sol = script("wheel_on_rail"), ran("wheel_on_rail", "certificate")
     assert titles(pictures[0])[:2] == ["Pressure", "Tangential traction on body 1"]
     assert pictures[0].axes[0].images[0].get_array().max() == sol.pressure.max()
@@ -166,7 +196,9 @@ def test_rail_profile_is_smooth():
 
 
 def test_theories_bank(capsys):
-    """Separate flexibilities are closer where creepages are mixed in a circle, and the same where one acts alone."""
+    """Separate flexibilities are closer where creepages are mixed in a circle, and the same where
+    one acts alone.
+    """
     distances = script("theories_bank").main(cells=12)
     assert "fastsim-weighted-elliptic" in capsys.readouterr().out
     assert len(distances) == 11
@@ -182,19 +214,30 @@ def test_theories_bank(capsys):
 
 def test_compare_bank(ran, pictures):
     """Two methods that share no line of code, on scenes from easy to hard."""
-    table = ran("compare_bank", "exact methods: forces within", cells=6, methods=("scs", "tang-safeguarded"))
+    table = ran(
+        "compare_bank", "exact methods: forces within", cells=6, methods=("scs", "tang-safeguarded")
+    )
     (panel,) = pictures[0].axes
-    assert sum(line.get_xdata().size for line in panel.get_lines()) == table["traction_distance"].notna().sum()
-    assert {"scs", "tang-safeguarded"} <= {entry.get_text() for entry in pictures[0].legends[0].get_texts()}
+    assert (
+        sum(line.get_xdata().size for line in panel.get_lines())
+        == table["traction_distance"].notna().sum()
+    )
+    assert {"scs", "tang-safeguarded"} <= {
+        entry.get_text() for entry in pictures[0].legends[0].get_texts()
+    }
     assert table["traction_distance"][table["outcome"] == "solved"].max() < 1e-6
     assert (table["outcome"] == "solved").sum() >= 26
 
 
 def test_fig27_to_29_unlike_cylinders(ran, pictures):
-    """The paper's slip areas of free rolling: within 0.02 of a coarse grid's edges but one, where it is 0.028."""
+    """The paper's slip areas of free rolling: within 0.02 of a coarse grid's edges but one, where
+    it is 0.028.
+    """
     example = script("fig27_to_29_unlike_cylinders")
     cases = ran("fig27_to_29_unlike_cylinders", "the paper, Fig. 27", cells=100)
-    for (tractions, slips), (title, sol) in zip(np.reshape(pictures[0].axes, (4, 2)), cases.items(), strict=True):
+    for (tractions, slips), (title, sol) in zip(
+        np.reshape(pictures[0].axes, (4, 2)), cases.items(), strict=True
+    ):
         assert tractions.get_title().startswith(title)
         assert shows(tractions, sol.traction[0, 0])
         assert shows(slips, np.where(sol.state[0] > 0, sol.slip[0, 0], np.nan))
@@ -208,7 +251,9 @@ def test_fig27_to_29_unlike_cylinders(ran, pictures):
     # interchanged constants and the opposite force: only the sign changes
     largest = np.abs(driven.traction).max()
     np.testing.assert_allclose(exchanged.traction, -driven.traction, rtol=0, atol=1e-12 * largest)
-    np.testing.assert_allclose(exchanged.slip, -driven.slip, rtol=0, atol=1e-12 * np.abs(driven.slip).max())
+    np.testing.assert_allclose(
+        exchanged.slip, -driven.slip, rtol=0, atol=1e-12 * np.abs(driven.slip).max()
+    )
     # the same size of the force, and another world
     assert [sign for _, _, sign in example.slip_intervals(driven)] == [-1, -1]
     assert [sign for _, _, sign in example.slip_intervals(braked)] == [-1, 1, -1]
@@ -217,11 +262,22 @@ def test_fig27_to_29_unlike_cylinders(ran, pictures):
 
 
 def test_coupling_loops(ran, pictures):
-    """Both loops converge for f up to 2 and K up to 0.5; Johnson's single pass is the farther off the larger both."""
-    tables = ran("coupling_loops", "0 of 9 failed", cells=12, frictions=(0.01, 0.1, 2.0), unlikeness=(0.0, 0.2, 0.5))
+    """Both loops converge for f up to 2 and K up to 0.5; Johnson's single pass is the farther off
+    the larger both.
+    """
+    tables = ran(
+        "coupling_loops",
+        "0 of 9 failed",
+        cells=12,
+        frictions=(0.01, 0.1, 2.0),
+        unlikeness=(0.0, 0.2, 0.5),
+    )
     for ax, ((motion, loop), table) in zip(pictures[0].axes, tables.items(), strict=True):
         assert ax.get_title().startswith(motion) and loop in ax.get_title()
-        written = [f"{cell.residual:.0e}" if loop == "johnson" else f"{cell.passes}" for cell in table.values()]
+        written = [
+            f"{cell.residual:.0e}" if loop == "johnson" else f"{cell.passes}"
+            for cell in table.values()
+        ]
         assert sorted(text.get_text() for text in ax.texts) == sorted(written)
     for (_, loop), table in tables.items():
         if loop == "johnson":
@@ -233,7 +289,9 @@ def test_coupling_loops(ran, pictures):
 
 
 def test_aluminium_on_steel():
-    """Free rolling of unlike bodies: the pressure alone makes creepage along x, spin makes it along y."""
+    """Free rolling of unlike bodies: the pressure alone makes creepage along x, spin makes it along
+    y.
+    """
     sol = solved("aluminium_on_steel")
     assert sol.scene.bodies.K == pytest.approx(0.0791, abs=1e-4)
     assert np.all(np.abs(sol.force) < 1e-9 * 50)
@@ -243,7 +301,9 @@ def test_aluminium_on_steel():
 
 
 def test_fig35_below_a_square(ran, pictures):
-    """The paper's 0.55 at 0.4, 2.6, 1.42; its 1.40 is where the curves come within half a percent of the height."""
+    """The paper's 0.55 at 0.4, 2.6, 1.42; its 1.40 is where the curves come within half a percent
+    of the height.
+    """
     numbers = list(ran("fig35_below_a_square", "at the depth (0.4)").values())
     largest, depth, surface, apart, crossing, sheared, below, nothing = numbers
     ideal, invariant, along = (line.get_ydata() for line in pictures[0].axes[0].get_lines())
@@ -259,12 +319,16 @@ def test_fig35_below_a_square(ran, pictures):
 
 
 def test_convergence(ran, pictures):
-    """Extrapolated from coarse grids, the closed forms are met within the error bars, and these are small."""
+    """Extrapolated from coarse grids, the closed forms are met within the error bars, and these are
+    small.
+    """
     found = ran("convergence", "Carter: force")
     panel = pictures[0].axes[titles(pictures[0]).index("Fx")]
     means = next(line for line in panel.get_lines() if "order" in line.get_label())
     assert list(means.get_xdata()) == [8, 12, 16, 24]
-    assert means.get_ydata()[-1] < 0.6 * means.get_ydata()[0], "the finest grid is nearer than the coarsest"
+    assert means.get_ydata()[-1] < 0.6 * means.get_ydata()[0], (
+        "the finest grid is nearer than the coarsest"
+    )
     for value, error, exact in found.values():
         assert abs(value - exact) < error < 0.011 * abs(exact)
     assert found["Hertz: approach"][1] < 4e-4 * found["Hertz: approach"][2]
@@ -276,7 +340,15 @@ def test_fig30_to_33_rolling_cylinders(tmp_path, capsys, pictures):
     assert all((tmp_path / f"fig3{k}.png").stat().st_size > 10_000 for k in range(4))
     assert "Fig. 33" in capsys.readouterr().out
     assert [len(figure.axes) for figure in pictures] == [7, 7, 7, 5]
-    assert titles(pictures[0]) == ["t = 0", "t = 0.2", "t = 0.4", "t = 0.5", "t = 0.6", "t = 1", "t = 2"]
+    assert titles(pictures[0]) == [
+        "t = 0",
+        "t = 0.2",
+        "t = 0.4",
+        "t = 0.5",
+        "t = 0.6",
+        "t = 1",
+        "t = 2",
+    ]
     for ax in (ax for figure in pictures for ax in figure.axes):
         bound, _, traction = (line.get_ydata() for line in ax.get_lines()[:3])
         assert traction.any() and np.all(np.abs(traction) <= bound * (1 + 1e-9))
@@ -290,7 +362,9 @@ def test_fig30_to_33_rolling_cylinders(tmp_path, capsys, pictures):
 
 
 def test_fig34_spheres(ran, pictures):
-    """Pure spin makes a lateral force, larger spin a lower one; vx alone makes tractions nearly along x."""
+    """Pure spin makes a lateral force, larger spin a lower one; vx alone makes tractions nearly
+    along x.
+    """
     spin, both, lateral, along, large = ran("fig34_spheres", cells=13).values()
     assert shows(pictures[0].axes[1], np.hypot(*spin.traction[:, spin.grid.ny // 2]))
     assert shows(pictures[0].axes[5], np.hypot(*along.traction[:, along.grid.ny // 2]))
@@ -303,7 +377,9 @@ def test_fig34_spheres(ran, pictures):
 
 
 def test_fig36_37_rolling_spheres(tmp_path, capsys, pictures):
-    """The paper's force, radii and near-steady ends, on its own grid, and its stick radius as such elements have it."""
+    """The paper's force, radii and near-steady ends, on its own grid, and its stick radius as such
+    elements have it.
+    """
     example = script("fig36_37_rolling_spheres")
     numbers = example.main(str(tmp_path), cells=1)
     assert all((tmp_path / f"fig{k}.png").stat().st_size > 60_000 for k in (36, 37))
@@ -320,13 +396,18 @@ def test_fig36_37_rolling_spheres(tmp_path, capsys, pictures):
 
 
 def test_the_stick_radius_of_fig36_needs_finer_elements():
-    """2.59 on the paper's elements, as for any radius from 2.24 to 2.82; finer ones come to Cattaneo's 2.45."""
+    """2.59 on the paper's elements, as for any radius from 2.24 to 2.82; finer ones come to
+    Cattaneo's 2.45.
+    """
     example = script("fig36_37_rolling_spheres")
     sol = example.shift(1)
     distance = np.hypot(*np.meshgrid(sol.grid.x, sol.grid.y))
     assert distance[sol.state == 1].max() == pytest.approx(np.sqrt(5))
     assert distance[sol.state == 2].min() == pytest.approx(np.sqrt(8))
-    found = [example.stick_radii(example.shift(cells))["Fig. 36, by the area of stick elements"] for cells in (1, 3, 6)]
+    found = [
+        example.stick_radii(example.shift(cells))["Fig. 36, by the area of stick elements"]
+        for cells in (1, 3, 6)
+    ]
     assert np.array(found) - 2.45 == pytest.approx([0.135, 0.052, 0.016], abs=1e-3)
 
 
@@ -354,7 +435,9 @@ def test_viscoelastic_roller(ran, pictures):
 
 
 def test_wheel_flat(ran, pictures):
-    """The faster, the harder the flat strikes; far from it the load is the wheel's, and work is that of rolling."""
+    """The faster, the harder the flat strikes; far from it the load is the wheel's, and work is
+    that of rolling.
+    """
     found = ran("wheel_flat", speeds=(10.0, 40.0), steps=90)
     slow, fast = (history.normal_force for history in found.values())
     assert fast.min() < slow.min() < 70e3 < 90e3 < slow.max() < fast.max()
@@ -363,7 +446,9 @@ def test_wheel_flat(ran, pictures):
 
 
 def test_corrugation(ran):
-    """At a constant load waves wear off; wheel and track make some grow, longer ones on the softer track."""
+    """At a constant load waves wear off; wheel and track make some grow, longer ones on the softer
+    track.
+    """
     found = ran("corrugation", "poles", cells=14, waves=13)
     constant, stiff, soft, low, half, high = (growth.growth for growth in found.values())
     np.testing.assert_allclose(half, stiff)  # the traction of the first three
@@ -374,13 +459,17 @@ def test_corrugation(ran):
 
 
 def test_falling_friction(ran, pictures):
-    """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
+    """Two solutions of one creepage, each certified; under a law that falls the creep force has a
+    maximum.
+    """
     creepages, curves, shown = ran("falling_friction", "from slip", cells=40, points=5)
     forces, _, tractions = pictures[0].axes
     for (name, start), values in curves.items():
         np.testing.assert_array_equal(curves_of(forces)[f"{name}, from {start}"], values)
     sol = shown["static and kinetic", "slip"]
-    np.testing.assert_array_equal(curves_of(tractions)["from slip"], -sol.traction[0, 0] / sol.pressure.max())
+    np.testing.assert_array_equal(
+        curves_of(tractions)["from slip"], -sol.traction[0, 0] / sol.pressure.max()
+    )
     stick, slip = (shown["static and kinetic", start] for start in ("stick", "slip"))
     assert stick.elements["stick"] > slip.elements["stick"]
     assert 1e-4 < -(stick.force[0] - slip.force[0]) / 1e6 < 5e-3
@@ -392,30 +481,47 @@ def test_falling_friction(ran, pictures):
 
 
 def test_sampling(ran, pictures):
-    """Spin at x is too little, at the middle of the step too much; extrapolated touched elements beat finer ones."""
-    few = {"ratios": (1.0,), "cells": (12,), "with_slip": {1.0: (4, 6, 8)}, "stepped": (4,), "margined": 0}
+    """Spin at x is too little, at the middle of the step too much; extrapolated touched elements
+    beat finer ones.
+    """
+    few = {
+        "ratios": (1.0,),
+        "cells": (12,),
+        "with_slip": {1.0: (4, 6, 8)},
+        "stepped": (4,),
+        "margined": 0,
+    }
     spin, left, _ = ran("sampling", "by sampling point", **few)
     points, edges = pictures[0].axes
     np.testing.assert_array_equal(curves_of(points)["x + 1/2 dq"], [spin[1.0, 12][-1, 2]])
-    np.testing.assert_array_equal(curves_of(edges)["touched"], [left["touched", (n,)] for n in (4, 6, 8)])
+    np.testing.assert_array_equal(
+        curves_of(edges)["touched"], [left["touched", (n,)] for n in (4, 6, 8)]
+    )
     first, usual, _, _, last = spin[1.0, 12][:, 2]
-    assert (first, usual, last) == pytest.approx((-8.08, -1.06, 12.97), abs=0.02)  # docs/sampling.md
+    # docs/sampling.md
+    assert (first, usual, last) == pytest.approx((-8.08, -1.06, 12.97), abs=0.02)
     assert left["touched", (4, 8)] < 0.5 * left["touched", (8,)]
 
 
 def test_wheel_set(tmp_path, capsys, pictures):
-    """The fast way near the exact one; below the critical speed the motion dies away, above it grows, as Klingel's."""
+    """The fast way near the exact one; below the critical speed the motion dies away, above it
+    grows, as Klingel's.
+    """
     found = script("wheel_set").main(str(tmp_path), exact_at=(0.0, 4.0), distance=30e3)
     assert all((tmp_path / f"{name}.png").stat().st_size > 20_000 for name in ("case_a", "hunting"))
     assert "critical speed [km/h]" in capsys.readouterr().out
     apart, critical, waves, below, above = found.values()
     assert 0.01 < apart < 0.08
     assert critical == pytest.approx(125.6, abs=0.3)
-    assert waves == pytest.approx(2 * np.pi * np.sqrt(460 * 750 / 0.18) / 1e3, rel=0.08)  # of its conicity
+    # of its conicity
+    assert waves == pytest.approx(2 * np.pi * np.sqrt(460 * 750 / 0.18) / 1e3, rel=0.08)
     assert below < 0.9 < 1.5 < 2.0 < above
     forces = next(ax for ax in pictures[0].axes if ax.get_ylabel() == "Lateral force [kN]")
     assert len(curves_of(forces)["right wheel, fast"]) == 21
-    assert np.abs(curves_of(pictures[1].axes[0])["151 km/h, 1.2 times the critical speed"]).max() >= above
+    assert (
+        np.abs(curves_of(pictures[1].axes[0])["151 km/h, 1.2 times the critical speed"]).max()
+        >= above
+    )
 
 
 def test_temperature(ran, pictures):
@@ -423,7 +529,9 @@ def test_temperature(ran, pictures):
     _, solved = ran("temperature", "degrees", cells=16, points=4)
     forces, heats = pictures[0].axes[:2]
     for name, each in solved.items():
-        np.testing.assert_array_equal(curves_of(forces)[name], [sol.Fx / sol.normal_force for sol in each])
+        np.testing.assert_array_equal(
+            curves_of(forces)[name], [sol.Fx / sol.normal_force for sol in each]
+        )
         assert shows(heats, [sol.temperature.max() for sol in each])
     last = {name: each[-1] for name, each in solved.items()}
     assert last["constant"].Fx == pytest.approx(0.4e5, rel=1e-4)

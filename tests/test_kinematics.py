@@ -1,4 +1,6 @@
-"""Rigid bodies against particles followed in time, and the linearised wheel set against the exact one."""
+"""Rigid bodies against particles followed in time, and the linearised wheel set against the exact
+one.
+"""
 
 import math
 
@@ -74,23 +76,31 @@ def test_a_moving_observer_sees_the_same_creepages():
     (first, second), frame = rolling_pair(np.random.default_rng(3))
     drift = np.array([3.0, -2.0, 1.0])
     moved = [
-        kin.RigidBody(position=b.position, velocity=b.velocity + drift, angular_velocity=b.angular_velocity)
+        kin.RigidBody(
+            position=b.position, velocity=b.velocity + drift, angular_velocity=b.angular_velocity
+        )
         for b in (first, second)
     ]
     before = kin.creepages(first, second, frame)
     after = kin.creepages(*moved, frame, frame_velocity=drift)
-    assert (after.vx, after.vy, after.spin) == pytest.approx((before.vx, before.vy, before.spin), rel=1e-12)
+    assert (after.vx, after.vy, after.spin) == pytest.approx(
+        (before.vx, before.vy, before.spin), rel=1e-12
+    )
 
 
 def exact_creepages(motion, side, roll=0.0):
-    """Of a wheel set in the frame of section 2.2.3 (z up, y left), from the rigid bodies themselves."""
+    """Of a wheel set in the frame of section 2.2.3 (z up, y left), from the rigid bodies
+    themselves.
+    """
     sign = 1 if side == 0 else -1
     b, V = motion.half_gauge, motion.speed
     axle = kin.rotation(roll=roll, yaw=motion.yaw)
     spinning = axle @ [0.0, motion.angular_velocity, 0.0] + [0.0, 0.0, motion.yaw_rate]
     height = sum(motion.radii) / 2
     wheelset = kin.RigidBody(
-        position=[0.0, 0.0, height], velocity=[V, motion.lateral_velocity, 0.0], angular_velocity=spinning
+        position=[0.0, 0.0, height],
+        velocity=[V, motion.lateral_velocity, 0.0],
+        angular_velocity=spinning,
     )
     rail = kin.RigidBody(position=[0.0, 0.0, 0.0])
     contact = np.array([0.0, sign * b, height - motion.radii[side]])
@@ -100,7 +110,9 @@ def exact_creepages(motion, side, roll=0.0):
 
 
 def test_the_linearised_wheel_set_is_the_limit_of_the_exact_one():
-    """Errors fall with the square of the size of the motion: (135) to (139), with the factor 1/2 put right."""
+    """Errors fall with the square of the size of the motion: (135) to (139), with the factor 1/2
+    put right.
+    """
     V, R, b = 20.0, 0.5, 0.75
     errors = []
     for small in (1e-2, 1e-3):
@@ -141,10 +153,14 @@ def test_klingel_rolling_has_no_creep_and_the_papers_period():
 
 
 def test_the_ball_between_planes():
-    """The components 2 N gamma less the force of spin gamma/R at both contacts: by Hertz and Kalker, and solved for."""
+    """The components 2 N gamma less the force of spin gamma/R at both contacts: by Hertz and
+    Kalker, and solved for.
+    """
     N, gamma, nu, G, R = 2.0, 0.1, 0.25, 3e4, 1.5
     bodies, grid = vc.Bodies(G=G, nu=nu), vc.Grid(nx=16, ny=16)
-    scene = make_scene(vc.Paraboloids(Rx=R, Ry=R), N, vc.Steady(spin=gamma / R), grid, np.inf, bodies)
+    scene = make_scene(
+        vc.Paraboloids(Rx=R, Ry=R), N, vc.Steady(spin=gamma / R), grid, np.inf, bodies
+    )
     cubed = 3 * N * R * (1 - nu) / (4 * G)
     assert scene.hertz.a**3 == pytest.approx(cubed, rel=1e-12)
     by_spin = G * cubed * vc.no_slip_coefficients(1.0, nu).C23 * gamma / R
@@ -164,7 +180,9 @@ def test_at_the_spin_pole_nothing_slips():
 def test_distance_along_the_normal():
     normal = np.array([0.0, 0.6, 0.8])
     assert kin.distance(2 * normal, np.zeros(3), normal) == pytest.approx(2)
-    assert kin.distance(np.zeros((4, 3)), np.ones((4, 3)), normal) == pytest.approx(-1.4 * np.ones(4))
+    assert kin.distance(np.zeros((4, 3)), np.ones((4, 3)), normal) == pytest.approx(
+        -1.4 * np.ones(4)
+    )
 
 
 WHEEL_SET = {"speed": 20.0, "angular_velocity": 40.0, "radii": (0.5, 0.5), "half_gauge": 0.7}
@@ -174,25 +192,47 @@ ORIGIN = np.zeros(3)
 @pytest.mark.parametrize(
     ("make", "field", "said"),
     [
-        (lambda: kin.RigidBody(position=[0.0, 0.0]), "body.position", r"shape \(2,\).* three numbers"),
+        (
+            lambda: kin.RigidBody(position=[0.0, 0.0]),
+            "body.position",
+            r"shape \(2,\).* three numbers",
+        ),
         (lambda: kin.RigidBody(position=[0.0, 0.0, math.nan]), "body.position[2]", "nan .*finite"),
-        (lambda: kin.RigidBody(position=ORIGIN, rotation=2 * np.eye(3)), "body.rotation", "orthonormal"),
+        (
+            lambda: kin.RigidBody(position=ORIGIN, rotation=2 * np.eye(3)),
+            "body.rotation",
+            "orthonormal",
+        ),
         (lambda: kin.Frame(ORIGIN, np.diag([1.0, 1.0, -1.0])), "frame.axes", "right-handed"),
         (
-            lambda: kin.creepages(*2 * [kin.RigidBody(position=ORIGIN)], kin.Frame(ORIGIN, np.eye(3))),
+            lambda: kin.creepages(
+                *2 * [kin.RigidBody(position=ORIGIN)], kin.Frame(ORIGIN, np.eye(3))
+            ),
             "frame",
             "do not roll along x .*velocity is 0, .*turn the frame, or give .* frame_velocity",
         ),
         (lambda: kin.spin_pole(1.0, 1.0, 0.0), "spin", "0.0 .*not zero"),
         (lambda: kin.klingel_wavelength(0.0, 1.0, 1.0), "conicity", "0.0 .*positive"),
-        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"speed": 0.0}), "motion.speed", "0.0 .*positive"),
+        (
+            lambda: kin.WheelSetMotion(**WHEEL_SET | {"speed": 0.0}),
+            "motion.speed",
+            "0.0 .*positive",
+        ),
         (
             lambda: kin.WheelSetMotion(**WHEEL_SET | {"radii": (0.5,) * 3}),
             "motion.radii",
             r"\(3,\).*two numbers, of the",
         ),
-        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"radii": 0.5}), "motion.radii", r"\(\).* two numbers"),
-        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"angles": (0.1,)}), "motion.angles", r"\(1,\).* two numbers"),
+        (
+            lambda: kin.WheelSetMotion(**WHEEL_SET | {"radii": 0.5}),
+            "motion.radii",
+            r"\(\).* two numbers",
+        ),
+        (
+            lambda: kin.WheelSetMotion(**WHEEL_SET | {"angles": (0.1,)}),
+            "motion.angles",
+            r"\(1,\).* two numbers",
+        ),
         (lambda: kin.ball_between_planes(2.0, 0.1, 0.6), "nu", "0.6 "),
     ],
 )

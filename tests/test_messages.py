@@ -82,11 +82,17 @@ ONES = np.ones((2, 3))
     ids=["bool", "complex", "object", "date", "text", "ragged", "overflow", "masked"],
 )
 def test_arrays_of_anything_else_are_refused(value):
-    refused(lambda: checks.array("surface.h", value, 2), "surface.h", "2-dimensional array of finite numbers")
+    refused(
+        lambda: checks.array("surface.h", value, 2),
+        "surface.h",
+        "2-dimensional array of finite numbers",
+    )
 
 
 def test_masked_array_without_masked_values_is_an_array():
-    np.testing.assert_array_equal(checks.array("surface.h", np.ma.masked_array(2 * ONES), 2), 2 * ONES)
+    np.testing.assert_array_equal(
+        checks.array("surface.h", np.ma.masked_array(2 * ONES), 2), 2 * ONES
+    )
 
 
 @pytest.mark.parametrize("value", ["no", "false", 0, 1, None, 1.0])
@@ -115,25 +121,52 @@ DIGITS = 10**5000
         (lambda: vc.load(3), "path = 3 is not allowed: must be the name of a file"),
         (lambda: vc.load(b"a.nc"), "path = b'a.nc' is not allowed"),
         (lambda: vc.read_scene(None), "path is|path = None"),
-        (lambda: vc.solve(HISTORY, store=3), "store = 3 is not allowed: must be the name of a file"),
-        (lambda: vc.converge(HERTZIAN, [4, 6], method=3), "method = 3 is not allowed: must be a name, or a list of"),
+        (
+            lambda: vc.solve(HISTORY, store=3),
+            "store = 3 is not allowed: must be the name of a file",
+        ),
+        (
+            lambda: vc.converge(HERTZIAN, [4, 6], method=3),
+            "method = 3 is not allowed: must be a name, or a list of",
+        ),
         (lambda: vc.plot_comparison(3), "table = 3 is not allowed"),
         (lambda: hertz(1, 1, 5, force=1.0), "bodies = 5 is not allowed: must be half-spaces"),
         (lambda: line_contact(1, 5, force=1.0), "bodies = 5"),
         (lambda: bufler(1, 5, force=1.0), "bodies = 5"),
         (lambda: spence_ratio(5, 0.3), "bodies = 5"),
         (lambda: cattaneo_mindlin(hertz(1, 1, BODIES, force=1e-3), 5, 0.3, 1e-5), "bodies = 5"),
-        (lambda: hertz(1e100, 1e-100, BODIES, force=1.0), r"Rx, Ry = \(1e\+100, 1e-100\) .* at most 1e\+150 times"),
-        (lambda: vc.Steady(vx=np.complex128(0.1 + 2j)), r"motion\.vx = \(0\.1\+2j\) is not allowed"),
+        (
+            lambda: hertz(1e100, 1e-100, BODIES, force=1.0),
+            r"Rx, Ry = \(1e\+100, 1e-100\) .* at most 1e\+150 times",
+        ),
+        (
+            lambda: vc.Steady(vx=np.complex128(0.1 + 2j)),
+            r"motion\.vx = \(0\.1\+2j\) is not allowed",
+        ),
         (lambda: vc.Grid(nx=np.array(True)), r"grid\.nx = True is not allowed"),
         (lambda: vc.Steady(vx=bytearray(b"1.5")), r"motion\.vx = bytearray"),
-        (lambda: vc.Steady(vx=DIGITS), r"motion\.vx = a number of thousands of digits is not allowed"),
+        (
+            lambda: vc.Steady(vx=DIGITS),
+            r"motion\.vx = a number of thousands of digits is not allowed",
+        ),
         (lambda: vc.Bodies(G=DIGITS, nu=0.3), r"bodies\.G = a number of thousands of digits"),
         (lambda: vc.SampledDistance([[DIGITS, 1], [2, 3]]), r"surface\.h = a list is not allowed"),
-        (lambda: vc.SampledDistance([[1.0, 2.0], [3.0, -1e308]]), r"surface\.h\[1, 1\] = -1e\+308 .* at most 1e\+100"),
-        (lambda: vc.Grid(nx=2, ny=2, dx=np.float64(0.0), dy=1, x0=0, y0=0), r"grid\.dx = 0\.0 is not allowed"),
-        (lambda: vc.Units(length="m\0", force="N"), r"units\.length = 'm\\x00' is not allowed: must be printable"),
-        (lambda: vc.Units(length="m", force="N" * 41), r"units\.force = .* in 40 characters at most"),
+        (
+            lambda: vc.SampledDistance([[1.0, 2.0], [3.0, -1e308]]),
+            r"surface\.h\[1, 1\] = -1e\+308 .* at most 1e\+100",
+        ),
+        (
+            lambda: vc.Grid(nx=2, ny=2, dx=np.float64(0.0), dy=1, x0=0, y0=0),
+            r"grid\.dx = 0\.0 is not allowed",
+        ),
+        (
+            lambda: vc.Units(length="m\0", force="N"),
+            r"units\.length = 'm\\x00' is not allowed: must be printable",
+        ),
+        (
+            lambda: vc.Units(length="m", force="N" * 41),
+            r"units\.force = .* in 40 characters at most",
+        ),
         (lambda: vc.Units(length="\ud800", force="N"), r"units\.length = .* must be printable"),
     ],
 )

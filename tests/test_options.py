@@ -10,7 +10,10 @@ from varcontact import wheel_rail
 from varcontact.checks import Checked
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet, WheelSetOnTrack
 
-TRACK = {"track": Track(rail=Profile.rail_60e1(), cant=1 / 40), "wheelset": WheelSet(wheel=Profile.s1002())}
+TRACK = {
+    "track": Track(rail=Profile.rail_60e1(), cant=1 / 40),
+    "wheelset": WheelSet(wheel=Profile.s1002()),
+}
 BALL = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Paraboloids(1.0, 1.0), normal_force=1e-3, friction=0.3,
     motion=vc.Steady(vx=1e-3),
@@ -26,7 +29,9 @@ METHODS = [
 
 
 def public():
-    """Functions and classes of both modules, and methods that work for long, draw, or read and write files."""
+    """Functions and classes of both modules, and methods that work for long, draw, or read and
+    write files.
+    """
     calls = {}
     for module in (vc, wheel_rail):
         for name in module.__all__:
@@ -44,7 +49,11 @@ CALLS = public()
 
 
 def test_all_functions_are_here():
-    assert {"varcontact.solve", "varcontact.sweep", "varcontact.wheel_rail.sweep_wheel_sets"} <= CALLS.keys()
+    assert {
+        "varcontact.solve",
+        "varcontact.sweep",
+        "varcontact.wheel_rail.sweep_wheel_sets",
+    } <= CALLS.keys()
     assert len(CALLS) > 80
 
 
@@ -58,7 +67,9 @@ def test_a_misspelt_option_says_what_is_meant(name, tmp_path, monkeypatch):
     else:
         kinds = (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         entries = inspect.signature(call).parameters.values()
-        names = [each.name for each in entries if each.kind in kinds and each.name not in ("self", "cls")]
+        names = [
+            each.name for each in entries if each.kind in kinds and each.name not in ("self", "cls")
+        ]
     for option in (each for each in names if len(each) > 4):
         wrong = option[:2] + option[3:]
         with pytest.raises(vc.SceneError, match=f"has no (option )?{wrong}.*{option}") as refused:
@@ -93,5 +104,7 @@ def test_what_people_write(call, words):
 def test_a_sweep_is_refused_before_its_table(tmp_path, fast, options, words):
     case = WheelSetOnTrack(**TRACK, vertical_force=1e5, position=Position(y=0.0))
     with pytest.raises(vc.SceneError, match=words):
-        wheel_rail.sweep_wheel_sets(case, {"position.y": [0.0]}, fast=fast, store=tmp_path / "table.csv", **options)
+        wheel_rail.sweep_wheel_sets(
+            case, {"position.y": [0.0]}, fast=fast, store=tmp_path / "table.csv", **options
+        )
     assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,9 @@ from varcontact.elasticity.subsurface import field_at
 
 
 def test_longitudinal_creepage_of_a_wheel_set():
-    """(136), (137) lack a factor 1/2: against the velocity of the wheel where it touches, and in Klingel's motion."""
+    """(136), (137) lack a factor 1/2: against the velocity of the wheel where it touches, and in
+    Klingel's motion.
+    """
     V, omega, b, gamma = 20.0, 39.0, 0.75, 0.05
     mean, y, turning = 0.5, 0.004, 0.03
     left, right = mean + gamma * y, mean - gamma * y
@@ -25,7 +27,9 @@ def test_longitudinal_creepage_of_a_wheel_set():
 
 
 def test_spin_pole():
-    """6.3.1: rigid slip vanishes at (-vy/spin, vx/spin); at the printed opposite point it is twice the creepage."""
+    """6.3.1: rigid slip vanishes at (-vy/spin, vx/spin); at the printed opposite point it is twice
+    the creepage.
+    """
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.1, spin_offset=0.0).step(1.0)
     pole = np.array([-motion.vy, motion.vx]) / motion.spin
     assert motion.shift(*pole) == pytest.approx([0.0, 0.0], abs=1e-16)
@@ -33,7 +37,9 @@ def test_spin_pole():
 
 
 def test_decay_of_stress_with_depth():
-    """6.3.2: 8.0 and 1.7 % of the largest at a depth of 3 sides, 3.0 and 0.63 % at 5, not 10, 2.5, 1 and 0.25 %."""
+    """6.3.2: 8.0 and 1.7 % of the largest at a depth of 3 sides, 3.0 and 0.63 % at 5, not 10, 2.5,
+    1 and 0.25 %.
+    """
     nu, depths = 0.28, np.array([*np.linspace(0.0, 1.0, 401), 3.0, 5.0])
     points = np.array([0 * depths, 0 * depths, depths])
     square = vc.Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5)

@@ -5,7 +5,9 @@ from tests.site import faults
 
 def write(folder, **pages):
     for name, body in pages.items():
-        (folder / f"{name}.html").write_text(f"<html><head><title>{name}</title></head><body>{body}</body></html>")
+        (folder / f"{name}.html").write_text(
+            f"<html><head><title>{name}</title></head><body>{body}</body></html>"
+        )
 
 
 def test_a_site_in_order(tmp_path):

@@ -51,7 +51,10 @@ def test_every_public_name_is_found_and_no_other():
         (lambda: vc.Shift(vx=1e-3), "Shift has no vx: write ux, or Steady for a creepage"),
         (lambda: vc.Bodies(E=2.1e11, nu=0.3), "Bodies has no E: write Bodies.from_young(E, nu)"),
         (lambda: vc.Grid(mx=24, my=24), "Grid has no mx: write nx"),
-        (lambda: vc.Scene(bodies=typed.BODIES, surface=typed.SURFACE, FN=1.0), "Scene has no FN: write normal_force"),
+        (
+            lambda: vc.Scene(bodies=typed.BODIES, surface=typed.SURFACE, FN=1.0),
+            "Scene has no FN: write normal_force",
+        ),
         (lambda: vc.Grid(6, 6, zzz=1), "Grid has no zzz; it has nx, ny, dx"),
     ],
 )

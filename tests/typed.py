@@ -1,4 +1,6 @@
-"""What type checkers know of the public functions: mypy reads it with the package, the tests run it."""
+"""What type checkers know of the public functions: mypy reads it with the package, the tests run
+it.
+"""
 
 from typing import assert_type
 
@@ -13,10 +15,20 @@ GRID = vc.Grid(6, 6)
 def solutions() -> list[vc.Solution]:
     """Steady rolling, shifts and normal contact give solutions."""
     rolls = vc.Scene(
-        bodies=BODIES, surface=SURFACE, normal_force=1e-3, friction=0.3, motion=vc.Steady(vx=1e-3), grid=GRID
+        bodies=BODIES,
+        surface=SURFACE,
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Steady(vx=1e-3),
+        grid=GRID,
     )
     shifts = vc.Scene(
-        bodies=BODIES, surface=SURFACE, normal_force=1e-3, friction=0.3, motion=vc.Shift(ux=1e-4), grid=GRID
+        bodies=BODIES,
+        surface=SURFACE,
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Shift(ux=1e-4),
+        grid=GRID,
     )
     presses = vc.Scene(bodies=BODIES, surface=SURFACE, normal_force=1e-3, grid=GRID)
     assert_type(vc.solve(rolls), vc.Solution)
@@ -28,7 +40,9 @@ def solutions() -> list[vc.Solution]:
 def history() -> vc.History:
     """Steps give a history."""
     steps = vc.Transient(steps=2, dq=0.01, vx=1e-3)
-    scene = vc.Scene(bodies=BODIES, surface=SURFACE, normal_force=1e-3, friction=0.3, motion=steps, grid=GRID)
+    scene = vc.Scene(
+        bodies=BODIES, surface=SURFACE, normal_force=1e-3, friction=0.3, motion=steps, grid=GRID
+    )
     return assert_type(vc.solve(scene), vc.History)
 
 

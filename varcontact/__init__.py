@@ -35,12 +35,16 @@ _RENAMED = {
 
 
 class _Renamed(MetaPathFinder, Loader):
-    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         return ModuleSpec(name, self) if name in _RENAMED else None
 
     def exec_module(self, module: ModuleType) -> None:
         names = vars(import_module(_RENAMED[module.__name__]))
-        vars(module).update({name: value for name, value in names.items() if not name.startswith("__")})
+        vars(module).update(
+            {name: value for name, value in names.items() if not name.startswith("__")}
+        )
 
 
 sys.meta_path.append(_Renamed())

@@ -6,7 +6,9 @@ import sys
 
 
 def main() -> None:
-    """Entry point. After Ctrl-C the process ends at once, whatever solvers still compute in threads of their own."""
+    """Entry point. After Ctrl-C the process ends at once, whatever solvers still compute in threads
+    of their own.
+    """
     try:
         from varcontact import cli
 
@@ -22,7 +24,8 @@ def main() -> None:
 def _end() -> None:
     """End without the second or so in which the interpreter clears up, while threads go on in it.
 
-    Only semaphores of pools are taken away, by the finalizers that run at an exit (those below 0 would wait).
+    Only semaphores of pools are taken away, by the finalizers that run at an exit (those below 0
+    would wait).
     """
     if "multiprocessing.util" in sys.modules:
         sys.modules["multiprocessing.util"]._run_finalizers(0)

@@ -18,7 +18,8 @@ import numpy as np
 from varcontact.errors import SceneError, shortened
 
 SMALL, LARGE = 1e-100, 1e100
-"""Lengths, moduli and forces between these keep their products within the range of floating point."""
+"""Lengths, moduli and forces between these keep their products within the range of floating
+point."""
 
 _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 """What `float` would take for a number, or drop a part of."""
@@ -42,7 +43,8 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
     """A real number, which may be infinite but not NaN."""
     result = math.nan
     if not isinstance(value, _NO_NUMBERS) and getattr(value, "dtype", _FLOAT).kind in "iuf":
-        with contextlib.suppress(Exception):  # an object's own code runs here, and may raise anything
+        # an object's own code runs here, and may raise anything
+        with contextlib.suppress(Exception):
             result = float(value)
     if math.isnan(result):
         raise SceneError(field, value, allowed)
@@ -61,7 +63,8 @@ def number(field: str, value: Any, allowed: str = "a finite number", most: float
 
 def positive(field: str, value: Any) -> float:
     """A finite number above zero, of a size that can be computed with."""
-    if type(value) is float and SMALL <= value <= LARGE:  # nearly always; single calls of fast theories wait for it
+    # nearly always; single calls of fast theories wait for it
+    if type(value) is float and SMALL <= value <= LARGE:
         return value
     allowed = "a positive, finite number"
     result = number(field, value, allowed)
@@ -76,7 +79,9 @@ def positive_or_infinite(field: str, value: Any) -> float:
     return result if result == math.inf else positive(field, result)
 
 
-def at_least_zero(field: str, value: Any, allowed: str = "a finite number, zero or positive") -> float:
+def at_least_zero(
+    field: str, value: Any, allowed: str = "a finite number, zero or positive"
+) -> float:
     """A finite number that is not negative, of a size that can be computed with."""
     result = number(field, value, allowed)
     if result < 0:
@@ -113,8 +118,12 @@ def is_array(value: Any) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def array(field: str, value: Any, *ndim: int, shape: tuple[int, ...] | None = None, meant: str = "") -> np.ndarray:
-    """A read-only copy of a finite array of floats with one of the numbers `ndim` of dimensions, or of a `shape`."""
+def array(
+    field: str, value: Any, *ndim: int, shape: tuple[int, ...] | None = None, meant: str = ""
+) -> np.ndarray:
+    """A read-only copy of a finite array of floats with one of the numbers `ndim` of dimensions, or
+    of a `shape`.
+    """
     ndim = (len(shape),) if shape else ndim
     allowed = f"a {' or '.join(map(str, ndim))}-dimensional array of finite numbers"
     result = numbers(field, value, allowed)
@@ -128,11 +137,15 @@ def coordinates(field: str, value: Any, size: int, of: str) -> np.ndarray:
     """Ascending places, shape (size,), of the rows or columns `of` something."""
     points = array(field, value, 1)
     if points.size != size or size < 2 or np.any(np.diff(points) <= 0):
-        raise SceneError(field, points, f"{size} ascending coordinates, one for each {of} (at least 2)")
+        raise SceneError(
+            field, points, f"{size} ascending coordinates, one for each {of} (at least 2)"
+        )
     return points
 
 
-def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
+def numbers(
+    field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE
+) -> np.ndarray:
     """A copy as floats, of finite real numbers of any shape (also a single one)."""
     try:
         given = np.asarray(value)
@@ -176,13 +189,17 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
 
 def broadcasting(arguments: dict[str, Any]) -> None:
     """Refuse arrays whose shapes do not broadcast."""
-    shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
+    shapes = {
+        name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)
+    }
     try:
         if shapes:
             np.broadcast_shapes(*shapes.values())
     except ValueError:
         words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
+        raise SceneError(
+            "shapes", words, message=f"the shapes of the arguments do not broadcast: {words}"
+        ) from None
 
 
 def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
@@ -214,7 +231,8 @@ def progress(value: Any) -> Callable[[Any], None]:
     refusal = SceneError("progress", value, "None, or a function of one string")
     if not callable(value) or isinstance(value, type):
         raise refusal
-    with contextlib.suppress(ValueError):  # of a function that is built in the signature may not be known
+    # of a function that is built in the signature may not be known
+    with contextlib.suppress(ValueError):
         try:
             inspect.signature(value).bind("")
         except TypeError:
@@ -232,7 +250,9 @@ def file_name(field: str, value: Any) -> Path:
 
 def elastic(value: Any) -> None:
     """Refuse what does not have the combined constants of two half-spaces."""
-    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")) or hasattr(value, "surfaces"):
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")) or hasattr(
+        value, "surfaces"
+    ):
         raise SceneError("bodies", value, "half-spaces, Bodies(G, nu)")
 
 
@@ -240,9 +260,13 @@ def exactly_one(**arguments: Any) -> None:
     """Refuse arguments, by name, of which not exactly one is given."""
     given = [name for name, value in arguments.items() if value is not None]
     if len(given) != 1:
-        which = f"{' and '.join(given)} are both" if given else f"neither {' nor '.join(arguments)} is"
+        which = (
+            f"{' and '.join(given)} are both" if given else f"neither {' nor '.join(arguments)} is"
+        )
         message = f"{which} given: give one of them"
-        raise SceneError(", ".join(arguments), tuple(arguments.values()), "exactly one of them", message=message)
+        raise SceneError(
+            ", ".join(arguments), tuple(arguments.values()), "exactly one of them", message=message
+        )
 
 
 def choice(field: str, value: Any, options: Iterable[str]) -> str:
@@ -264,7 +288,9 @@ def nearest(value: Any, names: Iterable[str]) -> str:
 
 
 def options_of(function: Callable[..., Any], **given: Any) -> tuple[str, ...]:
-    """The names of all options of a public function: its own, and those that it hands on, by what else is given."""
+    """The names of all options of a public function: its own, and those that it hands on, by what
+    else is given.
+    """
     code = inspect.unwrap(function).__code__
     handed_on: HandedOn = getattr(function, "handed_on", _nothing)
     return *code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *handed_on(given)
@@ -275,7 +301,9 @@ def _nothing(given: Mapping[str, Any]) -> Iterable[str]:
 
 
 def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A public function that refuses misspelt options before any work; `handed_on` has names of ``**options``."""
+    """A public function that refuses misspelt options before any work; `handed_on` has names of
+    ``**options``.
+    """
 
     def checking(function: Callable[P, R]) -> Callable[P, R]:
         own = frozenset(options_of(function))
@@ -283,10 +311,14 @@ def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], 
         @functools.wraps(function)
         def checked(*args: P.args, **options: P.kwargs) -> R:
             if not own.issuperset(options):
-                names = [name for name in options_of(checked, **options) if name not in ("self", "cls")]
+                names = [
+                    name for name in options_of(checked, **options) if name not in ("self", "cls")
+                ]
                 for name in options:
                     if name not in names:
-                        instead = nearest(name, names) or f"; it has {', '.join(dict.fromkeys(names))}"
+                        instead = (
+                            nearest(name, names) or f"; it has {', '.join(dict.fromkeys(names))}"
+                        )
                         message = f"{function.__qualname__} has no option {name}{instead}"
                         raise SceneError(name, options[name], message=message)
             return function(*args, **options)
@@ -299,12 +331,16 @@ def named_options(handed_on: HandedOn = _nothing) -> Callable[[Callable[P, R]], 
 
 def short_entries(value: Any) -> str:
     """A dataclass as text, its long entries cut short."""
-    entries = (f"{field.name}={shortened(getattr(value, field.name), 200)}" for field in dataclasses.fields(value))
+    entries = (
+        f"{field.name}={shortened(getattr(value, field.name), 200)}"
+        for field in dataclasses.fields(value)
+    )
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
 class Checked:
-    """A dataclass that checks entries as it is made, each by a check; entries that are None by default may be.
+    """A dataclass that checks entries as it is made, each by a check; entries that are None by
+    default may be.
 
     Where an argument has another name, `_words` say which is right.
     """
@@ -314,7 +350,9 @@ class Checked:
     _words: ClassVar[dict[str, str]] = {}
     _checks: ClassVar[dict[str, Callable[[str, Any], Any]]] = {}
 
-    def __init_subclass__(cls, path: str | None = None, **by_name: Callable[[str, Any], Any]) -> None:
+    def __init_subclass__(
+        cls, path: str | None = None, **by_name: Callable[[str, Any], Any]
+    ) -> None:
         cls._path = cls._path if path is None else f"{path}."
         cls._checks = cls._checks | by_name
 
@@ -327,9 +365,13 @@ class Checked:
             raise SceneError(cls.__name__, len(args), message=message)
         for name in kwargs:
             if name not in names:
-                right = f": write {cls._words[name]}" if name in cls._words else nearest(name, names)
+                right = (
+                    f": write {cls._words[name]}" if name in cls._words else nearest(name, names)
+                )
                 instead = right or f"; it has {', '.join(names)}"
-                raise SceneError(f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}")
+                raise SceneError(
+                    f"{cls.__name__}.{name}", name, message=f"{cls.__name__} has no {name}{instead}"
+                )
         return super().__new__(cls)
 
     def __post_init__(self) -> None:

@@ -98,12 +98,17 @@ def posed(solution: Solution) -> Posed:
     checks.kind("solution", solution, Solution)
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
-        raise SceneError("solution", "a step of a history", "one of steady rolling, a shift or normal contact")
+        raise SceneError(
+            "solution", "a step of a history", "one of steady rolling, a shift or normal contact"
+        )
     disc = discretise(scene, solution.grid)
     disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
         disc = disc.with_loading(friction=solution.friction)
-    pressure, traction = solution.pressure / disc.scales.pressure, solution.traction / disc.scales.pressure
+    pressure, traction = (
+        solution.pressure / disc.scales.pressure,
+        solution.traction / disc.scales.pressure,
+    )
     approach = (solution.approach - disc.base) / disc.scales.displacement
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
     unit = disc.scales.force * disc.scales.displacement

@@ -1,4 +1,6 @@
-"""What can go wrong. Each kind of error has a class, and each message says what is wrong and what to do."""
+"""What can go wrong. Each kind of error has a class, and each message says what is wrong and what
+to do.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +22,17 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """Itself, with the `step` of a history, from 0, in the message, and the `history` that was solved before."""
+        """Itself, with the `step` of a history, from 0, in the message, and the `history` that was
+        solved before.
+        """
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
 
     def __reduce__(self) -> Any:
-        """For `pickle`: an error of another process is the same here, with its message and attributes."""
+        """For `pickle`: an error of another process is the same here, with its message and
+        attributes.
+        """
         return type(self).__new__, (type(self),), {**vars(self), "args": self.args}
 
 
@@ -64,7 +70,9 @@ class SceneError(VarcontactError):
             message = message or f"{field} is missing{allowed.removeprefix('given')}"
         elif allowed.startswith("left out"):
             message = message or f"{field} = {shortened(value)} must be {allowed}"
-        super().__init__(message or f"{field} = {shortened(value)} is not allowed: must be {allowed}")
+        super().__init__(
+            message or f"{field} = {shortened(value)} is not allowed: must be {allowed}"
+        )
 
 
 class PlausibilityWarning(UserWarning):
@@ -102,7 +110,9 @@ class OutputError(VarcontactError, OSError):
 
     def __init__(self, field: str, value: Any, reason: str) -> None:
         self.field, self.value, self.reason = field, value, reason
-        super().__init__(f"{field} = {shortened(str(value))}: {reason}" if value else f"{field} {reason}")
+        super().__init__(
+            f"{field} = {shortened(str(value))}: {reason}" if value else f"{field} {reason}"
+        )
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -220,10 +230,18 @@ class Interrupted(KeyboardInterrupt):
 def shortened(value: Any, longest: int = 80) -> str:
     """A value as Python writes it, cut where it has more than `longest` characters."""
     try:
-        text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
+        text = repr(
+            value.item()
+            if hasattr(value, "dtype") and getattr(value, "shape", None) == ()
+            else value
+        )
         text = " ".join(text.split())  # arrays come in lines
     except RecursionError:
         text = f"a {type(value).__name__}, nested deep"
     except Exception:  # an int of thousands of digits, or an object that cannot describe itself
-        text = "a number of thousands of digits" if isinstance(value, int) else f"a {type(value).__name__}"
+        text = (
+            "a number of thousands of digits"
+            if isinstance(value, int)
+            else f"a {type(value).__name__}"
+        )
     return text if len(text) <= longest else text[:60] + " ... " + text[-15:]

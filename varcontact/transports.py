@@ -27,7 +27,8 @@ DIFFERENCES: dict[str, tuple[tuple[int, float], ...]] = {
 }
 """Differences of displacements over a step of rolling, in steps ahead.
 
-The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
+The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead:
+docs/sampling.md.
 """
 
 Join = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -73,7 +74,9 @@ class SteadyRolling:
 
     @property
     def stencil(self) -> Stencil:
-        return tuple((ahead * self.distance, weight) for ahead, weight in DIFFERENCES[self.difference])
+        return tuple(
+            (ahead * self.distance, weight) for ahead, weight in DIFFERENCES[self.difference]
+        )
 
     @property
     def columns(self) -> float:
@@ -106,8 +109,8 @@ def mirrored(stencil: Stencil) -> Stencil:
 def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.ndarray:
     """What particles have gathered on their way along the rows (..., ny, nx) in steady rolling.
 
-    From what a step does, joined with what they had one step of so many columns before; where steps are
-    shorter than a column, one column before.
+    From what a step does, joined with what they had one step of so many columns before; where steps
+    are shorter than a column, one column before.
     """
     nx = own.shape[-1]
     way = min(max(columns, 1.0), float(nx))
@@ -125,7 +128,8 @@ def along_rows(own: np.ndarray, columns: float, fresh: float, join: Join) -> np.
 
 
 def further_along(field: np.ndarray, columns: float, beyond: float | None = 0.0) -> np.ndarray:
-    """Values (..., ny, nx) so many columns further along x, linear between the centres of two elements.
+    """Values (..., ny, nx) so many columns further along x, linear between the centres of two
+    elements.
 
     `beyond` is the value outside the grid; None: as at its end.
     """

@@ -1,8 +1,9 @@
-"""Run what the site shows: every example with its pictures, and every page that shows what its own code draws.
+"""Run what the site shows: every example with its pictures, and every page that shows what its own
+code draws.
 
-Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/pages/<name of the
-page>, where the tests leave them. What has not changed since it was run is not run again; without these two folders
-everything is.
+Examples get a page each, and an index, in the folder gallery; pages find their pictures in
+made/pages/<name of the page>, where the tests leave them. What has not changed since it was run is
+not run again; without these two folders everything is.
 """
 
 import ast
@@ -25,11 +26,17 @@ import pages
 DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
 BAND = 0.008
-"""Width of the blank bands that separate panels from each other and from their labels, per side of the picture."""
+"""Width of the blank bands that separate panels from each other and from their labels, per side of
+the picture."""
 PRINTED = 10
 """Lines of output that a page shows at most."""
-GROUPS = {"Figures of the paper": r"fig.*\.py", "More examples": r"(?!fig).*\.py", "Scene files": r".*\.toml"}
-PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}  # in the folder pictures: this example takes minutes
+GROUPS = {
+    "Figures of the paper": r"fig.*\.py",
+    "More examples": r"(?!fig).*\.py",
+    "Scene files": r".*\.toml",
+}
+# in the folder pictures: this example takes minutes
+PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}
 SMALLER = {
     "compare_bank": "'compare_bank.png', cells=6, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')",
     "corrugation": "cells=16, waves=25",
@@ -61,7 +68,9 @@ class Work:
             shutil.rmtree(self.folder, ignore_errors=True)
             self.folder.mkdir(parents=True)
             environment = {**os.environ, **ONE_THREAD}
-            result = subprocess.run(self.words, cwd=self.folder, env=environment, capture_output=True, text=True)
+            result = subprocess.run(
+                self.words, cwd=self.folder, env=environment, capture_output=True, text=True
+            )
             if result.returncode:
                 raise RuntimeError(f"{' '.join(self.words)} failed:\n{result.stderr}")
             output.write_text(result.stdout)
@@ -71,7 +80,9 @@ class Work:
 
 @dataclass(frozen=True)
 class Example:
-    """A script or a scene that tells its story at its head: a title, what is to be seen, and how to run it."""
+    """A script or a scene that tells its story at its head: a title, what is to be seen, and how to
+    run it.
+    """
 
     path: Path
 
@@ -101,19 +112,39 @@ class Example:
     def work(self, made: Path) -> Work:
         """Running it, with pictures in its folder."""
         if self.path.suffix == ".toml":
-            words: tuple[str, ...] = ("-m", "varcontact", "solve", str(self.path), "--plot", f"{self.name}.png")
+            words: tuple[str, ...] = (
+                "-m",
+                "varcontact",
+                "solve",
+                str(self.path),
+                "--plot",
+                f"{self.name}.png",
+            )
         elif self.name in SMALLER:
-            calling = f"import sys; sys.path.insert(0, {str(EXAMPLES)!r}); import {self.name} as example"
+            calling = (
+                f"import sys; sys.path.insert(0, {str(EXAMPLES)!r}); import {self.name} as example"
+            )
             words = ("-c", f"{calling}; example.main({SMALLER[self.name]})")
         else:
-            words = (str(self.path), *([f"{self.name}.png"] if "[picture.png]" in self.head else []))
-        return Work((sys.executable, *words), made / "examples" / self.name, "".join(words) + self.path.read_text())
+            words = (
+                str(self.path),
+                *([f"{self.name}.png"] if "[picture.png]" in self.head else []),
+            )
+        return Work(
+            (sys.executable, *words),
+            made / "examples" / self.name,
+            "".join(words) + self.path.read_text(),
+        )
 
     def page(self, output: str, pictures: list[str]) -> str:
         """Its page, in the folder gallery."""
         code = "toml" if self.path.suffix == ".toml" else "python"
         shown = "\n\n".join(f"![{self.title}]({picture})" for picture in pictures)
-        lines = "\n".join(line for line in output.splitlines() if not line.startswith("picture: ")).strip().splitlines()
+        lines = (
+            "\n".join(line for line in output.splitlines() if not line.startswith("picture: "))
+            .strip()
+            .splitlines()
+        )
         printed = "\n".join(lines if len(lines) <= PRINTED else [*lines[:PRINTED], "..."])
         smaller = f"Run here as `main({SMALLER[self.name]})`.\n\n" if self.name in SMALLER else ""
         return (
@@ -126,7 +157,9 @@ class Example:
 
 def examples(pattern: str) -> list[Example]:
     """Those whose file names match."""
-    return [Example(path) for path in sorted(EXAMPLES.iterdir()) if re.fullmatch(pattern, path.name)]
+    return [
+        Example(path) for path in sorted(EXAMPLES.iterdir()) if re.fullmatch(pattern, path.name)
+    ]
 
 
 def card(example: Example, picture: str | None) -> str:
@@ -181,7 +214,11 @@ def drawing_pages() -> Iterator[Path]:
 
 
 def page_work(page: Path, made: Path) -> Work:
-    return Work((sys.executable, pages.__file__, str(page), "."), made / "pages" / page.stem, page.read_text())
+    return Work(
+        (sys.executable, pages.__file__, str(page), "."),
+        made / "pages" / page.stem,
+        page.read_text(),
+    )
 
 
 def make(app: Sphinx) -> None:

@@ -11,18 +11,23 @@ from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
-FONT = "STIXTwoMath-Regular.ttf"  # of the package ziamath; brackets grow only in a font made for mathematics
+# of the package ziamath; brackets grow only in a font made for mathematics
+FONT = "STIXTwoMath-Regular.ttf"
 TIGHT = {"lspace": "0", "rspace": "0"}
 THIN = "0.167em"
 
 
 def mathml(latex: str, display: str) -> str:
-    """A formula, spaced as TeX does; what cannot be converted would be seen on the page, and is an error."""
+    """A formula, spaced as TeX does; what cannot be converted would be seen on the page, and is an
+    error.
+    """
     upright = re.sub(r"\\mathrm\s*\{(\w+)\}|\{\\rm (\w+)\}", r"\\text{\1\2}", latex)
     tree = ET.fromstring(convert(upright, display=display))
     left = [each.text for each in tree.iter() if each.text and "\\" in each.text]
     if left:
-        raise ValueError(f"the formula {latex!r} cannot be converted to MathML: it leaves {left[0]!r}")
+        raise ValueError(
+            f"the formula {latex!r} cannot be converted to MathML: it leaves {left[0]!r}"
+        )
     for row in tree.iter():
         tidy(row, display)
     return ET.tostring(tree, encoding="unicode", short_empty_elements=False)
@@ -40,7 +45,8 @@ def tidy(row: ET.Element, display: str) -> None:
             each.attrib.update(TIGHT)
         elif name == "mo" and text in ("−", "+", "±") and opens(before):
             each.set("form", "prefix")
-        elif name == "mi" and len(text) > 1:  # ln, arctan: an operator with a space before its argument
+        # ln, arctan: an operator with a space before its argument
+        elif name == "mi" and len(text) > 1:
             each.tag = "mo"
             each.attrib.update(lspace="0" if opens(before) else THIN, rspace=THIN)
         elif name == "mo" and text.isalpha() and len(text) > 1:
@@ -57,7 +63,9 @@ def tidy(row: ET.Element, display: str) -> None:
 
 def opens(before: ET.Element | None) -> bool:
     """Whether what comes next begins an expression."""
-    return before is None or (before.tag.endswith("mo") and (before.text or "") not in (")", "]", "|", "}", "′"))
+    return before is None or (
+        before.tag.endswith("mo") and (before.text or "") not in (")", "]", "|", "}", "′")
+    )
 
 
 def bold(letter: str) -> str:
@@ -83,6 +91,8 @@ def copy_font(app: Sphinx, error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    app.add_html_math_renderer("mathml", inline_renderers=(visit_inline, None), block_renderers=(visit_block, None))
+    app.add_html_math_renderer(
+        "mathml", inline_renderers=(visit_inline, None), block_renderers=(visit_block, None)
+    )
     app.connect("build-finished", copy_font)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

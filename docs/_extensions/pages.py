@@ -1,7 +1,9 @@
-"""A page is a session: its blocks run from top to bottom, and print, draw and write what the page says.
+"""A page is a session: its blocks run from top to bottom, and print, draw and write what the page
+says.
 
-In a page, ``python`` blocks share their names; ``sh`` blocks call the command line; a ``toml`` block that begins with
-``# name.toml`` is that file. A ``text`` block behind another is what that prints, where ``...`` stands for anything.
+In a page, ``python`` blocks share their names; ``sh`` blocks call the command line; a ``toml``
+block that begins with ``# name.toml`` is that file. A ``text`` block behind another is what that
+prints, where ``...`` stands for anything.
 
 Run: python docs/_extensions/pages.py page.md folder
 """
@@ -92,7 +94,9 @@ def run(page: Path, begun: dict[str, Any] | None = None) -> dict[str, Any]:
         with contextlib.redirect_stdout(printed):
             execute(block, page, names)
         if block.output is not None and not same(block.output, printed.getvalue()):
-            raise Wrong(f"{page}:{block.line} prints\n{printed.getvalue()}\nin place of\n{block.output}")
+            raise Wrong(
+                f"{page}:{block.line} prints\n{printed.getvalue()}\nin place of\n{block.output}"
+            )
     return names
 
 
@@ -160,7 +164,9 @@ def command(words: list[str]) -> None:
             cli.main()
         except SystemExit as done:
             if done.code:
-                raise Wrong(f"{' '.join(words)} ends with {done.code}: {messages.getvalue()}") from None
+                raise Wrong(
+                    f"{' '.join(words)} ends with {done.code}: {messages.getvalue()}"
+                ) from None
 
 
 if __name__ == "__main__":

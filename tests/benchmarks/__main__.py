@@ -4,8 +4,9 @@
     python -m tests.benchmarks --list
     python -m tests.benchmarks tables
 
-A run prints its tables and keeps their figures in tests/benchmarks/results/GROUP.json; `tables` writes what is kept
-into the pages, between their markers. With `--quick`, small sizes and few scenes: printed, and not kept.
+A run prints its tables and keeps their figures in tests/benchmarks/results/GROUP.json; `tables`
+writes what is kept into the pages, between their markers. With `--quick`, small sizes and few
+scenes: printed, and not kept.
 """
 
 import argparse
@@ -19,7 +20,9 @@ GROUPS = ("accuracy", "bars", "speed", "front", "fit", "interop")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("group", nargs="?", choices=(*GROUPS, "tables"))
     parser.add_argument("names", nargs="*", metavar="TABLE")
     parser.add_argument("--list", action="store_true")
@@ -28,7 +31,9 @@ def main() -> None:
     warnings.simplefilter("ignore")
     if given.list:
         for group in GROUPS:
-            for name, measure in importlib.import_module(f"tests.benchmarks.{group}").TABLES.items():
+            for name, measure in importlib.import_module(
+                f"tests.benchmarks.{group}"
+            ).TABLES.items():
                 print(f"{group} {name}: {(measure.__doc__ or '').splitlines()[0]}")
     elif given.group == "tables":
         for page in pages():

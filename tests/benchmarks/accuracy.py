@@ -1,4 +1,6 @@
-"""Errors: what `accuracy=` keeps on random scenes, what discretisations leave, what solvers reach."""
+"""Errors: what `accuracy=` keeps on random scenes, what discretisations leave, what solvers
+reach.
+"""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,7 +16,8 @@ from varcontact.results.quantities_of_interest import units, values
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 CELLS, IN_LINE = (72, 108, 162), (454, 681, 1022)
-"""Elements across on the grids that tell the continuum's values; of a history two thirds of them."""
+"""Elements across on the grids that tell the continuum's values; of a history two thirds of
+them."""
 KNOWN = 1 / 3
 """A scene counts for an accuracy if its continuum's values are known to this part of it."""
 SEED = 501
@@ -22,7 +25,9 @@ SEED = 501
 
 @dataclass(frozen=True)
 class Exact:
-    """Values of a scene in the continuum, what an error of one is, and the largest error of the values."""
+    """Values of a scene in the continuum, what an error of one is, and the largest error of the
+    values.
+    """
 
     values: dict[str, float]
     units: dict[str, float]
@@ -33,7 +38,11 @@ def exact(scene: vc.Scene) -> Exact:
     """From three grids by their order, second-order differences where it rolls."""
     moves = isinstance(scene.motion, vc.Transient)
     start = "slip" if scene.under_law and not moves else None
-    cells = np.array(IN_LINE if scene.line else CELLS) * 2 // 3 if moves else np.array(IN_LINE if scene.line else CELLS)
+    cells = (
+        np.array(IN_LINE if scene.line else CELLS) * 2 // 3
+        if moves
+        else np.array(IN_LINE if scene.line else CELLS)
+    )
     answers = [vc.solve(on(scene, int(n)), certify="none", start=start) for n in cells]
     per = units(answers[-1])
     found = np.array([[values(each)[name] for name in per] for each in answers])
@@ -45,9 +54,14 @@ def exact(scene: vc.Scene) -> Exact:
 
 def on(scene: vc.Scene, n: int) -> vc.Scene:
     """A scene on a grid with so many elements across the contact."""
-    hertz, rolls = scene.hertz is not None and scene.bodies.K == 0, isinstance(scene.motion, vc.Steady)
+    hertz, rolls = (
+        scene.hertz is not None and scene.bodies.K == 0,
+        isinstance(scene.motion, vc.Steady),
+    )
     edge = "touched" if hertz and not scene.frictionless and not scene.line else "centres"
-    grid = vc.Grid(nx=n) if scene.line else vc.Grid(nx=round(1.5 * n) if rolls else n, ny=n, edge=edge)
+    grid = (
+        vc.Grid(nx=n) if scene.line else vc.Grid(nx=round(1.5 * n) if rolls else n, ny=n, edge=edge)
+    )
     gridded = replace(scene, grid=grid)
     return gridded.second_order() if rolls else gridded
 
@@ -58,20 +72,40 @@ def tried(scene: vc.Scene) -> list[dict[str, float]]:
     for accuracy in ACCURACIES:
         answer = vc.solve(scene, accuracy=accuracy)
         found = values(answer)
-        error = max(abs(found[name] - value) / truth.units[name] for name, value in truth.values.items()) - truth.known
+        error = (
+            max(
+                abs(found[name] - value) / truth.units[name] for name, value in truth.values.items()
+            )
+            - truth.known
+        )
         estimate = answer.error_estimate.largest
-        rows.append({"accuracy": accuracy, "known": truth.known, "estimate": estimate, "error": max(error, 0.0)})
+        rows.append(
+            {
+                "accuracy": accuracy,
+                "known": truth.known,
+                "estimate": estimate,
+                "error": max(error, 0.0),
+            }
+        )
     return rows
 
 
 def kept_accuracies(rows: list[dict[str, float]]) -> Table:
-    """Of all errors, how many are above the accuracy or their own error bar, and the largest, by accuracy."""
-    chosen = [[row for row in rows if row["accuracy"] == A and row["known"] < KNOWN * A] for A in ACCURACIES]
+    """Of all errors, how many are above the accuracy or their own error bar, and the largest, by
+    accuracy.
+    """
+    chosen = [
+        [row for row in rows if row["accuracy"] == A and row["known"] < KNOWN * A]
+        for A in ACCURACIES
+    ]
     ratios = [[row["error"] / row["accuracy"] for row in each] for each in chosen]
     lines = [
         ["scenes", *map(len, chosen)],
         ["errors above the accuracy", *(sum(ratio > 1 for ratio in each) for each in ratios)],
-        ["errors above their error bar", *(sum(r["error"] > r["estimate"] for r in each) for each in chosen)],
+        [
+            "errors above their error bar",
+            *(sum(r["error"] > r["estimate"] for r in each) for each in chosen),
+        ],
         ["median error, relative to the accuracy", *(float(np.median(each)) for each in ratios)],
         ["largest error, relative to the accuracy", *map(max, ratios)],
     ]
@@ -79,7 +113,9 @@ def kept_accuracies(rows: list[dict[str, float]]) -> Table:
 
 
 def random(quick: bool) -> Table:
-    """What `accuracy=` keeps on random scenes of each kind, whose continuum values come from finer grids."""
+    """What `accuracy=` keeps on random scenes of each kind, whose continuum values come from finer
+    grids.
+    """
     count, rows = 1 if quick else 8, []
     for kind in KINDS:
         for i, scene in enumerate(scenes(kind, count, SEED)):
@@ -97,30 +133,45 @@ def spread(errors: object, unit: float = 1.0) -> list[float]:
 
 
 def second_order(quick: bool) -> Table:
-    """Errors of steady forces on coarse grids, by discretisation, alone and extrapolated, in per cent."""
+    """Errors of steady forces on coarse grids, by discretisation, alone and extrapolated, in per
+    cent.
+    """
     known = steady_forces.read()[:: 8 if quick else 1]
     truth, cells, rows = np.array([forces for _, forces in known]), (12, 16, 24, 32, 48), []
     for name, second, order in (("by default", False, 1), ("second order, n x n", True, 2)):
         found = {}
         for n in sorted({*cells, *(each // 2 for each in cells)}):
             posed = [steady_forces.scene(numbers, n) for numbers, _ in known]
-            found[n] = np.array([steady_forces.forces(p.second_order() if second else p, tol=1e-4) for p in posed])
+            found[n] = np.array(
+                [steady_forces.forces(p.second_order() if second else p, tol=1e-4) for p in posed]
+            )
         limits = {n: found[n] + (found[n] - found[n // 2]) / (2**order - 1) for n in cells}
         for words, answers in ((name, found), (f"the same, from n/2 and n, order {order}", limits)):
-            rows.append([words, *(spread(100 * np.abs(answers[n] - truth).max(axis=1)) for n in cells)])
+            rows.append(
+                [words, *(spread(100 * np.abs(answers[n] - truth).max(axis=1)) for n in cells)]
+            )
     return Table(["cells", *map(str, cells)], ["", *(5 * ["{:.2f}/{:.2f}/{:.2f}"])], rows)
 
 
 def conic(quick: bool) -> Table:
-    """Residuals of Clarabel alone and of `convex`, and processor seconds of `convex` and of `active-set`."""
+    """Residuals of Clarabel alone and of `convex`, and processor seconds of `convex` and of
+    `active-set`.
+    """
     bank, rows = vc.standard_bank(12) | unlike_bank(12), []
     for name, scene in list(bank.items())[:: 8 if quick else 1]:
         exact_one = vc.solve(scene, method="active-set")
         try:
-            raw = vc.solve(scene, "auto" if exact_one.plan.normal == "hertz" else "clarabel", "clarabel", polish=False)
+            raw = vc.solve(
+                scene,
+                "auto" if exact_one.plan.normal == "hertz" else "clarabel",
+                "clarabel",
+                polish=False,
+            )
         except vc.NotConverged as failure:
             raw = failure.solution or exact_one
-        seconds = [least(partial(vc.solve, scene, method=each), 2) for each in ("convex", "active-set")]
+        seconds = [
+            least(partial(vc.solve, scene, method=each), 2) for each in ("convex", "active-set")
+        ]
         residuals = raw.certificate.residual, vc.solve(scene, method="convex").certificate.residual
         rows.append([name, *residuals, seconds])
     head = ["scene", "Clarabel alone", "`convex`", "seconds: `convex`, `active-set`"]

@@ -1,6 +1,7 @@
 """Error bars that wheels and wheel sets have by default, judged by grids 2.5 times finer.
 
-Each case that is judged is kept at once in results/bars_cases.json: a run that was stopped goes on where it was.
+Each case that is judged is kept at once in results/bars_cases.json: a run that was stopped goes on
+where it was.
 """
 
 import json
@@ -52,7 +53,10 @@ def measured(profile: Profile, seed: int) -> Profile:
 def crossing() -> ProfileSlices:
     """A rail whose head gets narrower and lower within 300 mm, as a wing rail does."""
     rail, places = Profile.rail_60e1(), np.linspace(-150.0, 150.0, 13)
-    profiles = [replace(rail, y=rail.y * (1 - 2e-4 * (s + 150.0)), z=rail.z + 2e-3 * (s + 150.0)) for s in places]
+    profiles = [
+        replace(rail, y=rail.y * (1 - 2e-4 * (s + 150.0)), z=rail.z + 2e-3 * (s + 150.0))
+        for s in places
+    ]
     return ProfileSlices(profiles=profiles, positions=places)
 
 
@@ -66,7 +70,8 @@ PAIRS: dict[str, tuple[Any, Any]] = {
     "crossing": (crossing(), WHEEL),
 }
 PLACES = {"two patches": (-3.0, -0.5), "flange": (4.8, 6.6)}
-"""Lateral displacements [mm] for a cant of 1:40; for others they are from -4 to 5, and the cant 1:40 or 1:20."""
+"""Lateral displacements [mm] for a cant of 1:40; for others they are from -4 to 5, and the cant
+1:40 or 1:20."""
 
 
 def drawn(kind: str, k: int) -> dict[str, Any]:
@@ -75,7 +80,9 @@ def drawn(kind: str, k: int) -> dict[str, Any]:
     low, high = PLACES.get(kind, (-4.0, 5.0))
     rng = np.random.default_rng([50, list(PAIRS).index(kind), k])
     return {
-        "track": Track(rail=rail, cant=1 / 40 if kind in PLACES else float(rng.choice([1 / 40, 1 / 20]))),
+        "track": Track(
+            rail=rail, cant=1 / 40 if kind in PLACES else float(rng.choice([1 / 40, 1 / 20]))
+        ),
         "wheelset": WheelSet(wheel=wheel),
         "position": Position(y=float(rng.uniform(low, high)), yaw=float(rng.uniform(-4e-3, 4e-3))),
         "velocity": Velocity(speed=20e3),
@@ -95,12 +102,17 @@ def wheel_set_cases() -> Iterator[tuple[str, Case]]:
     for k in range(5):
         for kind in PAIRS:
             entries = drawn(kind, k)
-            yield f"set, {kind} {k}", WheelSetOnTrack(**entries | {"vertical_force": 2 * entries["vertical_force"]})
+            yield (
+                f"set, {kind} {k}",
+                WheelSetOnTrack(**entries | {"vertical_force": 2 * entries["vertical_force"]}),
+            )
 
 
 def patches_of(found: Any) -> list[tuple[str, Any]]:
     wheels = [found] if isinstance(found, WheelRailSolution) else [found.left, found.right]
-    return [(f"{wheel.case.side} {k}", each) for wheel in wheels for k, each in enumerate(wheel.patches)]
+    return [
+        (f"{wheel.case.side} {k}", each) for wheel in wheels for k, each in enumerate(wheel.patches)
+    ]
 
 
 def figures(found: Any) -> dict[str, tuple[float, float]]:
@@ -109,14 +121,18 @@ def figures(found: Any) -> dict[str, tuple[float, float]]:
     for name, each in patches_of(found):
         values |= {
             f"{label} of {name}": pair
-            for label, pair in zip(("Fx", "Fs", "FN"), zip(each.force, each.error, strict=True), strict=True)
+            for label, pair in zip(
+                ("Fx", "Fs", "FN"), zip(each.force, each.error, strict=True), strict=True
+            )
         }
         values[f"peak of {name}"] = each.peak_pressure, each.peak_pressure_error
     return {name: (float(value), float(bar)) for name, (value, bar) in values.items() if bar != 0}
 
 
 def finer(case: Case, found: Any) -> Any:
-    """The case on grids 2.5 times finer: to the accuracy that has them, or on elements where these told the error."""
+    """The case on grids 2.5 times finer: to the accuracy that has them, or on elements where these
+    told the error.
+    """
     estimates = [each.solution.error_estimate for _, each in patches_of(found)]
     if all(each is not None and each.accuracy is not None for each in estimates):
         return case.solve(accuracy=ACCURACY)
@@ -134,9 +150,16 @@ def judged(case: Case) -> dict[str, Any]:
     except vc.VarcontactError as error:
         return {"refused": f"{type(error).__name__}: {error}"}
     own = figures(found)
-    ratios = {name: abs(value - exact[name]) / bar for name, (value, bar) in own.items() if name in exact}
+    ratios = {
+        name: abs(value - exact[name]) / bar for name, (value, bar) in own.items() if name in exact
+    }
     bars = {name: bar / abs(value) for name, (value, bar) in own.items()}
-    return {"ratios": ratios, "bars": bars, "seconds": seconds, "fine seconds": time.process_time() - begun - seconds}
+    return {
+        "ratios": ratios,
+        "bars": bars,
+        "seconds": seconds,
+        "fine seconds": time.process_time() - begun - seconds,
+    }
 
 
 def _judge(cases: Iterator[tuple[str, Case]], quick: bool) -> dict[str, dict[str, Any]]:
@@ -155,12 +178,21 @@ def _judge(cases: Iterator[tuple[str, Case]], quick: bool) -> dict[str, dict[str
 
 
 def summary(rows: list[dict[str, Any]]) -> list[Any]:
-    """Cases, those refused, error bars, unknown ones, those kept in per cent, and the largest error by its bar."""
+    """Cases, those refused, error bars, unknown ones, those kept in per cent, and the largest error
+    by its bar.
+    """
     ratios = np.array([ratio for row in rows for ratio in row.get("ratios", {}).values()])
     known = ratios[np.isfinite(ratios)]
     kept = float(np.mean(known <= 1) * 100) if known.size else math.nan
     refused = sum("refused" in row for row in rows)
-    return [len(rows), refused, known.size, ratios.size - known.size, kept, float(known.max(initial=0.0))]
+    return [
+        len(rows),
+        refused,
+        known.size,
+        ratios.size - known.size,
+        kept,
+        float(known.max(initial=0.0)),
+    ]
 
 
 def table(cases: Callable[[], Iterator[tuple[str, Case]]], quick: bool) -> Table:

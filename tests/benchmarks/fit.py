@@ -1,4 +1,6 @@
-"""Constants that were chosen from measurements, and how: each table shows what the choice is between."""
+"""Constants that were chosen from measurements, and how: each table shows what the choice is
+between.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,7 +36,9 @@ def crossover(quick: bool) -> Table:
             scene = posed(n)
             pressures = ("hertz", "hertz") if scene.bodies.K == 0 else ("norm", "newton")
             pairs = zip(pressures, ("tang-safeguarded", "newton"), strict=True)
-            seconds = [least(lambda p=p, t=t, s=scene: vc.solve(s, p, t, certify="gap")) for p, t in pairs]
+            seconds = [
+                least(lambda p=p, t=t, s=scene: vc.solve(s, p, t, certify="gap")) for p, t in pairs
+            ]
             found.append((vc.solve(scene, certify="none").elements["contact"], *seconds))
         slower = [elements for elements, dense, free in found if free > dense]
         rows.append([name, f"{max(slower, default=found[0][0])}"])

@@ -19,8 +19,12 @@ def measured(quick: bool) -> Tradeoff:
     """All ways on all reference scenes; quickly, some on those of line contact."""
     if not quick:
         return vc.tradeoff(store=STORE, progress=print)
-    bank = {name: each for name, each in vc.continuum_values().items() if each.kind == "line contact"}
-    return vc.tradeoff(bank, [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)])
+    bank = {
+        name: each for name, each in vc.continuum_values().items() if each.kind == "line contact"
+    }
+    return vc.tradeoff(
+        bank, [Way(cells=8), Way(cells=24), *(Way(accuracy=each) for each in TARGETS)]
+    )
 
 
 def milliseconds(value: float) -> str:
@@ -43,7 +47,9 @@ def advice(quick: bool) -> Table:
 
 
 def accuracy(quick: bool) -> Table:
-    """What `accuracy=` takes: median time, and by that of ways with a grid, fixed for the class or best for a scene."""
+    """What `accuracy=` takes: median time, and by that of ways with a grid, fixed for the class or
+    best for a scene.
+    """
     runs = measured(quick).runs
     runs = runs[runs["outcome"] == "answered"]
     exact, rows = runs[(runs["family"] != "accuracy") & ~runs["family"].isin(THEORIES)], []
@@ -61,9 +67,13 @@ def accuracy(quick: bool) -> Table:
 
 
 def fixed(runs: pd.DataFrame, target: float) -> pd.Series:
-    """Seconds by scene of the fastest way that is accurate enough in all scenes of a class; NaN where there is none."""
+    """Seconds by scene of the fastest way that is accurate enough in all scenes of a class; NaN
+    where there is none.
+    """
     count = runs["scene"].nunique()
-    enough = runs.groupby("way").filter(lambda part: len(part) == count and part["error"].max() <= target)
+    enough = runs.groupby("way").filter(
+        lambda part: len(part) == count and part["error"].max() <= target
+    )
     seconds = enough.groupby("way")["processor_seconds"].median()
     chosen = enough[enough["way"] == seconds.idxmin()] if len(seconds) else enough
     return chosen.set_index("scene")["processor_seconds"]

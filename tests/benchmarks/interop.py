@@ -1,4 +1,6 @@
-"""Other programs and theories: peers in normal contact, CONTACT on wheels and rails, errors of the fast theories."""
+"""Other programs and theories: peers in normal contact, CONTACT on wheels and rails, errors of the
+fast theories.
+"""
 
 import importlib.util
 import time
@@ -61,7 +63,9 @@ def _solved(gap: np.ndarray, normal: str, **load: float) -> vc.Solution:
     cells = len(gap)
     grid = vc.Grid(nx=cells, ny=cells, dx=SIDE / cells, dy=SIDE / cells, x0=-SIDE / 2, y0=-SIDE / 2)
     bodies, surface = vc.Bodies(G=G, nu=NU), vc.SampledDistance(gap)
-    return vc.solve(vc.Scene(bodies=bodies, surface=surface, grid=grid, **load), normal=normal, tol=TOL)
+    return vc.solve(
+        vc.Scene(bodies=bodies, surface=surface, grid=grid, **load), normal=normal, tol=TOL
+    )
 
 
 def tamaas(gap: np.ndarray, force: float) -> np.ndarray:
@@ -86,7 +90,9 @@ def contact_mechanics(gap: np.ndarray, force: float) -> np.ndarray:
 
     cells = len(gap)
     substrate = FreeFFTElasticHalfSpace(gap.shape, E_STAR, (SIDE, SIDE))
-    system = make_system(interaction="hardwall", substrate=substrate, surface=Topography(-gap.T, (SIDE, SIDE)))
+    system = make_system(
+        interaction="hardwall", substrate=substrate, surface=Topography(-gap.T, (SIDE, SIDE))
+    )
     system.minimize_proxy(external_force=force, pentol=TOL * force / (SIDE / cells), maxiter=5000)
     return np.array(system.force)[:cells, :cells].T / (SIDE / cells) ** 2
 
@@ -99,13 +105,18 @@ PROGRAMS: dict[str, tuple[str, Callable[[np.ndarray, float], np.ndarray]]] = {
 
 
 def normal_peers(quick: bool) -> Table:
-    """Seconds of normal contact by programs with the same influence numbers, and differences from our pressure."""
+    """Seconds of normal contact by programs with the same influence numbers, and differences from
+    our pressure.
+    """
     there = [name for name, (package, _) in PROGRAMS.items() if importlib.util.find_spec(package)]
     rows = []
     for rough, count in ((False, 64),) if quick else ((False, 256), (True, 64), (True, 256)):
         gap = distance(count, rough)
         reference = _solved(gap, "newton", approach=0.8)
-        row: list[object] = [f"{'rough' if rough else 'sphere'}, {count}", f"{reference.elements['contact']}"]
+        row: list[object] = [
+            f"{'rough' if rough else 'sphere'}, {count}",
+            f"{reference.elements['contact']}",
+        ]
         for name in there:
             seconds = []
             for _ in range(3):
@@ -121,7 +132,9 @@ def normal_peers(quick: bool) -> Table:
 
 
 def differences(row: dict) -> list[float]:
-    """Location [mm], angle [mrad], creepages, normal force, tangential forces by f Fn and peak pressure [%]."""
+    """Location [mm], angle [mrad], creepages, normal force, tangential forces by f Fn and peak
+    pressure [%].
+    """
     each = benchmark(row).solve().patches[0]
     patch, found = each.patch, each.patch.creepage
     wanted = np.array([row["cksi"], row["ceta"], row["cphi"]])
@@ -139,12 +152,20 @@ def differences(row: dict) -> list[float]:
 def contact(quick: bool) -> Table:
     """Largest differences from CONTACT on the wheels of the Manchester benchmark."""
     found = np.max([differences(row) for row in manchester()[:: 20 if quick else 1]], axis=0)
-    head = ["location [mm]", "angle [mrad]", "creepages [%]", "normal force [%]", "tangential forces [% of f Fn]"]
+    head = [
+        "location [mm]",
+        "angle [mrad]",
+        "creepages [%]",
+        "normal force [%]",
+        "tangential forces [% of f Fn]",
+    ]
     return Table([*head, "peak pressure [%]"], 6 * [".2g"], [found.tolist()])
 
 
 def fast_differences(row: dict, normal: str, theory: str, options: dict) -> list[float]:
-    """Tangential forces by f Fn, normal force and peak pressure [%], location [mm]; one wheel has two ellipses."""
+    """Tangential forces by f Fn, normal force and peak pressure [%], location [mm]; one wheel has
+    two ellipses.
+    """
     found = benchmark(row).estimate(normal, theory, **options)
     each = max(found.patches, key=lambda patch: patch.force[2])
     force = rotation(roll=row["angle"]).T @ found.force if len(found.patches) > 1 else each.force
@@ -164,13 +185,25 @@ def fast(quick: bool) -> Table:
             options = {"outside": "clamp"} if theory == "table" else {}
             chosen = manchester()[:: 20 if quick else 1]
             found = np.array([fast_differences(row, normal, theory, options) for row in chosen])
-            rows.append([f"{normal}, {theory}", *zip(np.median(found, axis=0), found.max(axis=0), strict=True)])
-    head = ["tangential forces [% of f Fn]", "normal force [%]", "peak pressure [%]", "location [mm]"]
+            rows.append(
+                [
+                    f"{normal}, {theory}",
+                    *zip(np.median(found, axis=0), found.max(axis=0), strict=True),
+                ]
+            )
+    head = [
+        "tangential forces [% of f Fn]",
+        "normal force [%]",
+        "peak pressure [%]",
+        "location [mm]",
+    ]
     return Table(["way", *head], ["", *(4 * ["{:.2g}, {:.2g}"])], rows)
 
 
 def fast_exact(quick: bool) -> Table:
-    """Forces of the fast ways on a wheel with 80 kN less the exact ones: 201 positions of three pairs of profiles."""
+    """Forces of the fast ways on a wheel with 80 kN less the exact ones: 201 positions of three
+    pairs of profiles.
+    """
     inclined = [Track(rail=Profile.rail_60e1(), cant=1 / each) for each in (40, 20)]
     new = WheelSet(wheel=Profile.s1002())
     pairs = [(inclined[0], new), (inclined[1], new), (TRACK, WHEELSET)]
@@ -187,18 +220,25 @@ def fast_exact(quick: bool) -> Table:
                 except SceneError:  # a profile without curvature, or beyond its end
                     continue
                 found.setdefault(f"{normal}, {theory}", []).append(tuple(np.abs(off[:2]) / 800))
-    rows = [[way, *map(tuple, np.percentile(np.array(each), [50, 95], axis=0).T)] for way, each in found.items()]
+    rows = [
+        [way, *map(tuple, np.percentile(np.array(each), [50, 95], axis=0).T)]
+        for way, each in found.items()
+    ]
     return Table(["way", "Fx [% of Q]", "Fy [% of Q]"], ["", *(2 * ["{:.2g}, {:.2g}"])], rows)
 
 
 def peak(rail: Profile, y: float, load: float) -> float:
     """Peak pressure of the right wheel on a rail."""
-    case = wheel(y, track=Track(rail=rail), vertical_force=load, dx=0.5, dy=0.2, join=1e3, separate=1e3)
+    case = wheel(
+        y, track=Track(rail=rail), vertical_force=load, dx=0.5, dy=0.2, join=1e3, separate=1e3
+    )
     return case.solve().patches[0].peak_pressure
 
 
 def noise(quick: bool) -> Table:
-    """Peak pressures on a rail with noise by that of the rail without, least and greatest, by smoothing."""
+    """Peak pressures on a rail with noise by that of the rail without, least and greatest, by
+    smoothing.
+    """
     rows = []
     for load in (10e3,) if quick else (10e3, 80e3):
         row: list[object] = [f"{load / 1e3:g} kN"]
@@ -208,19 +248,29 @@ def noise(quick: bool) -> Table:
                 true = peak(RAIL, y, load)
                 for seed in SEEDS:
                     z = RAIL.z + NOISE * np.random.default_rng(seed).normal(size=RAIL.z.size)
-                    found.append(peak(Profile(y=RAIL.y, z=z, kind="rail", smoothing=length), y, load) / true)
+                    found.append(
+                        peak(Profile(y=RAIL.y, z=z, kind="rail", smoothing=length), y, load) / true
+                    )
             row.append([min(found), max(found)])
         rows.append(row)
-    return Table(["smoothing [mm]", *(f"{length:g}" for length in LENGTHS)], ["", *(5 * ["{:.2f} to {:.2f}"])], rows)
+    return Table(
+        ["smoothing [mm]", *(f"{length:g}" for length in LENGTHS)],
+        ["", *(5 * ["{:.2f} to {:.2f}"])],
+        rows,
+    )
 
 
 def theory_errors() -> dict[str, np.ndarray]:
-    """By theory, rows of the largest error of Fx and Fy by f Fz, and that of Mz by f Fz (ab)^(1/2)."""
+    """By theory, rows of the largest error of Fx and Fy by f Fz, and that of Mz by f Fz
+    (ab)^(1/2).
+    """
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in VECTORISED}
     for reference in vc.continuum_values().values():
         scene = reference.scene
         motion, surface = scene.motion, scene.surface
-        if not (isinstance(motion, Steady) and isinstance(surface, Ellipse) and scene.bodies.K == 0):
+        if not (
+            isinstance(motion, Steady) and isinstance(surface, Ellipse) and scene.bodies.K == 0
+        ):
             continue
         if motion.Fx is not None or motion.Fy is not None or not isinstance(scene.friction, float):
             continue
@@ -236,16 +286,26 @@ def theory_errors() -> dict[str, np.ndarray]:
             )  # fmt: skip
             exact = reference.values
             away = max(abs(forces.Fx - exact["Fx"]), abs(forces.Fy - exact["Fy"])) / limit
-            found[name].append((away, abs(forces.Mz - exact["Mz"]) / limit / (surface.a * surface.b) ** 0.5))
+            found[name].append(
+                (away, abs(forces.Mz - exact["Mz"]) / limit / (surface.a * surface.b) ** 0.5)
+            )
     return {name: np.array(rows) for name, rows in found.items()}
 
 
 def theories(quick: bool) -> Table:
-    """Errors of the fast theories over the steady reference scenes of like bodies on an ellipse, in per cent."""
+    """Errors of the fast theories over the steady reference scenes of like bodies on an ellipse, in
+    per cent.
+    """
     rows = []
     for name, found in theory_errors().items():
         force, moment = 100 * found.T
-        figures = [np.median(force), np.quantile(force, 0.9), force.max(), np.median(moment), moment.max()]
+        figures = [
+            np.median(force),
+            np.quantile(force, 0.9),
+            force.max(),
+            np.median(moment),
+            moment.max(),
+        ]
         rows.append([f"`{name}`", f"{len(found)}", *map(float, figures)])
     head = ["theory", "scenes", "force, median", "90 %", "largest", "moment, median", "largest"]
     return Table(head, ["", "", *(5 * [".1f"])], rows)

@@ -1,7 +1,8 @@
-"""The maker of the file of references: ``python -m tests.benchmarks.references [--runs RUNS.csv] [FILE]``.
+"""The maker of the file of references: ``python -m tests.benchmarks.references [--runs RUNS.csv]
+[FILE]``.
 
-Each scene is solved on many grids, which takes minutes for some and most of an hour for all; with ``--runs`` solves are
-kept after every scene, and the same command resumes from there.
+Each scene is solved on many grids, which takes minutes for some and most of an hour for all; with
+``--runs`` solves are kept after every scene, and the same command resumes from there.
 """
 
 import argparse
@@ -44,7 +45,8 @@ MARGIN = 0.15
 class Series:
     """The grids on which a scene is solved."""
 
-    cells: dict[int, int]  # elements across the contact, and how many positions of the lattice are solved with each
+    # elements across the contact, and how many positions of the lattice are solved with each
+    cells: dict[int, int]
     edge: Edge  # as of `Grid`
     why: str  # for people
 
@@ -81,7 +83,8 @@ WORDS = ("scene", "values", "identity")
 ROUNDED = 1e-12
 """Error bar of closed forms, relative."""
 SOLVED = 100 * TOLERANCE
-"""Least error bar of what solves have found, in units of the value: what they may miss by their tolerance."""
+"""Least error bar of what solves have found, in units of the value: what they may miss by their
+tolerance."""
 USUAL_CELLS = 48
 """Elements across a contact that is not Hertzian, whose area the units are of."""
 
@@ -90,7 +93,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Make the file; the exit status is 0, or 2 for bad input."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     own = Path(varcontact.__file__).parent / "data" / FILE
-    parser.add_argument("file", nargs="?", type=Path, default=own, help="where to write [the package's own file]")
+    parser.add_argument(
+        "file", nargs="?", type=Path, default=own, help="where to write [the package's own file]"
+    )
     parser.add_argument("--runs", type=Path, help="CSV file of the solves, to go on from")
     given = parser.parse_args(arguments)
     try:
@@ -106,7 +111,11 @@ def make(runs: Path | None = None, scenes: Mapping[str, Scene] | None = None) ->
     """The content of the file: solve what the table of solves lacks, and extrapolate."""
     found = {}
     with Table.opened(runs, COLUMNS, WORDS, "a table of the solves of references") as table:
-        given = {name: scene for name, (_, scene) in reference_scenes().items()} if scenes is None else scenes
+        given = (
+            {name: scene for name, (_, scene) in reference_scenes().items()}
+            if scenes is None
+            else scenes
+        )
         for name, scene in given.items():
             key = identity(scene, TOLERANCE)
             known = [row for row in table.rows if row["scene"] == name and row["identity"] == key]
@@ -127,7 +136,10 @@ def _solved(name: str, scene: Scene, known: set[tuple[int, int]]) -> list[dict[s
         if not rows:
             print(name, flush=True)
         row = {"scene": name, "cells": cells, "position": position, "values": json.dumps(found)}
-        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": identity(scene, TOLERANCE)}
+        row |= {
+            "seconds": round(time.perf_counter() - started, 3),
+            "identity": identity(scene, TOLERANCE),
+        }
         rows.append(row)
         started = time.perf_counter()
     return rows
@@ -152,11 +164,17 @@ def _hertz(scene: Scene) -> dict[str, Any]:
 def _extrapolated(scene: Scene, rows: list[dict[str, Any]]) -> dict[str, Any]:
     cells = np.array([float(row["cells"]) for row in rows])
     found = [json.loads(row["values"]) for row in rows]
-    limits = {name: extrapolate_series(1 / cells, np.array([each[name] for each in found])) for name in found[0]}
+    limits = {
+        name: extrapolate_series(1 / cells, np.array([each[name] for each in found]))
+        for name in found[0]
+    }
     grid = Grid(nx=USUAL_CELLS, ny=None if scene.line else USUAL_CELLS)
     usual = units(solve(replace(scene, grid=grid), certify=None), steps_of(scene) or None)
     sizes = {name: abs(limits[name][0]) if name in NORMAL else size for name, size in usual.items()}
-    bars = {name: max(bar, SOLVED * sizes.get(name, abs(value))) for name, (value, bar) in limits.items()}
+    bars = {
+        name: max(bar, SOLVED * sizes.get(name, abs(value)))
+        for name, (value, bar) in limits.items()
+    }
     how = f"extrapolated from {len(rows)} solves with {cells.min():.0f} to {cells.max():.0f} elements across; "
     return {
         "values": {name: _figures(value, bars[name]) for name, (value, _) in limits.items()},
@@ -174,8 +192,9 @@ def _figures(value: float, bar: float) -> float:
 def series_of(scene: Scene) -> Series:
     """The grids that leave the smallest error for a scene.
 
-    Touched elements with averaged bounds need Hertz's pressure; their errors fall as h, so regularly that two terms
-    describe them to some 1e-5 of f Fz. Pressures that are computed need the centres, and averages over positions.
+    Touched elements with averaged bounds need Hertz's pressure; their errors fall as h, so
+    regularly that two terms describe them to some 1e-5 of f Fz. Pressures that are computed need
+    the centres, and averages over positions.
     """
     closed = scene.hertz is not None and not scene.coupled and not scene.frictionless
     if scene.line:
@@ -185,8 +204,12 @@ def series_of(scene: Scene) -> Series:
     return REGULAR if closed else COMPUTED
 
 
-def solves(scene: Scene, known: Collection[tuple[int, int]] = ()) -> Iterator[tuple[int, int, dict[str, float]]]:
-    """Solve a scene on its grids, but those that are known: elements across, number of the position, values found."""
+def solves(
+    scene: Scene, known: Collection[tuple[int, int]] = ()
+) -> Iterator[tuple[int, int, dict[str, float]]]:
+    """Solve a scene on its grids, but those that are known: elements across, number of the
+    position, values found.
+    """
     series = series_of(scene)
     box = None if isinstance(scene.motion, Transient) else contact_of(scene)
     for cells, positions in series.cells.items():
@@ -203,11 +226,17 @@ def solves(scene: Scene, known: Collection[tuple[int, int]] = ()) -> Iterator[tu
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float], edge: Edge) -> Grid:
-    """A lattice with so many elements across a box, moved by parts of an element in [0, 1), and room around it."""
+    """A lattice with so many elements across a box, moved by parts of an element in [0, 1), and
+    room around it.
+    """
     margin = math.ceil(MARGIN * cells) if scene.coupled or scene.hertz is None else 1
     left, right, bottom, top = box
     dx, dy = (right - left) / cells, (top - bottom) / cells
-    x0, y0, n = left - (margin + place[0]) * dx, bottom - (margin + place[1]) * dy, cells + 1 + 2 * margin
+    x0, y0, n = (
+        left - (margin + place[0]) * dx,
+        bottom - (margin + place[1]) * dy,
+        cells + 1 + 2 * margin,
+    )
     if scene.line:
         grid = Grid(nx=n, dx=dx, x0=x0, edge=edge)
     else:
@@ -216,7 +245,9 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float], edge
 
 
 def followed(answer: Solution | History, steps: tuple[int, ...] = ()) -> dict[str, float]:
-    """The values that are extrapolated: with the peak between the elements, and areas; of a history's steps."""
+    """The values that are extrapolated: with the peak between the elements, and areas; of a
+    history's steps.
+    """
     found = values(answer, steps or None)
     if isinstance(answer, History):
         return found
@@ -230,11 +261,15 @@ def peak_between(pressure: np.ndarray) -> float:
     """The largest pressure, by parabolas through the largest of the elements and its neighbours."""
     iy, ix = np.unravel_index(int(pressure.argmax()), pressure.shape)
     largest = float(pressure[iy, ix])
-    return largest + sum(_rise(line, int(i)) for line, i in ((pressure[iy], ix), (pressure[:, ix], iy)))
+    return largest + sum(
+        _rise(line, int(i)) for line, i in ((pressure[iy], ix), (pressure[:, ix], iy))
+    )
 
 
 def _rise(line: np.ndarray, i: int) -> float:
-    """By how much a parabola through three points rises above the middle one, which is the largest."""
+    """By how much a parabola through three points rises above the middle one, which is the
+    largest.
+    """
     if not 0 < i < line.size - 1:
         return 0.0
     before, middle, after = line[i - 1 : i + 2]

@@ -1,4 +1,6 @@
-"""A measured table: what a benchmark gives, what is kept of it in results/, and how a page shows it."""
+"""A measured table: what a benchmark gives, what is kept of it in results/, and how a page shows
+it.
+"""
 
 import json
 import os
@@ -18,7 +20,9 @@ MARKED = re.compile(r"(<!-- table (\w+) (\w+) -->\n).*?(<!-- end of table -->)",
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of figures or words, and the format of each column's figures; what is measured, where and when."""
+    """Rows of figures or words, and the format of each column's figures; what is measured, where
+    and when.
+    """
 
     head: Sequence[str]
     formats: Sequence[str]
@@ -28,7 +32,10 @@ class Table:
     @property
     def markdown(self) -> str:
         rows = [self.head, ["---"] * len(self.head)]
-        rows += [[shown(value, form) for value, form in zip(row, self.formats, strict=True)] for row in self.rows]
+        rows += [
+            [shown(value, form) for value, form in zip(row, self.formats, strict=True)]
+            for row in self.rows
+        ]
         return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
@@ -71,11 +78,15 @@ def pages() -> list[Path]:
 
 def filled(text: str) -> str:
     """A page's text with the tables as they are kept."""
-    return MARKED.sub(lambda found: f"{found[1]}{kept(found[2], found[3]).markdown}\n{found[4]}", text)
+    return MARKED.sub(
+        lambda found: f"{found[1]}{kept(found[2], found[3]).markdown}\n{found[4]}", text
+    )
 
 
 def least(work: Callable[[], object], times: int = 3) -> float:
-    """Processor seconds of the fastest of several calls: other work on the machine only adds to them."""
+    """Processor seconds of the fastest of several calls: other work on the machine only adds to
+    them.
+    """
     seconds = []
     for _ in range(times):
         begun = time.process_time()

@@ -1,4 +1,6 @@
-"""The symmetric part: found positive definite where it is, and only there; energies and least eigenvalue bounded."""
+"""The symmetric part: found positive definite where it is, and only there; energies and least
+eigenvalue bounded.
+"""
 
 import dataclasses
 
@@ -36,11 +38,14 @@ def dense(M):
 
 
 NAMED = [(1.0, 0.5, 42, 0.2146), (1.5, 0.28, 42, 0.3854)]
-"""Meshes whose negative direction is orthogonal to both forces and the moment, from where it cannot be found."""
+"""Meshes whose negative direction is orthogonal to both forces and the moment, from where it cannot
+be found."""
 
 
 def has_factor(matrix):
-    """Whether Cholesky's factor of a symmetric matrix exists: the judge that is not the code's own."""
+    """Whether Cholesky's factor of a symmetric matrix exists: the judge that is not the code's
+    own.
+    """
     try:
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
@@ -50,7 +55,9 @@ def has_factor(matrix):
 
 @pytest.mark.parametrize(("ratio", "nu", "cells", "part"), NAMED)
 def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
-    """Beyond `DENSE_LIMIT` elements, with one eigenvalue of -1e-8 or so: not taken for positive definite."""
+    """Beyond `DENSE_LIMIT` elements, with one eigenvalue of -1e-8 or so: not taken for positive
+    definite.
+    """
     M = on_ellipse(ratio, nu, cells, part)
     assert M.elements.size > module.DENSE_LIMIT
     assert not has_factor(dense(M))
@@ -59,12 +66,16 @@ def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
 
 @pytest.mark.parametrize(("ratio", "nu", "part"), [(1.5, 0.28, 0.4)])
 def test_barely_positive_definite(ratio, nu, part):
-    """The same contacts in slightly longer steps: positive definite, and found to be, with a least eigenvalue."""
+    """The same contacts in slightly longer steps: positive definite, and found to be, with a least
+    eigenvalue.
+    """
     M = on_ellipse(ratio, nu, 42, part)
     assert M.elements.size > module.DENSE_LIMIT
     found = positive_definite(M)
     assert 0 < found.least < 1e-4 * norm(M.grid_operator)
-    assert has_factor(dense(M) - found.least * np.eye(2 * M.elements.size)), "the least eigenvalue is no less"
+    assert has_factor(dense(M) - found.least * np.eye(2 * M.elements.size)), (
+        "the least eigenvalue is no less"
+    )
 
 
 @pytest.mark.parametrize(("dx", "part"), [(3.0, 0.1), (5.0, 0.2), (10.0, 0.4)])
@@ -78,11 +89,15 @@ def test_not_positive_definite(dx, part, limit):
 @pytest.mark.parametrize("part", [1.0, 0.3, None])
 @pytest.mark.parametrize("limit", [DENSE, BY_FFT])
 def test_bounds_hold_and_are_near(part, limit):
-    """Energies from above, within a thousandth; the least eigenvalue from below, within a factor of twenty."""
+    """Energies from above, within a thousandth; the least eigenvalue from below, within a factor of
+    twenty.
+    """
     M = operator(1.0, part)
     right = np.random.default_rng(1).normal(size=(3, 2, M.elements.size))
     right[0], right[1] = 1.0, 0.0
-    expected = np.sum(right.reshape(3, -1).T * np.linalg.solve(dense(M), right.reshape(3, -1).T), axis=0)
+    expected = np.sum(
+        right.reshape(3, -1).T * np.linalg.solve(dense(M), right.reshape(3, -1).T), axis=0
+    )
     found = positive_definite(M, limit)
     energies = found.energies(right)
     assert energies[1] == 0
@@ -93,7 +108,9 @@ def test_bounds_hold_and_are_near(part, limit):
 
 
 def test_a_positive_symbol_needs_no_chance(monkeypatch):
-    """Without rolling the symbol itself is positive: nothing is random, and the least eigenvalue is nearly met."""
+    """Without rolling the symbol itself is positive: nothing is random, and the least eigenvalue is
+    nearly met.
+    """
 
     def refuse(*_):
         raise AssertionError("a random start was made")
@@ -105,7 +122,9 @@ def test_a_positive_symbol_needs_no_chance(monkeypatch):
 
 
 def test_half_of_a_problem():
-    """On one side of a line of symmetry, with the images' tractions, as by the dense matrix of that."""
+    """On one side of a line of symmetry, with the images' tractions, as by the dense matrix of
+    that.
+    """
     whole = operator(1.0, 1.0, cells=10)
     half = np.arange(50, 100)
     images = (9 - half // 10) * 10 + half % 10
@@ -115,7 +134,9 @@ def test_half_of_a_problem():
         expected = right.ravel() @ np.linalg.solve(dense(M), right.ravel())
         for limit in (DENSE, BY_FFT):
             found = positive_definite(M, limit)
-            assert expected * (1 - 1e-12) <= found.energies(right)[0] <= expected * (1 + module.SLACK)
+            assert (
+                expected * (1 - 1e-12) <= found.energies(right)[0] <= expected * (1 + module.SLACK)
+            )
             assert found.least <= np.linalg.eigvalsh(dense(M))[0]
 
 
@@ -129,11 +150,15 @@ def test_many_elements_need_no_matrix(monkeypatch):
     assert M.elements.size > 2 * module.DENSE_LIMIT
     monkeypatch.setattr("varcontact.elasticity.operators.GridOperator.dense", refuse)
     assert positive_definite(M).least > 0
-    assert positive_definite(dataclasses.replace(M, elements=M.elements[::2])) is not None, "a part of it is, too"
+    assert positive_definite(dataclasses.replace(M, elements=M.elements[::2])) is not None, (
+        "a part of it is, too"
+    )
 
 
 def test_softened_elements():
-    """A few elements that give way twenty times as much as others: by FFT as by the factor, in no more products."""
+    """A few elements that give way twenty times as much as others: by FFT as by the factor, in no
+    more products.
+    """
     M = operator(1.0, 1.0, cells=16)
     softening = np.zeros((2, M.elements.size))
     softening[:, ::7] = 20 * M.matrix[0, 0]
@@ -142,11 +167,15 @@ def test_softened_elements():
     by_factor, by_fft = (positive_definite(soft, limit) for limit in (DENSE, BY_FFT))
     assert 0 < by_fft.least <= np.linalg.eigvalsh(dense(soft))[0]
     energies = by_factor.energies(right)
-    assert np.all(energies <= by_fft.energies(right)) and np.all(by_fft.energies(right) <= 1.001 * energies)
+    assert np.all(energies <= by_fft.energies(right)) and np.all(
+        by_fft.energies(right) <= 1.001 * energies
+    )
 
 
 @pytest.mark.parametrize("cells", [(32, 21), (48, 32)])
 def test_bounds_of_the_second_order_scheme(cells):
-    scene = make_scene(vc.Ellipse(1.2, 0.9), motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(*cells))
+    scene = make_scene(
+        vc.Ellipse(1.2, 0.9), motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(*cells)
+    )
     sol = vc.solve(scene.second_order(), certify="full")
     assert np.all(sol.certificate.force_bound < 1e-6)

@@ -12,10 +12,14 @@ from varcontact.discrete.state import hertz_pressure, unloaded
 
 
 def tangential_problem(rolling, ratio, part, nu=0.28, motion=vc.Steady, cells=10):
-    """The problem of an ellipse meshed with elements of dx/dy = ratio, in steps of `part` elements."""
+    """The problem of an ellipse meshed with elements of dx/dy = ratio, in steps of `part`
+    elements.
+    """
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
     given = {"vx": 0.04, "dq": part * 2 * a / cells} if motion is vc.Steady else {"ux": 0.04}
-    scene = rolling(bodies=vc.Bodies(G=1.0, nu=nu), surface=vc.Ellipse(a=a, b=b), motion=motion(**given))
+    scene = rolling(
+        bodies=vc.Bodies(G=1.0, nu=nu), surface=vc.Ellipse(a=a, b=b), motion=motion(**given)
+    )
     grid = vc.Grid(nx=cells, ny=cells).spread((-a, a, -b, b))
     disc = discretise(scene, grid)
     return disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure)
@@ -60,7 +64,11 @@ def test_steps_too_short_for_floating_point_are_refused(rolling, part):
 )
 def test_elements_larger_than_the_contact_are_refused(rolling, lattice, normal):
     """One element's centre lies in the ellipse, but the ellipse is lost in it."""
-    refused(lambda: vc.solve(rolling(grid=vc.Grid(**lattice)), normal=normal), "grid", "the contact is 2.4 by 1.8")
+    refused(
+        lambda: vc.solve(rolling(grid=vc.Grid(**lattice)), normal=normal),
+        "grid",
+        "the contact is 2.4 by 1.8",
+    )
 
 
 def test_distances_count_from_the_lowest_point():
@@ -68,7 +76,12 @@ def test_distances_count_from_the_lowest_point():
     grid = vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)
     bowl = (grid.x[None, :] ** 2 + grid.y[:, None] ** 2) / 2
     scenes = [
-        vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.SampledDistance(bowl + c), approach=c + 0.05, grid=grid)
+        vc.Scene(
+            bodies=vc.Bodies(G=1.0, nu=0.3),
+            surface=vc.SampledDistance(bowl + c),
+            approach=c + 0.05,
+            grid=grid,
+        )
         for c in (0.0, 1024.0, -1024.0)
     ]
     first, *others = (discretise(scene, grid).normal_problem() for scene in scenes)
@@ -78,7 +91,7 @@ def test_distances_count_from_the_lowest_point():
         assert other.approach == pytest.approx(first.approach, rel=1e-10)
 
 
-# -------------------- Half of a problem that is its own mirror image has the same solution as the whole
+# ---------------- Half of a problem that is its own mirror image has the same solution as the whole
 
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
@@ -102,7 +115,8 @@ def mirrors(monkeypatch):
     """The mirror images, or None, of the tangential problems that are solved from now on."""
     found = []
     monkeypatch.setattr(
-        "varcontact.solving.contact_solver.mirror_of", lambda problem: found.append(mirror_of(problem)) or found[-1]
+        "varcontact.solving.contact_solver.mirror_of",
+        lambda problem: found.append(mirror_of(problem)) or found[-1],
     )
     return found
 
@@ -154,8 +168,12 @@ def test_the_folded_operator_is_the_whole_one_on_mirrored_tractions(rolling):
     whole = np.zeros((2, posed.size))
     whole[:, mirror.half], whole[:, mirror.images] = half, half * [[-1.0], [1.0]]
     expected = (posed.operator.matrix @ whole.ravel()).reshape(2, -1)
-    np.testing.assert_allclose(expected[:, mirror.images], expected[:, mirror.half] * [[-1.0], [1.0]], atol=1e-12)
+    np.testing.assert_allclose(
+        expected[:, mirror.images], expected[:, mirror.half] * [[-1.0], [1.0]], atol=1e-12
+    )
     folded = mirror.fold(posed).operator
-    np.testing.assert_allclose((folded.matrix @ half.ravel()).reshape(2, -1), expected[:, mirror.half], atol=1e-12)
+    np.testing.assert_allclose(
+        (folded.matrix @ half.ravel()).reshape(2, -1), expected[:, mirror.half], atol=1e-12
+    )
     np.testing.assert_allclose(folded.apply(half), expected[:, mirror.half], atol=1e-12)
     assert symmetry.mirror_of(mirror.fold(posed)) is None

@@ -57,7 +57,9 @@ def test_gap_by_its_definition(solved):
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), size=st.floats(-8, 0.5))
 def test_gap_is_positive_and_bounds_the_error(solved, seed, size):
-    """For any admissible tractions: gap > 0, (p - p*)'S(p - p*) <= gap, and the force within its bound."""
+    """For any admissible tractions: gap > 0, (p - p*)'S(p - p*) <= gap, and the force within its
+    bound.
+    """
     sol, problem, exact = solved
     noise = np.random.default_rng(seed).normal(size=exact.shape)
     traction = project(exact + 10**size * problem.bound * noise, problem.bound)
@@ -80,7 +82,10 @@ def test_bound_holds_for_inadmissible_tractions(solved):
     sol, _, _ = solved
     field = 1.1 * sol.traction
     certificate = vc.certify(sol.scene, field)
-    assert np.all(np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area <= certificate.force_bound[:2])
+    assert np.all(
+        np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area
+        <= certificate.force_bound[:2]
+    )
     assert certificate.residual > 0.01
 
 
@@ -94,7 +99,9 @@ def test_force_bound_dense_and_by_fft_agree(rolling, monkeypatch):
 
 
 def test_large_grid_needs_no_dense_matrix(rolling, monkeypatch):
-    """The certificate of given tractions, and normal contact with Hertz's pressure, on many elements."""
+    """The certificate of given tractions, and normal contact with Hertz's pressure, on many
+    elements.
+    """
 
     def refuse(*_):
         raise AssertionError("a dense matrix was assembled")
@@ -111,11 +118,16 @@ def test_large_grid_needs_no_dense_matrix(rolling, monkeypatch):
 
 
 def test_a_missing_normal_force_is_residual(rolling):
-    """Pressures that close the gap at half of the approach: all conditions hold, but for the prescribed force."""
+    """Pressures that close the gap at half of the approach: all conditions hold, but for the
+    prescribed force.
+    """
     scene = rolling(motion=None, friction=None)
     sol = vc.solve(scene, normal="clarabel")
     disc = discretise(scene, sol.grid)
-    problem, level = disc.normal_problem(), (sol.approach - disc.base) / disc.scales.displacement / 2
+    problem, level = (
+        disc.normal_problem(),
+        (sol.approach - disc.base) / disc.scales.displacement / 2,
+    )
     half = norm(dataclasses.replace(problem, force=None, approach=level))
     lacking = 1 - half.traction.sum() * problem.area / problem.force
     assert lacking > 0.3
@@ -154,7 +166,10 @@ def test_no_slip_certificate(rolling):
     field = sol.traction * (1 + 0.01 * np.random.default_rng(5).normal(size=sol.traction.shape))
     certificate = vc.certify(sol.scene, field)
     assert certificate.relative_gap > 1e-8
-    assert np.all(np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area <= certificate.force_bound[:2])
+    assert np.all(
+        np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area
+        <= certificate.force_bound[:2]
+    )
 
 
 @pytest.mark.parametrize(("changes", "traction", "field"), [
@@ -178,13 +193,15 @@ def test_certify_given_pressure(rolling):
         vc.certify(scene, sol.traction, sol.pressure[:3])
 
 
-# ----------------------------------------------------------------------------- what must never pass as exact
+# -------------------------------------------------------------------- what must never pass as exact
 
 LATTICE = vc.Grid(nx=12, ny=12, dx=0.2, dy=0.15, x0=-1.2, y0=-0.9)
 
 
 def test_traction_outside_the_contact_counts_as_error(rolling):
-    """A traction where no pressure can carry it: all of it is error, of the residual and of force and moment."""
+    """A traction where no pressure can carry it: all of it is error, of the residual and of force
+    and moment.
+    """
     sol = vc.solve(rolling())
     field = sol.traction.copy()
     field[0, 0, 0] = 0.5 * np.abs(sol.traction).max()
@@ -200,7 +217,9 @@ def test_traction_outside_the_contact_counts_as_error(rolling):
 
 @pytest.mark.parametrize("part", ["all", "half"])
 def test_traction_on_elements_without_friction_counts_as_error(rolling, part):
-    """The tractions of a solution with friction, judged where all or half of the contact has none."""
+    """The tractions of a solution with friction, judged where all or half of the contact has
+    none.
+    """
     sol = vc.solve(rolling(grid=LATTICE), normal="clarabel")
     friction = np.zeros((12, 12))
     if part == "half":
@@ -214,15 +233,25 @@ def test_traction_on_elements_without_friction_counts_as_error(rolling, part):
     assert np.all(errors > 0)
 
 
-@pytest.mark.parametrize("change", [lambda p: -p, lambda p: 0 * p, lambda p: np.where(p == p.max(), -1e-3, p)])
+@pytest.mark.parametrize(
+    "change", [lambda p: -p, lambda p: 0 * p, lambda p: np.where(p == p.max(), -1e-3, p)]
+)
 def test_pressures_that_pull_or_vanish_are_refused(rolling, change):
     sol = vc.solve(rolling(grid=LATTICE), normal="clarabel")
-    refused(lambda: vc.certify(sol.scene, sol.traction, change(sol.pressure)), "pressure", match="positive somewhere")
+    refused(
+        lambda: vc.certify(sol.scene, sol.traction, change(sol.pressure)),
+        "pressure",
+        match="positive somewhere",
+    )
 
 
 @pytest.mark.parametrize("dense_limit", [10_000, 0])
-def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rolling, monkeypatch, dense_limit):
-    """By Cholesky factor and by conjugate gradients: infinite, neither a number made up nor a crash."""
+def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(
+    rolling, monkeypatch, dense_limit
+):
+    """By Cholesky factor and by conjugate gradients: infinite, neither a number made up nor a
+    crash.
+    """
     monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", dense_limit)
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.2 * a / 5)
@@ -236,12 +265,20 @@ def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rollin
 
 
 def test_no_force_bound_even_where_the_gap_is_zero(rolling):
-    """Full slip, the gap as good as zero: it says nothing where S is not positive definite, and must read infinite."""
+    """Full slip, the gap as good as zero: it says nothing where S is not positive definite, and
+    must read infinite.
+    """
     motion = vc.Steady(vx=1e6, dq=0.1 * np.sqrt(5) / 5)
-    scene = rolling(surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)), motion=motion, grid=vc.Grid(nx=10, ny=10))
+    scene = rolling(
+        surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)),
+        motion=motion,
+        grid=vc.Grid(nx=10, ny=10),
+    )
     grid = known_grid(scene)
     disc = discretise(scene, grid)
-    problem = disc.tangential_problem(scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.scales.pressure)
+    problem = disc.tangential_problem(
+        scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.scales.pressure
+    )
     opposed = np.array([-problem.bound, 0 * problem.bound])
     rigid_only = dataclasses.replace(problem, rigid_shift=1e30 * np.sign(problem.rigid_shift))
     assert gap(rigid_only, opposed, STILL)[0] < 1e-30
@@ -249,16 +286,26 @@ def test_no_force_bound_even_where_the_gap_is_zero(rolling):
 
 
 def test_no_number_is_no_small_residual(rolling):
-    """NaN in tractions or pressures stays NaN in every residual: compared with a tolerance it never passes."""
+    """NaN in tractions or pressures stays NaN in every residual: compared with a tolerance it never
+    passes.
+    """
     scene = rolling()
     sol = vc.solve(scene)
     disc = discretise(scene, sol.grid)
     pressure = sol.pressure / disc.scales.pressure
     tangential, normal = disc.tangential_problem(pressure), disc.normal_problem()
-    for traction in (np.full((2, tangential.size), np.nan), np.where(np.arange(tangential.size) == 3, np.nan, 0.01)):
-        assert np.isnan(tangential_residual(tangential, np.broadcast_to(traction, (2, tangential.size)), STILL))
+    for traction in (
+        np.full((2, tangential.size), np.nan),
+        np.where(np.arange(tangential.size) == 3, np.nan, 0.01),
+    ):
+        assert np.isnan(
+            tangential_residual(tangential, np.broadcast_to(traction, (2, tangential.size)), STILL)
+        )
     assert np.isnan(normal_residual(normal, np.full(normal.distance.size, np.nan), np.zeros(1)))
-    for bad in (np.full_like(sol.traction, np.nan), np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0)):
+    for bad in (
+        np.full_like(sol.traction, np.nan),
+        np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0),
+    ):
         bad = np.broadcast_to(bad, sol.traction.shape)
         certificate = certificate_of(disc, ContactState(pressure, 0.0, bad, STILL), True)
         assert not certificate.residual <= 1.0

@@ -1,4 +1,6 @@
-"""Operators on a curved reference surface against R(t/2) A R(t/2), written out element by element."""
+"""Operators on a curved reference surface against R(t/2) A R(t/2), written out element by
+element.
+"""
 
 import numpy as np
 import pytest
@@ -27,25 +29,36 @@ def written_out(angles, K, lag):
     for i, j in np.ndindex(GRID.rows, GRID.rows):
         half = turn((angles[j] - angles[i]) / 2)
         rows, columns = slice(i * GRID.nx, (i + 1) * GRID.nx), slice(j * GRID.nx, (j + 1) * GRID.nx)
-        matrix[:, rows, :, columns] = np.einsum("ab,bicj,cd->aidj", half, matrix[:, rows, :, columns], half)
+        matrix[:, rows, :, columns] = np.einsum(
+            "ab,bicj,cd->aidj", half, matrix[:, rows, :, columns], half
+        )
     return matrix
 
 
 def operator(rows, columns, angles, K, lag):
-    return conformal_operator(rows, columns, angles, lambda *to: influence_operator(GRID, *to, nu=0.28, K=K, lag=lag))
+    return conformal_operator(
+        rows, columns, angles, lambda *to: influence_operator(GRID, *to, nu=0.28, K=K, lag=lag)
+    )
 
 
 @pytest.mark.parametrize("lag", [None, 0.3], ids=["shift", "rolling"])
 @pytest.mark.parametrize("K", [0.0, 0.1])
-@pytest.mark.parametrize(("angles", "kind"), [(CONSTANT, GridOperator), (VARYING, ConformalOperator)])
+@pytest.mark.parametrize(
+    ("angles", "kind"), [(CONSTANT, GridOperator), (VARYING, ConformalOperator)]
+)
 def test_matrices_and_products_are_those_written_out(angles, kind, K, lag):
-    expected, field = written_out(angles, K, lag), np.random.default_rng(1).normal(size=(3, *GRID.shape))
+    expected, field = (
+        written_out(angles, K, lag),
+        np.random.default_rng(1).normal(size=(3, *GRID.shape)),
+    )
     some, loaded = np.array([3, 40, 181]), np.array([0, 60, 100, 186])
     for rows, columns in (("z", "z"), ("xy", "xy"), ("xy", "z"), ("z", "xy"), ("xyz", "xyz")):
         i, j = (["xyz".index(name) for name in names] for names in (rows, columns))
         own, block = operator(rows, columns, angles, K, lag), expected[i][:, :, j]
         assert type(own) is kind
-        np.testing.assert_allclose(own.dense(EVERY), block.reshape(len(i) * EVERY.size, -1), atol=1e-15)
+        np.testing.assert_allclose(
+            own.dense(EVERY), block.reshape(len(i) * EVERY.size, -1), atol=1e-15
+        )
         part = block[:, some][..., loaded].reshape(len(i) * some.size, -1)
         np.testing.assert_allclose(own.dense(some, loaded), part, atol=1e-15)
         product = np.einsum("aibj,bj->ai", block, field[j].reshape(len(j), -1))
@@ -63,8 +76,12 @@ def test_the_matrix_of_a_shift_is_symmetric_and_that_of_rolling_is_positive(angl
     rolling = operator("xy", "xy", angles, K, 0.3)
     dense = rolling.dense(EVERY)
     assert np.linalg.eigvalsh(dense + dense.T).min() > 0
-    np.testing.assert_allclose(rolling.symmetric_part().dense(EVERY), (dense + dense.T) / 2, atol=1e-16)
-    np.testing.assert_allclose(rolling.symmetric_part(-1.0).dense(EVERY), (dense - dense.T) / 2, atol=1e-16)
+    np.testing.assert_allclose(
+        rolling.symmetric_part().dense(EVERY), (dense + dense.T) / 2, atol=1e-16
+    )
+    np.testing.assert_allclose(
+        rolling.symmetric_part(-1.0).dense(EVERY), (dense - dense.T) / 2, atol=1e-16
+    )
 
 
 def test_only_rows_whose_inclination_is_odd_have_a_mirror():
@@ -73,5 +90,7 @@ def test_only_rows_whose_inclination_is_odd_have_a_mirror():
         elements = np.arange(4 * GRID.nx, (last + 1) * GRID.nx)
         elements = elements[elements // GRID.nx != (4 + last) / 2]  # none on the line
         shift, bound = np.ones((2, elements.size)) * [[1.0], [0.0]], np.ones(elements.size)
-        problem = TangentialProblem(own.on(elements), shift, Potential(bound), np.zeros((2, elements.size)), 1.0)
+        problem = TangentialProblem(
+            own.on(elements), shift, Potential(bound), np.zeros((2, elements.size)), 1.0
+        )
         assert (mirror_of(problem) is not None) is mirrored

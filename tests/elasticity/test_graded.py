@@ -11,7 +11,11 @@ WAVES = np.geomspace(1e-3, 1e3, 61)
 
 
 def scene(body, radius=1.0, force=1e-2, **more):
-    given = {"surface": vc.Paraboloids(radius, radius), "normal_force": force, "grid": vc.Grid(nx=12, ny=12)}
+    given = {
+        "surface": vc.Paraboloids(radius, radius),
+        "normal_force": force,
+        "grid": vc.Grid(nx=12, ny=12),
+    }
     return vc.Scene(bodies=body, **given | more)
 
 
@@ -20,7 +24,9 @@ def scene(body, radius=1.0, force=1e-2, **more):
     [(1, k0e(2 * WAVES) / k1e(2 * WAVES)), (2, 2 * WAVES / (2 * WAVES + 1))],
 )
 def test_waves_across_have_closed_forms(exponent, exact):
-    """``(G u')' = k^2 G u`` with G = (1 + z/2)^n: u is ``K0(k (z + 2))``, or ``exp(-k z)/(1 + z/2)``."""
+    """``(G u')' = k^2 G u`` with G = (1 + z/2)^n: u is ``K0(k (z + 2))``, or ``exp(-k z)/(1 +
+    z/2)``.
+    """
     body = vc.Graded(G=3.0, nu=0.3, depth=2.0, exponent=exponent)
     np.testing.assert_allclose(body.stack(1.0, 1.0).compliance(WAVES)[3], exact / 3.0, rtol=1e-4)
 
@@ -34,9 +40,13 @@ def test_an_exponential_change_is_that_of_many_thin_layers():
 @pytest.mark.parametrize("change", [{"exponent": 0.0}, {"G_deep": 2.0}])
 def test_a_constant_modulus_is_a_half_space(change):
     body = vc.Graded(G=2.0, nu=0.3, depth=0.7, **change)
-    np.testing.assert_allclose(body.stack(1.0, 1.0).compliance(WAVES), half_space(2.0, 0.3, 0 * WAVES), rtol=1e-12)
+    np.testing.assert_allclose(
+        body.stack(1.0, 1.0).compliance(WAVES), half_space(2.0, 0.3, 0 * WAVES), rtol=1e-12
+    )
     grid = vc.Grid(nx=14, ny=14, dx=0.02, dy=0.02, x0=-0.14, y0=-0.14)
-    own, plain = (vc.solve(scene(each, grid=grid), normal="norm") for each in (body, vc.Bodies(2.0, 0.3)))
+    own, plain = (
+        vc.solve(scene(each, grid=grid), normal="norm") for each in (body, vc.Bodies(2.0, 0.3))
+    )
     np.testing.assert_allclose(own.pressure, plain.pressure, atol=1e-9 * plain.pressure.max())
 
 
@@ -52,7 +62,9 @@ def test_a_contact_is_as_stiff_as_the_surface_then_as_what_is_below():
     body = vc.Graded(G=1.0, nu=0.3, depth=0.2, G_deep=3.0)
     small, large = ({"radius": r, "force": 1e-3 * r**2} for r in (0.05, 20.0))
     for case, modulus in ((small, 1.0), (large, 3.0)):
-        of_surface, of_depth = (vc.solve(scene(vc.Bodies(G, 0.3), **case)).approach for G in (1.0, 3.0))
+        of_surface, of_depth = (
+            vc.solve(scene(vc.Bodies(G, 0.3), **case)).approach for G in (1.0, 3.0)
+        )
         own = vc.solve(scene(body, **case)).approach
         assert of_depth < own < of_surface
         near = of_surface if modulus == 1.0 else of_depth
@@ -61,7 +73,13 @@ def test_a_contact_is_as_stiff_as_the_surface_then_as_what_is_below():
 
 def test_units_do_not_matter():
     own = vc.solve(scene(vc.Graded(G=1.0, nu=0.3, depth=0.2, exponent=0.5)))
-    other = vc.solve(scene(vc.Graded(G=82e3, nu=0.3, depth=200.0, exponent=0.5), radius=1e3, force=1e-2 * 82e3 * 1e6))
+    other = vc.solve(
+        scene(
+            vc.Graded(G=82e3, nu=0.3, depth=200.0, exponent=0.5),
+            radius=1e3,
+            force=1e-2 * 82e3 * 1e6,
+        )
+    )
     np.testing.assert_allclose(other.pressure / 82e3, own.pressure, atol=1e-8 * own.pressure.max())
 
 

@@ -29,7 +29,9 @@ def kernel(component: str, x: float, y: float) -> float:
 
 
 def by_polar_integration(component: str, x: float, y: float, dx: float, dy: float) -> float:
-    """Around a field point inside the element: the radial integral of every kernel is the ray's length."""
+    """Around a field point inside the element: the radial integral of every kernel is the ray's
+    length.
+    """
     corners = [(sx * dx / 2 - x, sy * dy / 2 - y) for sx in (-1, 1) for sy in (-1, 1)]
     breaks = sorted(np.arctan2(cy, cx) for cx, cy in corners)
 
@@ -46,7 +48,13 @@ def by_polar_integration(component: str, x: float, y: float, dx: float, dy: floa
 
 def by_quadrature(component: str, x: float, y: float, dx: float, dy: float) -> float:
     return dblquad(
-        lambda v, u: kernel(component, x - u, y - v), -dx / 2, dx / 2, -dy / 2, dy / 2, epsabs=0, epsrel=1e-12
+        lambda v, u: kernel(component, x - u, y - v),
+        -dx / 2,
+        dx / 2,
+        -dy / 2,
+        dy / 2,
+        epsabs=0,
+        epsrel=1e-12,
     )[0]
 
 
@@ -96,10 +104,16 @@ def test_corners_and_edges_are_finite():
 
 
 def test_both_rules_agree_where_they_meet():
-    """The closed form and Gauss's rule, extrapolated to each other: the closed form has lost three digits."""
+    """The closed form and Gauss's rule, extrapolated to each other: the closed form has lost three
+    digits.
+    """
     for angle in (0.0, 0.7, 1.5):
-        direction = np.array([np.cos(angle), np.sin(angle)]) / max(abs(np.cos(angle)), abs(np.sin(angle)))
-        near, far, further = (numbers(*((FAR + 0.5 + ahead) * direction), 1.0, 1.0) for ahead in (-0.1, 0.1, 0.3))
+        direction = np.array([np.cos(angle), np.sin(angle)]) / max(
+            abs(np.cos(angle)), abs(np.sin(angle))
+        )
+        near, far, further = (
+            numbers(*((FAR + 0.5 + ahead) * direction), 1.0, 1.0) for ahead in (-0.1, 0.1, 0.3)
+        )
         for component in ALL:
             jump = far[component] - near[component]
             size = 1e-12 * np.hypot(*(values[component] for values in (far, further)))

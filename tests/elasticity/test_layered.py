@@ -1,4 +1,6 @@
-"""Compliance and influence numbers of layered bodies against closed forms, quadrature, limits and printed numbers."""
+"""Compliance and influence numbers of layered bodies against closed forms, quadrature, limits and
+printed numbers.
+"""
 
 import numpy as np
 import pytest
@@ -37,15 +39,22 @@ def on_rigid(nu, base="rigid", h=1.0, G=0.5):
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
 def test_homogeneous_cut_into_layers(nu):
     stack = Stack(((0.3, 2.0, nu), (1e-5, 2.0, nu), (4.0, 2.0, nu)), base=(2.0, nu))
-    np.testing.assert_allclose(stack.compliance(K), np.tile(half_space(2.0, nu)[:, None], K.size), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        stack.compliance(K), np.tile(half_space(2.0, nu)[:, None], K.size), rtol=0, atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
 def test_closed_forms_of_one_layer(nu):
     k = np.geomspace(0.05, 20, 40)
     s, c, part = np.sinh(2 * k), np.cosh(2 * k), (1 - nu) / 0.5
-    bonded = part * ((3 - 4 * nu) * s - 2 * k) / ((3 - 4 * nu) * c + 2 * k**2 + 5 - 12 * nu + 8 * nu**2)
-    for base, F22, f in (("rigid", bonded, np.tanh(k)), ("smooth", part * (c - 1) / (s + 2 * k), 1 / np.tanh(k))):
+    bonded = (
+        part * ((3 - 4 * nu) * s - 2 * k) / ((3 - 4 * nu) * c + 2 * k**2 + 5 - 12 * nu + 8 * nu**2)
+    )
+    for base, F22, f in (
+        ("rigid", bonded, np.tanh(k)),
+        ("smooth", part * (c - 1) / (s + 2 * k), 1 / np.tanh(k)),
+    ):
         found = Stack(((1.0, 0.5, nu),), base).compliance(k)
         np.testing.assert_allclose(found[2], F22, rtol=1e-10)
         np.testing.assert_allclose(found[3], f / 0.5, rtol=1e-14)
@@ -54,13 +63,17 @@ def test_closed_forms_of_one_layer(nu):
 def test_long_waves_on_one_layer():
     k = np.array([1e-9, 1e-6])
     for nu in (0.0, 0.3, 0.45):
-        np.testing.assert_allclose(on_rigid(nu).symbols(k)[2], k * (1 - 2 * nu) / (1 - nu), rtol=1e-10)
+        np.testing.assert_allclose(
+            on_rigid(nu).symbols(k)[2], k * (1 - 2 * nu) / (1 - nu), rtol=1e-10
+        )
         np.testing.assert_allclose(on_rigid(nu, "smooth").symbols(k)[2], k * (1 - nu), rtol=1e-10)
     np.testing.assert_allclose(on_rigid(0.5).symbols(k)[2], k**3 / 1.5, rtol=1e-10)
 
 
 def test_symbols_of_several_layers():
-    """Computed by another program, checked there by integration of the differential equation; moduli times 1.5."""
+    """Computed by another program, checked there by integration of the differential equation;
+    moduli times 1.5.
+    """
     k = np.array([1e-6, 0.1, 0.5, 1.0, 2.0])
     upper = [
         [0.937499029853, 0.312498997248, 0.937499192030, 1.249999697913],
@@ -84,7 +97,9 @@ def test_symbols_of_several_layers():
 
 
 def by_quadrature(pair, x, dx, depth):
-    """What layers add to a strip's numbers, from the integral over wave numbers with the strip's own transform."""
+    """What layers add to a strip's numbers, from the integral over wave numbers with the strip's
+    own transform.
+    """
     points, weights = np.polynomial.legendre.leggauss(20)
     top = 20.0 / pair.thickness
     graded = np.geomspace(top * 1e-15, top, 200)
@@ -94,7 +109,12 @@ def by_quadrature(pair, x, dx, depth):
     alpha, kappa, gamma, beta = (pair.symbols(k) - pair.symbols()[:, None]) * weights
     mean = np.sinc(k * dx / (2 * np.pi))
     even = mean * np.cos(k * x) - np.cos(k * depth)
-    return {"xx": even @ alpha, "yy": even @ beta, "zz": even @ gamma, "xz": -(mean * np.sin(k * x)) @ kappa}
+    return {
+        "xx": even @ alpha,
+        "yy": even @ beta,
+        "zz": even @ gamma,
+        "xz": -(mean * np.sin(k * x)) @ kappa,
+    }
 
 
 @pytest.mark.parametrize("dx", [0.02, 0.4, 9.0])
@@ -104,7 +124,9 @@ def test_strips_by_quadrature(dx):
         found = PAIR.influence(strips(dx), np.array([x]), np.zeros(1), NINE)
         closed = half_spaces.influence(strips(dx), np.array([x]), np.zeros(1), NINE)
         for name, added in by_quadrature(PAIR, x, dx, 3.0).items():
-            assert found[name][0] - closed[name][0] == pytest.approx(added, rel=1e-9, abs=1e-12 * dx)
+            assert found[name][0] - closed[name][0] == pytest.approx(
+                added, rel=1e-9, abs=1e-12 * dx
+            )
 
 
 def test_strips_and_rectangles():
@@ -152,7 +174,11 @@ def test_numbers_are_sums_of_those_of_parts():
             whole = pair.influence(rectangles(2.0, 1.5), np.array([at[0]]), np.array([at[1]]), NINE)
             parts = pair.influence(rectangles(0.5, 0.5), at[0] - x, at[1] - y, NINE)
             for name in NINE:
-                assert whole[name][0] == pytest.approx(parts[name].sum(), rel=1e-9, abs=1e-12), (h, at, name)
+                assert whole[name][0] == pytest.approx(parts[name].sum(), rel=1e-9, abs=1e-12), (
+                    h,
+                    at,
+                    name,
+                )
 
 
 def test_long_rectangles_are_strips():
@@ -167,7 +193,11 @@ def test_long_rectangles_are_strips():
 
 def matrix(pair, grid, lag=None):
     """Of all three components on a grid, or its difference over a step."""
-    x, y = (each.ravel() for each in np.meshgrid(grid.x, grid.y)) if not grid.line else (grid.x, np.zeros(grid.nx))
+    x, y = (
+        (each.ravel() for each in np.meshgrid(grid.x, grid.y))
+        if not grid.line
+        else (grid.x, np.zeros(grid.nx))
+    )
     from_x, from_y = x[:, None] - x, y[:, None] - y
     numbers = pair.influence(grid, from_x, from_y, NINE)
     if lag is not None:
@@ -179,10 +209,15 @@ def matrix(pair, grid, lag=None):
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 30.0])
 def test_symmetric_and_positive_definite(nu, ratio):
-    """The whole matrix, of elements `ratio` times as long as the layer is thick; in rolling its symmetric part."""
+    """The whole matrix, of elements `ratio` times as long as the layer is thick; in rolling its
+    symmetric part.
+    """
     layers = Stack(((1.0, 0.7, nu), (2.0, 0.1, 0.4)), (5.0, 0.2))
     for each in (on_rigid(nu), LayeredPair(layers, Stack(((0.5, 1.75, 0.1),), "rigid"), 400.0)):
-        for grid in (Grid(nx=24, dx=ratio, x0=0.0), Grid(nx=5, ny=4, dx=ratio, dy=1.4 * ratio, x0=0.0, y0=0.0)):
+        for grid in (
+            Grid(nx=24, dx=ratio, x0=0.0),
+            Grid(nx=5, ny=4, dx=ratio, dy=1.4 * ratio, x0=0.0, y0=0.0),
+        ):
             A = matrix(each, grid)
             np.testing.assert_allclose(A, A.T, rtol=0, atol=1e-14 * np.abs(A).max())
             assert np.linalg.eigvalsh(A).min() > 0
@@ -197,7 +232,7 @@ def test_alike_means_no_coupling():
     assert all(found[name][0] == 0 for name in ("xz", "zx", "yz", "zy"))
 
 
-# ----------------------------------------------------------------------------- Fields inside layered bodies
+# --------------------------------------------------------------------- Fields inside layered bodies
 
 
 RECTANGLES = Grid(nx=4, ny=3, dx=0.3, dy=0.2, x0=-0.7, y0=-0.4)
@@ -229,7 +264,9 @@ def test_half_space_cut_into_layers(grid, nu):
 
 @pytest.mark.parametrize("grid", [RECTANGLES, STRIPS])
 def test_interfaces_are_bonded(grid):
-    """Displacements, their gradients along the surface and the tractions go on, stresses along the surface jump."""
+    """Displacements, their gradients along the surface and the tractions go on, stresses along the
+    surface jump.
+    """
     above, below = (at_depth(0.3 + part, grid, Stack(LAYERS, (3.0, 0.2))) for part in (-1e-9, 1e-9))
     np.testing.assert_allclose(above.gradient[:, :2], below.gradient[:, :2], atol=1e-7)
     np.testing.assert_allclose(above.stress[:, 2], below.stress[:, 2], atol=1e-7)
@@ -259,24 +296,38 @@ def test_by_fft(grid):
     stack, depths = Stack(LAYERS, (3.0, 0.2)), np.array([0.1, 0.7])
     below = layered_field_below(depths, grid, loads(grid), stack=stack)
     z, y, x = np.meshgrid(depths, grid.y, grid.x, indexing="ij")
-    points = layered_field_at(np.array([x.ravel(), y.ravel(), z.ravel()]), grid, loads(grid), stack=stack)
+    points = layered_field_at(
+        np.array([x.ravel(), y.ravel(), z.ravel()]), grid, loads(grid), stack=stack
+    )
     for name in ("gradient", "stress"):
-        np.testing.assert_allclose(getattr(below, name).reshape(3, 3, -1), getattr(points, name), atol=1e-12)
+        np.testing.assert_allclose(
+            getattr(below, name).reshape(3, 3, -1), getattr(points, name), atol=1e-12
+        )
 
 
 def test_below_a_contact():
-    """In a coat of the base's own material stresses are those of the half-space; the lower body is its mirror image."""
+    """In a coat of the base's own material stresses are those of the half-space; the lower body is
+    its mirror image.
+    """
     coat, plain = vc.Layered([vc.Layer(0.2, 1.0, 0.3)], base=(1.0, 0.3)), vc.Bodies(1.0, 0.3)
-    entries = {"surface": vc.Paraboloids(1.0, 1.0), "normal_force": 0.1, "grid": vc.Grid(nx=10, ny=10)}
+    entries = {
+        "surface": vc.Paraboloids(1.0, 1.0),
+        "normal_force": 0.1,
+        "grid": vc.Grid(nx=10, ny=10),
+    }
     rolling = {"friction": 0.3, "motion": vc.Steady(vx=0.01)}
     points = [[0.0, 0.1], [0.0, 0.05], [-0.05, -0.4]]
     sol = vc.solve(vc.Scene(bodies=(plain, coat), **entries, **rolling))
     layered = vc.stress(sol, points, body="lower")
-    half_spaces = vc.solve(vc.Scene(bodies=plain, **entries | {"grid": sol.grid}, **rolling), normal="norm")
+    half_spaces = vc.solve(
+        vc.Scene(bodies=plain, **entries | {"grid": sol.grid}, **rolling), normal="norm"
+    )
     expected = vc.stress(half_spaces, points, body="lower")
     np.testing.assert_allclose(layered.stress, expected.stress, atol=1e-8)
     np.testing.assert_allclose(
-        vc.stress(sol, np.abs(points)).stress, vc.stress(half_spaces, np.abs(points)).stress, atol=1e-8
+        vc.stress(sol, np.abs(points)).stress,
+        vc.stress(half_spaces, np.abs(points)).stress,
+        atol=1e-8,
     )
     depth = vc.stress_below(sol, [0.05], body="lower")
     assert depth.stress.shape == (3, 3, 1, *sol.grid.shape)

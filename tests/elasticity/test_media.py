@@ -29,7 +29,9 @@ MEDIA = {
     "layered": of(COATED),
     "layered on a half-space": of(COATED, vc.Bodies(1.0, 0.3)),
     "graded": of(vc.Graded(G=1.0, nu=0.3, depth=0.2, G_deep=3.0)),
-    "graded on a half-space": of(vc.Graded(G=1.0, nu=0.3, depth=0.2, exponent=1.0), vc.Bodies(1.0, 0.3)),
+    "graded on a half-space": of(
+        vc.Graded(G=1.0, nu=0.3, depth=0.2, exponent=1.0), vc.Bodies(1.0, 0.3)
+    ),
     "viscoelastic": of(RUBBER, speed=1.0),
     "viscoelastic on a half-space": of(RUBBER, vc.Bodies(1.0, 0.3), speed=1.0),
     "curved": Conformal(HalfSpaces(0.3), (-0.2, 0.2), (-0.4, 0.4)),
@@ -46,7 +48,9 @@ def dense(medium, rows="xyz", columns="xyz", stencil=HERE):
 
 @every_medium
 def test_elastic_bodies_are_reciprocal_and_give_way(medium):
-    """By Betti the matrix of all displacements by all tractions is symmetric; stored energy is positive."""
+    """By Betti the matrix of all displacements by all tractions is symmetric; stored energy is
+    positive.
+    """
     matrix = dense(medium)
     if medium.even:
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-10 * np.abs(matrix).max())
@@ -72,7 +76,9 @@ def test_numbers_are_even_or_odd_in_x_only_where_it_says_so(medium):
 def test_a_stencil_is_the_sum_of_its_points(medium):
     stencil = SteadyRolling(0.13, 0.1, "second-order").stencil
     parts = sum(weight * dense(medium, "xy", "xyz", ((ahead, 1.0),)) for ahead, weight in stencil)
-    np.testing.assert_allclose(dense(medium, "xy", "xyz", stencil), parts, atol=1e-13 * np.abs(dense(medium)).max())
+    np.testing.assert_allclose(
+        dense(medium, "xy", "xyz", stencil), parts, atol=1e-13 * np.abs(dense(medium)).max()
+    )
 
 
 @every_medium

@@ -1,4 +1,6 @@
-"""Products by FFT and by the matrix, dense blocks, and what the operators must be: symmetric, definite."""
+"""Products by FFT and by the matrix, dense blocks, and what the operators must be: symmetric,
+definite.
+"""
 
 import numpy as np
 import pytest
@@ -14,14 +16,18 @@ STRIPS = [vc.Grid(nx=nx, dx=0.1, x0=3.0) for nx in (37, 187)]
 
 @pytest.mark.parametrize("grid", [GRID, LARGER, *STRIPS])
 @pytest.mark.parametrize("lag", [None, 0.3, 0.1])
-@pytest.mark.parametrize(("rows", "columns"), [("z", "z"), ("xy", "xy"), ("xy", "z"), ("z", "xy"), ("xyz", "xyz")])
+@pytest.mark.parametrize(
+    ("rows", "columns"), [("z", "z"), ("xy", "xy"), ("xy", "z"), ("z", "xy"), ("xyz", "xyz")]
+)
 def test_product_is_the_dense_product(rows, columns, lag, grid):
     """By the matrix on the small grids, on the larger ones by FFT."""
     operator = influence_operator(grid, rows, columns, nu=0.3, K=0.2, depth=7.0, lag=lag)
     assert (operator.whole is None) == (grid.size > 160)
     tractions = np.random.default_rng(1).normal(size=(len(columns), *grid.shape))
     dense = operator.dense(np.arange(grid.size)) @ tractions.ravel()
-    np.testing.assert_allclose(operator.apply(tractions).ravel(), dense, atol=1e-14 * np.abs(dense).max())
+    np.testing.assert_allclose(
+        operator.apply(tractions).ravel(), dense, atol=1e-14 * np.abs(dense).max()
+    )
 
 
 def test_dense_block_entry_by_entry():
@@ -32,15 +38,21 @@ def test_dense_block_entry_by_entry():
     block = operator.dense(elements)
     for i in range(3):
         for j in range(3):
-            here = influence_numbers(x[i] - x[j], y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"])["xy"]
-            before = influence_numbers(x[i] - x[j] + 0.2, y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"])["xy"]
+            here = influence_numbers(x[i] - x[j], y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"])[
+                "xy"
+            ]
+            before = influence_numbers(
+                x[i] - x[j] + 0.2, y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"]
+            )["xy"]
             assert block[i, 3 + j] == pytest.approx(here - before, rel=1e-12, abs=1e-15)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, -0.6, 0.2])
 @pytest.mark.parametrize("lag", [None, 0.3, 0.9, 0.1, 3000.0])
 def test_numbers_of_one_place_are_made_once_and_are_right(lag, offset):
-    """Steps of whole elements share theirs between tables, mirror images too: as if each had been made by itself."""
+    """Steps of whole elements share theirs between tables, mirror images too: as if each had been
+    made by itself.
+    """
     operator = influence_operator(GRID, "xyz", "xyz", nu=0.3, K=0.2, lag=lag, offset=offset)
     x, y = (np.arange(1 - n, n) * side for n, side in ((9, 0.3), (7, 0.5)))
     names = [row + column for row in "xyz" for column in "xyz"]

@@ -1,4 +1,6 @@
-"""The elastic field inside a half-space against point forces, integrals done another way, and closed forms."""
+"""The elastic field inside a half-space against point forces, integrals done another way, and
+closed forms.
+"""
 
 import hypothesis
 import numpy as np
@@ -29,7 +31,9 @@ def hooke(gradient, G=G, nu=NU):
 
 
 def point_force(x, y, z, load, G=G, nu=NU):
-    """Displacement by Boussinesq (53)-(55) and Cerruti, as Johnson prints them; complex arguments allowed."""
+    """Displacement by Boussinesq (53)-(55) and Cerruti, as Johnson prints them; complex arguments
+    allowed.
+    """
     r = np.sqrt(x * x + y * y + z * z)
     s, part = r + z, 1 - 2 * nu
 
@@ -61,7 +65,11 @@ def panels(middle, width, z, centre):
     """Gauss points and weights over [-width/2, width/2], in panels growing away from `centre`."""
     ends = [-width / 2, width / 2]
     offsets = max(abs(z), 1e-9 * width) * 3.0 ** np.arange(0, 40)
-    inside = [c for c in np.concatenate([[centre], centre - offsets, centre + offsets]) if -width / 2 < c < width / 2]
+    inside = [
+        c
+        for c in np.concatenate([[centre], centre - offsets, centre + offsets])
+        if -width / 2 < c < width / 2
+    ]
     breaks = np.unique([*ends, *inside])
     nodes, weights = np.polynomial.legendre.leggauss(14)
     half, mid = np.diff(breaks)[:, None] / 2, (breaks[1:] + breaks[:-1])[:, None] / 2
@@ -75,7 +83,9 @@ def by_quadrature(point, sides, load):
     ys, wy = panels(0.0, sides[1], np.hypot(z, max(abs(x) - sides[0] / 2, 0)), y)
     X, Y, W = x - xs, y - ys[:, None], wx * wy[:, None]
     displacement = np.sum(point_force(X, Y, z, load) * W, axis=(-2, -1))
-    return displacement, np.sum(point_gradient(X, Y, np.full(W.shape, z + 0j), load) * W, axis=(-2, -1))
+    return displacement, np.sum(
+        point_gradient(X, Y, np.full(W.shape, z + 0j), load) * W, axis=(-2, -1)
+    )
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 1e-3), (1.0, 1e3), (0.4, 1.0)])
@@ -88,10 +98,16 @@ def test_against_quadrature(sides, distance):
             point = distance * size * np.array(direction)
             u, gradient = by_quadrature(point, sides, load)
             found = field(point, sides, load)
-            np.testing.assert_allclose(found.displacement[:, 0], u, rtol=0, atol=1e-11 * np.abs(u).max())
-            np.testing.assert_allclose(found.gradient[..., 0], gradient, rtol=0, atol=1e-10 * np.abs(gradient).max())
+            np.testing.assert_allclose(
+                found.displacement[:, 0], u, rtol=0, atol=1e-11 * np.abs(u).max()
+            )
+            np.testing.assert_allclose(
+                found.gradient[..., 0], gradient, rtol=0, atol=1e-10 * np.abs(gradient).max()
+            )
             stress = hooke(gradient)
-            np.testing.assert_allclose(found.stress[..., 0], stress, rtol=0, atol=1e-10 * np.abs(stress).max())
+            np.testing.assert_allclose(
+                found.stress[..., 0], stress, rtol=0, atol=1e-10 * np.abs(stress).max()
+            )
 
 
 @pytest.mark.parametrize("load", LOADS, ids="xyz")
@@ -111,10 +127,16 @@ coordinate = st.floats(-3.0, 3.0)
 
 
 @hypothesis.given(
-    coordinate, coordinate, st.floats(0.05, 4.0), st.tuples(*[st.floats(-1, 1)] * 3), st.floats(-0.9, 0.49)
+    coordinate,
+    coordinate,
+    st.floats(0.05, 4.0),
+    st.tuples(*[st.floats(-1, 1)] * 3),
+    st.floats(-0.9, 0.49),
 )
 def test_equilibrium_and_hooke(x, y, z, load, nu):
-    """Stresses are in equilibrium, by differences of the fourth order, and are Hooke's of the gradients."""
+    """Stresses are in equilibrium, by differences of the fourth order, and are Hooke's of the
+    gradients.
+    """
     h = 0.01 * z
     offsets = np.array([-2, -1, 1, 2]) * h
     weights = np.array([1, -8, 8, -1]) / (12 * h)
@@ -131,7 +153,9 @@ def test_equilibrium_and_hooke(x, y, z, load, nu):
 
 
 def disc(cells, profile):
-    """A square grid about the unit disc, and the mean of an axisymmetric pressure over each element."""
+    """A square grid about the unit disc, and the mean of an axisymmetric pressure over each
+    element.
+    """
     grid = vc.Grid(nx=cells, ny=cells, dx=2 / cells, dy=2 / cells, x0=-1.0, y0=-1.0)
     fine = (np.arange(16 * cells) + 0.5) / (8 * cells) - 1
     radius = np.hypot(fine, fine[:, None])
@@ -152,7 +176,8 @@ def hertz_axis(z):
 
 
 @pytest.mark.parametrize(
-    ("profile", "exact"), [(lambda r: 1.0 + 0 * r, love_axis), (lambda r: np.sqrt(1 - r**2), hertz_axis)]
+    ("profile", "exact"),
+    [(lambda r: 1.0 + 0 * r, love_axis), (lambda r: np.sqrt(1 - r**2), hertz_axis)],
 )
 def test_axis_of_a_disc(profile, exact):
     """Love's and Hertz's axes: the error falls with the square of the element size."""
@@ -185,7 +210,12 @@ def test_surface_has_the_tractions():
 def test_edges_and_corners_on_the_surface():
     """Finite everywhere; what jumps has its mean, and ln|x| its mean over the element's width."""
     half = np.array([0.3, -0.7, 1.0]) / 2
-    for x, y, part in ((0.5, 0.1, 1), (0.2, -0.5, 1), (-0.5, 0.5, 0.5), (0.5 * (1 + 1e-16), 0.0, 1)):
+    for x, y, part in (
+        (0.5, 0.1, 1),
+        (0.2, -0.5, 1),
+        (-0.5, 0.5, 0.5),
+        (0.5 * (1 + 1e-16), 0.0, 1),
+    ):
         found = field([x, y, 0.0], load=2 * half)
         assert np.isfinite(found.stress).all()
         assert np.isfinite(found.gradient).all()
@@ -199,11 +229,16 @@ def test_edges_and_corners_on_the_surface():
 
 @pytest.mark.parametrize("z", [0.0, 0.3, 4.0, 2000.0])
 def test_lattice_is_its_elements(z):
-    """Edges that are shared, on both sides of the point and below it; near, and beyond the change of rules."""
+    """Edges that are shared, on both sides of the point and below it; near, and beyond the change
+    of rules.
+    """
     x = 0.2 - 0.5 * np.arange(-4, 5)[:, None, None] + np.array([0.0, 0.05])
     y = -0.1 - 2.0 * np.arange(-3, 3)[None, :, None] + np.array([0.0, 1.1])
     depths = np.full(2, z)
-    together, alone = lattice_potentials(x, y, depths, 0.5, 2.0), rectangle_potentials(x, y, depths, 0.5, 2.0)
+    together, alone = (
+        lattice_potentials(x, y, depths, 0.5, 2.0),
+        rectangle_potentials(x, y, depths, 0.5, 2.0),
+    )
     assert together.shape == (19, 9, 6, 2)
     np.testing.assert_allclose(together, alone, rtol=0, atol=1e-14)
 
@@ -226,7 +261,11 @@ def test_pieces_of_a_long_grid():
 
 @pytest.mark.parametrize("line", [False, True])
 def test_fft_is_the_direct_sum(line):
-    grid = vc.Grid(nx=9, dx=0.3, x0=-1.0) if line else vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=-1.0, y0=-2.0)
+    grid = (
+        vc.Grid(nx=9, dx=0.3, x0=-1.0)
+        if line
+        else vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=-1.0, y0=-2.0)
+    )
     tractions = np.random.default_rng(4).normal(size=(3, *grid.shape))
     depths = np.array([0.0, 0.05, 2.0])
     fast = field_below(depths, grid, tractions, G=G, nu=NU)
@@ -234,21 +273,29 @@ def test_fft_is_the_direct_sum(line):
     direct = field_at(np.array([x.ravel(), y.ravel(), z.ravel()]), grid, tractions, G=G, nu=NU)
     for name in ("displacement", "gradient", "stress"):
         expected = getattr(direct, name)
-        np.testing.assert_allclose(getattr(fast, name).reshape(expected.shape), expected, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(
+            getattr(fast, name).reshape(expected.shape), expected, rtol=0, atol=1e-13
+        )
 
 
 def strip(points, load=(0.3, -0.7, 1.0), reference=2.0):
     """By one strip of unit width, centred at x = 0."""
     points = np.reshape(np.asarray(points, dtype=float), (3, -1))
     grid = vc.Grid(nx=1, dx=1.0, x0=-0.5)
-    return field_at(points, grid, np.reshape(load, (3, 1, 1)).astype(float), G=G, nu=NU, reference=reference)
+    return field_at(
+        points, grid, np.reshape(load, (3, 1, 1)).astype(float), G=G, nu=NU, reference=reference
+    )
 
 
-STRIP_POINTS = np.array([[0.1, 0.4, 0.2], [0.7, 0.0, 0.3], [-3.0, 1.0, 1e-3], [0.5, 0.0, 0.4], [-2.0, 0, 5.0]]).T
+STRIP_POINTS = np.array(
+    [[0.1, 0.4, 0.2], [0.7, 0.0, 0.3], [-3.0, 1.0, 1e-3], [0.5, 0.0, 0.4], [-2.0, 0, 5.0]]
+).T
 
 
 def test_strip_is_a_long_rectangle():
-    """Stresses and gradients of plane strain and anti-plane shear; in the limit also on the edges' surface."""
+    """Stresses and gradients of plane strain and anti-plane shear; in the limit also on the edges'
+    surface.
+    """
     long, plane = field(STRIP_POINTS, (1.0, 1e7)), strip(STRIP_POINTS)
     np.testing.assert_allclose(plane.stress, long.stress, atol=1e-7)
     np.testing.assert_allclose(plane.gradient, long.gradient, atol=1e-7)
@@ -263,17 +310,23 @@ def test_strip_displacements_have_the_gradients():
     for j in (0, 2):
         step = np.zeros((3, 1))
         step[j] = h
-        difference = strip(STRIP_POINTS + step).displacement - strip(STRIP_POINTS - step).displacement
+        difference = (
+            strip(STRIP_POINTS + step).displacement - strip(STRIP_POINTS - step).displacement
+        )
         np.testing.assert_allclose(difference / (2 * h), found[:, j], atol=1e-6)
 
 
 def test_strip_by_flamant():
-    """Stresses by the integral over Flamant's line loads, here from Johnson (2.15), (2.23), near and very far."""
+    """Stresses by the integral over Flamant's line loads, here from Johnson (2.15), (2.23), near
+    and very far.
+    """
     for x, z in ((0.3, 0.2), (4.0, 1.0), (-300.0, 200.0), (1e5, 3e4)):
         nodes, weights = panels(0.0, 1.0, z, x)
         s = x - nodes
         for load, factor in (((0, 0, 1), z), ((1, 0, 0), s)):
-            kernel = -2 / np.pi * factor / (s**2 + z**2) ** 2 * np.array([s * s, s * z, z * z + 0 * s])
+            kernel = (
+                -2 / np.pi * factor / (s**2 + z**2) ** 2 * np.array([s * s, s * z, z * z + 0 * s])
+            )
             expected = kernel @ weights
             found = strip([x, 0.0, z], load).stress[[0, 0, 2], [0, 2, 2], 0]
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
@@ -283,5 +336,7 @@ def test_strip_on_the_surface():
     load = np.array([0.3, -0.7, 1.0])
     x = np.array([0.2, 0.5, 0.7])
     found = strip([x, 0 * x, 0 * x], load)
-    np.testing.assert_allclose(found.stress[:, 2], -load[:, None] * np.array([1, 0.5, 0]), atol=1e-15)
+    np.testing.assert_allclose(
+        found.stress[:, 2], -load[:, None] * np.array([1, 0.5, 0]), atol=1e-15
+    )
     assert np.isfinite(found.gradient).all()

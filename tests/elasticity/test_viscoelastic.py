@@ -1,4 +1,6 @@
-"""Influence numbers that lag behind: quadrature, limits of the relaxation length, printed numbers."""
+"""Influence numbers that lag behind: quadrature, limits of the relaxation length, printed
+numbers.
+"""
 
 from itertools import pairwise
 
@@ -21,24 +23,36 @@ def by_quadrature(grid, x, y, name, length):
     """The mean of elastic numbers over what lies ahead of a point, cut at the element's edges."""
 
     def integrand(s):
-        return float(ELASTIC.influence(grid, np.array(x + s), np.array(y), [name])[name]) * np.exp(-s / length) / length
+        return (
+            float(ELASTIC.influence(grid, np.array(x + s), np.array(y), [name])[name])
+            * np.exp(-s / length)
+            / length
+        )
 
     edges = [edge - x for edge in (-0.1, 0.1) if 0 < edge - x < 40 * length]
     graded = [*(length * c for c in (1, 3, 10, 20)), *(0.2 * c for c in (1, 5, 20))]
     cuts = sorted({0.0, 40 * length, *edges, *(c for c in graded if c < 40 * length)})
-    return sum(quad(integrand, *pair, epsabs=1e-14, epsrel=1e-12, limit=200)[0] for pair in pairwise(cuts))
+    return sum(
+        quad(integrand, *pair, epsabs=1e-14, epsrel=1e-12, limit=200)[0] for pair in pairwise(cuts)
+    )
 
 
 @pytest.mark.parametrize(("length", "offset"), [(0.05, 0.07), (0.3, 0.0), (4.0, 0.07)])
 @pytest.mark.parametrize("grid", [STRIPS, RECTANGLES], ids=["strips", "rectangles"])
 def test_means_over_what_lies_ahead(grid, length, offset):
     medium = ViscoelasticMedium(ELASTIC, (Lagging(length, 0.5, ELASTIC),))
-    x, y, names = (np.arange(13) - 6) * 0.2 + offset, np.arange(grid.rows)[:, None] * 0.3, ["xx", "yy", "zz", "xz"]
+    x, y, names = (
+        (np.arange(13) - 6) * 0.2 + offset,
+        np.arange(grid.rows)[:, None] * 0.3,
+        ["xx", "yy", "zz", "xz"],
+    )
     found, elastic = (each.influence(grid, x, y, names) for each in (medium, ELASTIC))
     for name in names:
         lagging = np.broadcast_to((found[name] - elastic[name]) / 0.5, (grid.rows, 13))
         for i, j in ((0, 1), (0, 6), (-1, 5), (-1, 12)):
-            assert lagging[i, j] == pytest.approx(by_quadrature(grid, x[j], y[i, 0], name, length), abs=3e-9)
+            assert lagging[i, j] == pytest.approx(
+                by_quadrature(grid, x[j], y[i, 0], name, length), abs=3e-9
+            )
 
 
 @pytest.mark.parametrize("grid", [STRIPS, RECTANGLES], ids=["strips", "rectangles"])
@@ -47,7 +61,9 @@ def test_short_and_long_relaxation_lengths(grid):
     x, y = (np.arange(13) - 6) * 0.2, np.arange(grid.rows)[:, None] * 0.3
     elastic = ELASTIC.influence(grid, x, y, ["zz", "xz"])
     for length, part, off in ((1e-5, 2.0, 1e-3), (1e6, 1.0, 1e-4)):
-        found = ViscoelasticMedium(ELASTIC, (Lagging(length, 1.0, ELASTIC),)).influence(grid, x, y, ["zz", "xz"])
+        found = ViscoelasticMedium(ELASTIC, (Lagging(length, 1.0, ELASTIC),)).influence(
+            grid, x, y, ["zz", "xz"]
+        )
         for name in found:
             size, free = np.abs(elastic[name]).max(), length > 1 and grid.line
             constant = np.mean(found[name] - elastic[name]) if free else 0.0
@@ -57,7 +73,9 @@ def test_short_and_long_relaxation_lengths(grid):
 
 @pytest.mark.parametrize("length", [1e4, 1e8])
 def test_nothing_cancels_in_strips_with_a_long_memory(length):
-    """In units of the relaxation length the elastic number is smooth but near the strip, where panels are graded."""
+    """In units of the relaxation length the elastic number is smooth but near the strip, where
+    panels are graded.
+    """
     medium = ViscoelasticMedium(ELASTIC, (Lagging(length, 1.0, ELASTIC),))
 
     def elastic(x, name):
@@ -71,16 +89,25 @@ def test_nothing_cancels_in_strips_with_a_long_memory(length):
             def integrand(s, x=x, name=name):
                 return elastic(x + length * s, name) * np.exp(-s)
 
-            parts = [quad(integrand, *pair, epsabs=1e-15, epsrel=1e-13, limit=400) for pair in pairwise(cuts)]
-            found = float(medium.influence(STRIPS, np.array([x]), np.array([[0.0]]), [name])[name].ravel()[0])
-            assert found == pytest.approx(elastic(x, name) + sum(value for value, _ in parts), abs=1e-13)
+            parts = [
+                quad(integrand, *pair, epsabs=1e-15, epsrel=1e-13, limit=400)
+                for pair in pairwise(cuts)
+            ]
+            found = float(
+                medium.influence(STRIPS, np.array([x]), np.array([[0.0]]), [name])[name].ravel()[0]
+            )
+            assert found == pytest.approx(
+                elastic(x, name) + sum(value for value, _ in parts), abs=1e-13
+            )
 
 
 SIDES = ["xx", "yy", "zz", "xz", "zx"]
 
 
 def test_layers_each_of_its_own_solid():
-    """Numbers of an independent program, which counts displacements from elsewhere: by one constant for each."""
+    """Numbers of an independent program, which counts displacements from elsewhere: by one constant
+    for each.
+    """
     coated = vc.Layered([vc.Layer(0.5, 1.0, 0.3, [(1.0, 1.0)])], base=(5.0, 0.25))
     pair = BodyPair(coated, vc.Bodies(3.0, 0.3))
     x = np.array([-0.2, 0.0, 1.0])
@@ -105,7 +132,10 @@ def test_complex_moduli_are_means_over_what_lies_ahead(base):
     x = np.linspace(-2, 2, 21)
     found, means = (
         medium.influence(STRIPS, x, np.zeros((1, 1)), SIDES)
-        for medium in (_of_several_solids(pair, 1.0, 5.0, 2.0), medium_of(pair, 1.0, 5.0, speed=2.0))
+        for medium in (
+            _of_several_solids(pair, 1.0, 5.0, 2.0),
+            medium_of(pair, 1.0, 5.0, speed=2.0),
+        )
     )
     for name in SIDES:
         off = found[name] - means[name]

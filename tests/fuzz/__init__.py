@@ -1,1 +1,3 @@
-"""The fuzzer: random scenes, tractions, files and arguments, each held against what is known without the package."""
+"""The fuzzer: random scenes, tractions, files and arguments, each held against what is known
+without the package.
+"""

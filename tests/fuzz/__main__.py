@@ -1,4 +1,5 @@
-"""``python -m tests.fuzz scenes --seed 1 --cases 1000``: random cases, each from the seed and its number, and a judge.
+"""``python -m tests.fuzz scenes --seed 1 --cases 1000``: random cases, each from the seed and its
+number, and a judge.
 
 ``python -m tests.fuzz extremes``: all scenes at the extremes, by every family of solvers.
 
@@ -20,11 +21,15 @@ def too_long(*_):
 
 
 parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
-parser.add_argument("campaign", choices=("scenes", "certificates", "files", "flips", "arguments", "extremes"))
+parser.add_argument(
+    "campaign", choices=("scenes", "certificates", "files", "flips", "arguments", "extremes")
+)
 parser.add_argument("--seed", type=int, default=0, help="which cases (default 0)")
 parser.add_argument("--cases", type=int, help="how many (default 100; all extremes)")
 parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")
-parser.add_argument("--seconds-per-case", type=float, default=60.0, help="of processor time (default 60)")
+parser.add_argument(
+    "--seconds-per-case", type=float, default=60.0, help="of processor time (default 60)"
+)
 parser.add_argument("--verbose", action="store_true", help="all but what passed, and cases in full")
 given = parser.parse_args()
 if given.campaign == "extremes":
@@ -42,5 +47,7 @@ for number, draw in enumerate(draws, given.first):
     if verdict == FAILED or (given.verbose and reason):
         print(f"seed {given.seed}, case {number}: {verdict}: {reason}", flush=True)
         print(f"    {words}" * given.verbose, end="\n" * given.verbose, flush=True)
-print(f"{given.campaign}: {len(draws)} cases: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}")
+print(
+    f"{given.campaign}: {len(draws)} cases: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}"
+)
 sys.exit(3 if counts[FAILED] else 0)

@@ -27,7 +27,7 @@ def steps_of(answer: vc.Solution | vc.History) -> list[vc.Solution]:
     return [answer] if isinstance(answer, vc.Solution) else list(answer)
 
 
-# ----------------------------------------------------------------------------- scenes by random methods
+# ------------------------------------------------------------------------- scenes by random methods
 
 
 def scenes(rng: Random) -> Case:
@@ -35,7 +35,11 @@ def scenes(rng: Random) -> Case:
     chosen = scene(rng)
     keywords = options(rng, chosen)
     unjust = not keywords and owed(chosen)
-    return Case(f"{chosen} by {keywords}", lambda: solved(chosen, keywords), lambda e: str(e) if unjust else "")
+    return Case(
+        f"{chosen} by {keywords}",
+        lambda: solved(chosen, keywords),
+        lambda e: str(e) if unjust else "",
+    )
 
 
 def solved(chosen: vc.Scene, keywords: dict) -> list[str]:
@@ -66,7 +70,9 @@ def of_iterate(error: vc.NotConverged) -> list[str]:
 
 
 def owed(chosen: vc.Scene) -> bool:
-    """Whether an answer is owed by default: like bodies, analytic surfaces on a grid laid around them, no forces."""
+    """Whether an answer is owed by default: like bodies, analytic surfaces on a grid laid around
+    them, no forces.
+    """
     grid, motion = chosen.grid, chosen.motion
     explicit = isinstance(grid, vc.Grid) and (grid.explicit or grid.edge == "touched")
     forces = any(getattr(motion, name, None) is not None for name in ("Fx", "Fy"))
@@ -76,7 +82,9 @@ def owed(chosen: vc.Scene) -> bool:
 
 
 def options(rng: Random, chosen: vc.Scene) -> dict:
-    """Keywords of `solve`: in two cases of five those it has by itself, otherwise drawn until the plan takes them."""
+    """Keywords of `solve`: in two cases of five those it has by itself, otherwise drawn until the
+    plan takes them.
+    """
     keywords: dict = {}
     for _ in range(10 if rng.random() < 0.6 else 0):
         drawn = _methods(rng, chosen)
@@ -103,7 +111,9 @@ def _methods(rng: Random, chosen: vc.Scene) -> dict:
     if rng.random() < 0.6:
         drawn["normal"] = _name(rng, normal_methods())
     if rng.random() < 0.8:
-        drawn["tangential"] = _name(rng, list(THEORIES) if rng.random() < 0.25 else tangential_methods())
+        drawn["tangential"] = _name(
+            rng, list(THEORIES) if rng.random() < 0.25 else tangential_methods()
+        )
     if rng.random() < 0.3:
         drawn["formulation"] = str(rng.choice(["complementary", "potential", "gap", "marching"]))
     return drawn
@@ -118,12 +128,16 @@ def _name(rng: Random, names: list[str]) -> str:
 
 
 def certificates(rng: Random) -> Case:
-    """Tractions beside a solution exact to rounding, or of a rough solver: no bound falls below their true distance."""
+    """Tractions beside a solution exact to rounding, or of a rough solver: no bound falls below
+    their true distance.
+    """
     rough = rng.random() < 0.3
     chosen = _certifiable(rng, forces=rough)
 
     def judged() -> list[str]:
-        exact = vc.solve(chosen, tangential="auto" if chosen.friction is np.inf else "tang-safeguarded")
+        exact = vc.solve(
+            chosen, tangential="auto" if chosen.friction is np.inf else "tang-safeguarded"
+        )
         if exact.certificate.residual > EXACT and exact.certificate.tangential_residual > EXACT:
             raise vc.NotConverged("not exact", exact.certificate.residual)
         return (_by_a_rough_solver if rough else _beside)(rng, exact)
@@ -132,7 +146,9 @@ def certificates(rng: Random) -> Case:
 
 
 def _certifiable(rng: Random, forces: bool) -> vc.Scene:
-    """A scene whose tractions can be certified; with prescribed forces only where they are wanted."""
+    """A scene whose tractions can be certified; with prescribed forces only where they are
+    wanted.
+    """
     while True:
         try:
             chosen = scene(rng)
@@ -151,7 +167,9 @@ def _certifiable(rng: Random, forces: bool) -> vc.Scene:
 
 
 def _beside(rng: Random, exact: vc.Solution) -> list[str]:
-    """Tractions, and at times pressures, next to the solution or far from it, certified and compared with it."""
+    """Tractions, and at times pressures, next to the solution or far from it, certified and
+    compared with it.
+    """
     traction, pressure, spread = disturbed(rng, exact), None, 0.0
     if not exact.plan.closed_form:
         pressure = exact.pressure
@@ -159,7 +177,9 @@ def _beside(rng: Random, exact: vc.Solution) -> list[str]:
             spread = 10 ** rng.uniform(-12, 0)
             pressure = pressure * (1 + spread * rng.uniform(-1, 1, pressure.shape))
             elsewhere = rng.random(pressure.shape) < rng.choice([0.0, 0.1])
-            pressure = np.where(elsewhere, spread * pressure.max() * rng.random(pressure.shape), pressure)
+            pressure = np.where(
+                elsewhere, spread * pressure.max() * rng.random(pressure.shape), pressure
+            )
     certificate = vc.certify(dataclasses.replace(exact.scene, grid=exact.grid), traction, pressure)
     found = bounded(certificate, exact, outputs(exact.grid, traction))
     moved = dataclasses.replace(exact, traction=traction, certificate=certificate, converged=False)
@@ -168,7 +188,9 @@ def _beside(rng: Random, exact: vc.Solution) -> list[str]:
     if exact.scene.no_slip:
         return found
     found += untruths(Held(moved, None))
-    return found + (within_gap(Held(exact, None), Held(moved, None), certificate) if spread == 0 else [])
+    return found + (
+        within_gap(Held(exact, None), Held(moved, None), certificate) if spread == 0 else []
+    )
 
 
 def disturbed(rng: Random, exact: vc.Solution) -> np.ndarray:
@@ -198,19 +220,28 @@ def disturbed(rng: Random, exact: vc.Solution) -> np.ndarray:
 def outputs(grid: vc.Grid, traction: np.ndarray) -> np.ndarray:
     """Fx, Fy, Mz."""
     x, y = grid.x[None, :], grid.y[:, None]
-    return np.array([*traction.sum(axis=(1, 2)), np.sum(x * traction[1] - y * traction[0])]) * grid.area
+    return (
+        np.array([*traction.sum(axis=(1, 2)), np.sum(x * traction[1] - y * traction[0])])
+        * grid.area
+    )
 
 
 def bounded(certificate: vc.Certificate, exact: vc.Solution, found: np.ndarray) -> list[str]:
     """The certified bounds hold, to what is known of the solution."""
     known = exact.certificate.force_bound
     if exact.scene.bodies.coupled:
-        return [] if np.isinf(certificate.force_bound).any() else ["a bound where none is known: unlike bodies"]
+        return (
+            []
+            if np.isinf(certificate.force_bound).any()
+            else ["a bound where none is known: unlike bodies"]
+        )
     away = np.abs(found - outputs(exact.grid, exact.traction))
     beyond = away > certificate.force_bound * (1 + 1e-9) + np.where(np.isfinite(known), known, 0.0)
     return [
         f"{name} is {error:.3e} away, certified {bound:.3e}"
-        for name, error, bound, bad in zip(("Fx", "Fy", "Mz"), away, certificate.force_bound, beyond, strict=True)
+        for name, error, bound, bad in zip(
+            ("Fx", "Fy", "Mz"), away, certificate.force_bound, beyond, strict=True
+        )
         if bad
     ]
 
@@ -223,15 +254,24 @@ def within_gap(exact: Held, moved: Held, certificate: vc.Certificate) -> list[st
     matrix = influence(sol.grid, exact.constants, less=less, depth=sol.scene.reference_depth)
     n = exact.pressure.size
     squared = float(away.ravel() @ matrix[: 2 * n, : 2 * n] @ away.ravel()) * sol.grid.area
-    noise = sol.grid.area * float(exact.bound @ np.full(n, 4 * exact.shift_noise)) + 1e-12 * certificate.gap
+    noise = (
+        sol.grid.area * float(exact.bound @ np.full(n, 4 * exact.shift_noise))
+        + 1e-12 * certificate.gap
+    )
     if squared <= certificate.gap + noise:
         return []
-    return [f"the squared distance is {squared:.3e}, above the gap of {certificate.gap:.3e} (rounding {noise:.0e})"]
+    return [
+        f"the squared distance is {squared:.3e}, above the gap of {certificate.gap:.3e} (rounding {noise:.0e})"
+    ]
 
 
 def _by_a_rough_solver(rng: Random, exact: vc.Solution) -> list[str]:
-    """A solver's own answer to a loose tolerance, also under prescribed forces: its certificate bounds its errors."""
+    """A solver's own answer to a loose tolerance, also under prescribed forces: its certificate
+    bounds its errors.
+    """
     name, tol = str(rng.choice(["scs", "clarabel", "newton"])), float(10 ** rng.uniform(-6, -0.5))
-    sol = vc.solve(dataclasses.replace(exact.scene, grid=exact.grid), tangential=name, polish=False, tol=tol)
+    sol = vc.solve(
+        dataclasses.replace(exact.scene, grid=exact.grid), tangential=name, polish=False, tol=tol
+    )
     found = bounded(sol.certificate, exact, outputs(sol.grid, sol.traction))
     return found + untruths(Held(sol, None))

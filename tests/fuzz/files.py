@@ -1,4 +1,6 @@
-"""Cases of bad files: scenes in TOML, damaged at random, and files of results with one bit flipped."""
+"""Cases of bad files: scenes in TOML, damaged at random, and files of results with one bit
+flipped.
+"""
 
 import json
 import math
@@ -22,7 +24,9 @@ SMALL, SHORT = 600, 10
 
 
 def files(rng: Random) -> Case:
-    """Damage a file and read it; a scene that can still be read is planned, and solved where it is small."""
+    """Damage a file and read it; a scene that can still be read is planned, and solved where it is
+    small.
+    """
     folder = tempfile.TemporaryDirectory()
     words, read = (entry if rng.random() < 0.7 else text)(rng, Path(folder.name))
 
@@ -108,7 +112,9 @@ def _change(rng: Random, table: dict) -> str:
     if not within:
         within["extra"] = 1
         return f"{where}extra added"
-    how = str(rng.choice(["replaced", "replaced", "replaced", "left out", "renamed", "added", "element"]))
+    how = str(
+        rng.choice(["replaced", "replaced", "replaced", "left out", "renamed", "added", "element"])
+    )
     value = deepcopy(PLAIN[rng.integers(len(PLAIN))])
     if how == "element" and isinstance(within[key], list) and within[key]:
         within[key] = list(within[key])
@@ -134,7 +140,11 @@ def _toml(value) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {_toml(each)}" for key, each in value.items()) + "}"
+        return (
+            "{"
+            + ", ".join(f"{json.dumps(key)} = {_toml(each)}" for key, each in value.items())
+            + "}"
+        )
     return '"none"' if value is None else str(value)
 
 
@@ -142,7 +152,9 @@ def _toml(value) -> str:
 
 
 def flips(rng: Random) -> Case:
-    """One bit of a solution, a history or a sweep flipped: refused, or every figure in it is as before."""
+    """One bit of a solution, a history or a sweep flipped: refused, or every figure in it is as
+    before.
+    """
     name = str(rng.choice(["solution.nc", "history.nc", "sweep.nc"]))
     content, before = results_to_damage()[name]
     place, bit = int(rng.integers(len(content))), int(rng.integers(8))
@@ -167,7 +179,9 @@ def results_to_damage() -> dict[str, tuple[bytes, Figures]]:
     """Files of results, with the figures in them."""
     grid = vc.Grid(nx=6, ny=6)
     rolling = make_scene(vc.Ellipse(a=1.2, b=0.9), motion=vc.Steady(vx=0.04), grid=grid)
-    steps = make_scene(vc.Paraboloids(10.0, 10.0), 0.3, vc.Transient(steps=4, dq=0.2, vx=0.01), grid)
+    steps = make_scene(
+        vc.Paraboloids(10.0, 10.0), 0.3, vc.Transient(steps=4, dq=0.2, vx=0.01), grid
+    )
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / name for name in ("solution.nc", "history.nc", "sweep.nc")]
@@ -187,13 +201,28 @@ def figures_of(path: Path) -> Figures:
         scenes = [swept.isel({"motion.vx": k}) for k in range(swept.sizes["motion.vx"])]
         return [{name: scene[name].values.tobytes() for name in names} for scene in scenes]
     found = vc.load(path, certify=False)
-    names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage", "power_density")
+    names = (
+        "pressure",
+        "traction",
+        "slip",
+        "distance",
+        "state",
+        "approach",
+        "creepage",
+        "power_density",
+    )
     steps = [found] if isinstance(found, vc.Solution) else list(found)
     figures = [{name: np.asarray(getattr(sol, name)).tobytes() for name in names} for sol in steps]
     for sol, each in zip(steps, figures, strict=True):
-        each["report"] = repr((sol.certificate.plain(), sol.iterations, sol.timing, sol.scene)).encode()
+        each["report"] = repr(
+            (sol.certificate.plain(), sol.iterations, sol.timing, sol.scene)
+        ).encode()
     if isinstance(found, vc.History):
-        series = {"normal_force": found.normal_force, "forces": found.force, "approach": found.approach}
+        series = {
+            "normal_force": found.normal_force,
+            "forces": found.force,
+            "approach": found.approach,
+        }
         for name, values in series.items():
             for each, value in zip(figures, values, strict=True):
                 each[f"{name} of the history"] = np.asarray(value).tobytes()
@@ -201,8 +230,12 @@ def figures_of(path: Path) -> Figures:
 
 
 def different(found: Figures, before: Figures) -> list[str]:
-    """Figures that are others than before; a scene may be called unfinished, and the last step may be missing."""
-    faults = [] if len(found) in (len(before), len(before) - 1) else [f"{len(found)} of {len(before)}"]
+    """Figures that are others than before; a scene may be called unfinished, and the last step may
+    be missing.
+    """
+    faults = (
+        [] if len(found) in (len(before), len(before) - 1) else [f"{len(found)} of {len(before)}"]
+    )
     for k, (now, then) in enumerate(zip(found, before, strict=False)):
         unfinished = "outcome" in now and not any(now["outcome"])
         faults += [] if unfinished else [f"{k}: {name}" for name in then if now[name] != then[name]]

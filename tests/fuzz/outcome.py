@@ -1,4 +1,6 @@
-"""A case of a campaign, and what may come of one: an answer that holds, or an error of varcontact's own."""
+"""A case of a campaign, and what may come of one: an answer that holds, or an error of varcontact's
+own.
+"""
 
 import time
 import traceback
@@ -16,7 +18,9 @@ LONGEST = 1.0
 
 
 def says_what(error: vc.VarcontactError) -> str:
-    """What is wrong with an error of ours as to what it tells: nothing, where its message names the field."""
+    """What is wrong with an error of ours as to what it tells: nothing, where its message names the
+    field.
+    """
     message, field = str(error), getattr(error, "field", None)
     if not message or "Traceback" in message:
         return f"an error without a message: {error!r}"
@@ -29,7 +33,9 @@ def says_what(error: vc.VarcontactError) -> str:
 
 @dataclass(frozen=True)
 class Case:
-    """Words, a call that returns what is wrong with its answer, and what is wrong with a refusal."""
+    """Words, a call that returns what is wrong with its answer, and what is wrong with a
+    refusal.
+    """
 
     words: str
     call: Callable[[], list[str]]
@@ -37,15 +43,24 @@ class Case:
     bad_input: bool = False
 
 
-def attempt(draw: Callable[[np.random.Generator], Case], seed: int, number: int) -> tuple[str, str, str]:
-    """The verdict of a case, the reason, and the case in words; a warning of numpy's is a failure."""
+def attempt(
+    draw: Callable[[np.random.Generator], Case], seed: int, number: int
+) -> tuple[str, str, str]:
+    """The verdict of a case, the reason, and the case in words; a warning of numpy's is a
+    failure.
+    """
     words, silent, bad_input, begun = "", Case.silent, False, time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", RuntimeWarning)
         try:
             case = draw(np.random.default_rng([seed, number]))
-            words, silent, bad_input, begun = case.words, case.silent, case.bad_input, time.process_time()
+            words, silent, bad_input, begun = (
+                case.words,
+                case.silent,
+                case.bad_input,
+                time.process_time(),
+            )
             found = case.call()
             return (FAILED if found else PASSED), "; ".join(found), words
         except vc.NotConverged as error:
@@ -57,4 +72,8 @@ def attempt(draw: Callable[[np.random.Generator], Case], seed: int, number: int)
             return (FAILED if found else REFUSED), found or str(error), words
         except Exception as error:  # whatever it is, it is no refusal of ours
             place = traceback.extract_tb(error.__traceback__)[-1]
-            return FAILED, f"{error!r} in {place.filename.split('/')[-1]}:{place.lineno} ({place.name})", words
+            return (
+                FAILED,
+                f"{error!r} in {place.filename.split('/')[-1]}:{place.lineno} ({place.name})",
+                words,
+            )

@@ -1,7 +1,9 @@
-"""Random scenes of all kinds, one function for each kind of part; a scene follows from a seed and its number.
+"""Random scenes of all kinds, one function for each kind of part; a scene follows from a seed and
+its number.
 
-Sizes are drawn dimensionless about a contact with semi-axes a, b and ab = 1 under a largest pressure p0, and put into
-units at the end. `natural` creepages are those at which about half of the contact slips.
+Sizes are drawn dimensionless about a contact with semi-axes a, b and ab = 1 under a largest
+pressure p0, and put into units at the end. `natural` creepages are those at which about half of the
+contact slips.
 """
 
 from collections.abc import Callable
@@ -50,7 +52,9 @@ def scene(rng: Random) -> vc.Scene:
     if isinstance(motion, vc.Transient) and isinstance(surface, vc.Ellipse):
         surface = vc.Paraboloids(base.contact.Rx, base.contact.Ry)
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
-    explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and surface.x is None)
+    explicit = isinstance(friction, np.ndarray) or (
+        isinstance(surface, vc.SampledDistance) and surface.x is None
+    )
     laid_out = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
     given = {"bodies": base.bodies, "surface": surface, **_load(rng, base, surface)}
     return vc.Scene(**given, friction=friction, motion=motion, grid=laid_out, units=base.units)
@@ -72,14 +76,20 @@ def _base(rng: Random) -> Base:
     )
     bodies = _bodies(rng, modulus)
     constants, peak = Constants.of(bodies), modulus * 10 ** rng.uniform(-5, -1.5)
-    friction = float(_one_of(rng, {rng.uniform(0.05, 0.8): 6, 10 ** rng.uniform(-6, -2): 1, rng.uniform(1, 10): 1}))
+    friction = float(
+        _one_of(
+            rng, {rng.uniform(0.05, 0.8): 6, 10 ** rng.uniform(-6, -2): 1, rng.uniform(1, 10): 1}
+        )
+    )
     if rng.random() < 0.2:
         force = np.pi * length * peak / 2
         R = length * constants.G / (2 * (1 - constants.nu) * peak)
         return Base(bodies, hertz_line(R, constants, depth=None, force=force), friction, units)
     ratio = float(np.sqrt(_one_of(rng, {1.0: 1, 10 ** rng.uniform(-1.3, 1.3): 4})))
     a, b = length * ratio, length / ratio
-    return Base(bodies, hertz_by_axes(a, b, constants, force=2 * np.pi / 3 * a * b * peak), friction, units)
+    return Base(
+        bodies, hertz_by_axes(a, b, constants, force=2 * np.pi / 3 * a * b * peak), friction, units
+    )
 
 
 def _bodies(rng: Random, modulus: float) -> vc.Bodies:
@@ -92,7 +102,9 @@ def _bodies(rng: Random, modulus: float) -> vc.Bodies:
             vc.Bodies(modulus, nu): 6,
             vc.Bodies((modulus, modulus * ratio), (nu, other)): 2,
             vc.Bodies((np.inf, modulus), (other, nu)): 1,
-            vc.Bodies((modulus, modulus), (nu, nu + 10 ** rng.uniform(-8, -3) * (-1 if nu > 0.4 else 1))): 1,
+            vc.Bodies(
+                (modulus, modulus), (nu, nu + 10 ** rng.uniform(-8, -3) * (-1 if nu > 0.4 else 1))
+            ): 1,
         },
     )
 
@@ -101,13 +113,19 @@ def _bodies(rng: Random, modulus: float) -> vc.Bodies:
 
 
 def _grid(rng: Random, base: Base) -> vc.Grid:
-    """Elements across the contact, or a lattice of its own, small or large for the contact, or of one row."""
+    """Elements across the contact, or a lattice of its own, small or large for the contact, or of
+    one row.
+    """
     nx, ny = int(rng.integers(1, 15)), int(rng.integers(1, 15))
     if base.line:
         nx = int(rng.integers(2, 40))
     if rng.random() < 0.5:
         rows = None if base.line else ny
-        return vc.Grid(nx=nx, ny=rows, edge="touched") if rng.random() < 0.15 else vc.Grid(nx=nx, ny=rows)
+        return (
+            vc.Grid(nx=nx, ny=rows, edge="touched")
+            if rng.random() < 0.15
+            else vc.Grid(nx=nx, ny=rows)
+        )
     return _lattice(rng, base, max(nx, 2), max(ny, int(_one_of(rng, {1: 1, 2: 3}))))
 
 
@@ -120,11 +138,15 @@ def _lattice(rng: Random, base: Base, nx: int, ny: int, wide: float = 1.0) -> vc
     height = 2 * base.contact.b * wide * rng.uniform(1.3, 1.8)
     if ny == 1:
         height = base.contact.b * rng.uniform(1.2, 1.9)  # one row within the contact
-    return vc.Grid(nx=nx, ny=ny, dx=width / nx, dy=height / ny, x0=x0, y0=-height * rng.uniform(0.42, 0.58))
+    return vc.Grid(
+        nx=nx, ny=ny, dx=width / nx, dy=height / ny, x0=x0, y0=-height * rng.uniform(0.42, 0.58)
+    )
 
 
 def _surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[object, vc.Grid]:
-    """Analytic, sampled on the grid (rough, with elements that are missing), or sampled anywhere."""
+    """Analytic, sampled on the grid (rough, with elements that are missing), or sampled
+    anywhere.
+    """
     contact = base.contact
     kind = _one_of(rng, {"paraboloids": 3, "ellipse": 3, "rough": 3, "placed": 1})
     if kind == "paraboloids":
@@ -133,7 +155,9 @@ def _surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[object, vc.Grid]:
         return vc.Ellipse(contact.a, contact.b), grid
     if kind == "rough":
         grid = _lattice(rng, base, max(grid.nx, 2), max(grid.rows, 2), wide=rng.uniform(1, 2))
-        return vc.SampledDistance(_rough(rng, base, vc.Paraboloids(contact.Rx, contact.Ry).distance(grid))), grid
+        return vc.SampledDistance(
+            _rough(rng, base, vc.Paraboloids(contact.Rx, contact.Ry).distance(grid))
+        ), grid
     x = contact.a * 2.2 * np.linspace(-1, 1, int(rng.integers(5, 30)))
     y = contact.b * 2.2 * np.linspace(-1, 1, int(rng.integers(5, 30)))
     h = x**2 / (2 * contact.Rx) + y[:, None] ** 2 / (2 * contact.Ry)
@@ -149,11 +173,15 @@ def _line_surface(rng: Random, base: Base, grid: vc.Grid) -> tuple[object, vc.Gr
     if rng.random() < 0.7:
         return cylinders, grid
     grid = grid if grid.explicit else _lattice(rng, base, grid.nx, 1)
-    return vc.SampledDistance(_rough(rng, base, cylinders.distance(grid))[0], reference_depth=depth), grid
+    return vc.SampledDistance(
+        _rough(rng, base, cylinders.distance(grid))[0], reference_depth=depth
+    ), grid
 
 
 def _rough(rng: Random, base: Base, h: np.ndarray) -> np.ndarray:
-    """Distances with waves, with noise, and with elements that are missing: cut out, or a whole corner."""
+    """Distances with waves, with noise, and with elements that are missing: cut out, or a whole
+    corner.
+    """
     depth = base.contact.a**2 / (2 * base.contact.Rx)
     h = h + depth * _one_of(rng, {0.0: 1, 10 ** rng.uniform(-4, 0): 2}) * rng.normal(size=h.shape)
     missing = rng.random(h.shape) < _one_of(rng, {0.0: 2, 0.1: 1, 0.4: 1})
@@ -175,7 +203,9 @@ def _load(rng: Random, base: Base, surface) -> dict:
         return {"normal_force": contact.force}
     if base.line:
         constants = Constants.of(base.bodies)
-        contact = hertz_line(contact.Rx, constants, depth=surface.reference_depth, force=contact.force)
+        contact = hertz_line(
+            contact.Rx, constants, depth=surface.reference_depth, force=contact.force
+        )
     if rough:
         return {"approach": float(surface.h.min()) + contact.approach * rng.uniform(0.1, 1)}
     return {"approach": contact.approach}
@@ -203,7 +233,11 @@ def law(rng: Random, base: Base):
     half = velocity * base.natural * 10 ** rng.uniform(-1, 2)
     falling = _one_of(rng, {vc.LinearFalling: 1, vc.RationalFalling: 1, vc.ExponentialFalling: 1})
     return _one_of(
-        rng, {vc.StaticKinetic(base.friction, kinetic): 1, falling(base.friction, kinetic, half, velocity): 2}
+        rng,
+        {
+            vc.StaticKinetic(base.friction, kinetic): 1,
+            falling(base.friction, kinetic, half, velocity): 2,
+        },
     )
 
 
@@ -234,7 +268,9 @@ def steady(rng: Random, base: Base, grid) -> vc.Steady:
 
 
 def transient(rng: Random, base: Base, grid) -> vc.Transient:
-    """A few steps of rolling in time, which may change direction, length, load, friction, creepage and force."""
+    """A few steps of rolling in time, which may change direction, length, load, friction, creepage
+    and force.
+    """
     steps = int(rng.integers(1, 5))
     dx = 2 * base.contact.a / grid.nx
 
@@ -253,22 +289,36 @@ def transient(rng: Random, base: Base, grid) -> vc.Transient:
         entries["spin"] = each(lambda: _amount(rng, base) / base.size)
         entries["rotation"] = each(lambda: _one_of(rng, {0.0: 3, _amount(rng, base): 1}))
     if rng.random() < 0.3:
-        entries["ux"] = [0.0 if F is not None else _amount(rng, base) * base.size for F in entries["Fx"]]
+        entries["ux"] = [
+            0.0 if F is not None else _amount(rng, base) * base.size for F in entries["Fx"]
+        ]
     if rng.random() < 0.3:
         least = 1 if any(entries["Fx"] + entries["Fy"]) else 0
         load = each(lambda: _one_of(rng, {rng.uniform(0.4, 1): 4, least: 1}))
         entries["normal_force"] = (np.array(load) * base.contact.force).tolist()
     if rng.random() < 0.3:
-        entries["friction"] = each(lambda: _one_of(rng, {None: 2, float(base.friction * rng.uniform(0.5, 1)): 2}))
+        entries["friction"] = each(
+            lambda: _one_of(rng, {None: 2, float(base.friction * rng.uniform(0.5, 1)): 2})
+        )
     direction = each(lambda: _one_of(rng, {1: 2, -1: 1}), 0.2)
     return vc.Transient(steps=steps, dq=dq, direction=direction, **entries)
 
 
 def _moved(rng: Random, base: Base, length: float, most: float = 1.0) -> tuple[float, float | None]:
-    """A creepage (times a length: a shift), or a force in its place, up to a part of what friction carries or so."""
+    """A creepage (times a length: a shift), or a force in its place, up to a part of what friction
+    carries or so.
+    """
     kind = _one_of(rng, {"creepage": 5, "none": 2, "force": 3})
     if kind == "force":
-        part = _one_of(rng, {rng.uniform(-0.7, 0.7): 6, 0.0: 1, 10 ** rng.uniform(-8, -2): 1, rng.uniform(0.9, 1.1): 1})
+        part = _one_of(
+            rng,
+            {
+                rng.uniform(-0.7, 0.7): 6,
+                0.0: 1,
+                10 ** rng.uniform(-8, -2): 1,
+                rng.uniform(0.9, 1.1): 1,
+            },
+        )
         return 0.0, float(part * most * base.friction * base.contact.force)
     return (_amount(rng, base) * length if kind == "creepage" else 0.0), None
 

@@ -36,13 +36,20 @@ def imports(sol, tmp_path_factory):
 
 @pytest.mark.parametrize(("campaign", "first"), TWENTIES)
 def test_random_cases(campaign, first):
-    found = {number: attempt(getattr(campaigns, campaign), SEED, number) for number in range(first, first + 20)}
-    assert not {number: reason for number, (verdict, reason, _) in found.items() if verdict == FAILED}
+    found = {
+        number: attempt(getattr(campaigns, campaign), SEED, number)
+        for number in range(first, first + 20)
+    }
+    assert not {
+        number: reason for number, (verdict, reason, _) in found.items() if verdict == FAILED
+    }
     if campaign not in ("files", "flips", "arguments"):
         assert sum(verdict == PASSED for verdict, _, _ in found.values()) >= 10
 
 
-@pytest.mark.parametrize("extreme", [each for each in extremes() if each.short], ids=lambda each: each.name)
+@pytest.mark.parametrize(
+    "extreme", [each for each in extremes() if each.short], ids=lambda each: each.name
+)
 def test_nothing_fails_at_the_extremes(extreme):
     found = {case.words: attempt(lambda _, case=case: case, 0, 0)[:2] for case in extreme.cases()}
     assert not {words: reason for words, (verdict, reason) in found.items() if verdict == FAILED}
@@ -66,18 +73,30 @@ CHANGES = {
     "line": LINE,
     "law": LINE | {"friction": vc.LinearFalling(0.3, 0.2, 4e-3)},
     "hertz": {"motion": vc.Shift(ux=3e-4), "grid": "auto"},
-    "touched": {"motion": vc.Steady(Fx=-5e-4, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
+    "touched": {
+        "motion": vc.Steady(Fx=-5e-4, spin=1e-2),
+        "grid": vc.Grid(nx=7, ny=7, edge="touched"),
+    },
     "parts": {"motion": vc.Steady(vx=2e-3, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
     "strips in parts": LINE | {"grid": vc.Grid(nx=9, edge="touched")},
-    "strips in parts without a depth": LINE | {"surface": vc.Cylinders(R=3.0), "grid": vc.Grid(nx=9, edge="touched")},
-    "johnson": {"bodies": vc.Bodies(G=(1.0, 0.4), nu=0.25), "motion": vc.Steady(vx=3e-3), "grid": vc.Grid(12, 12)},
+    "strips in parts without a depth": LINE
+    | {"surface": vc.Cylinders(R=3.0), "grid": vc.Grid(nx=9, edge="touched")},
+    "johnson": {
+        "bodies": vc.Bodies(G=(1.0, 0.4), nu=0.25),
+        "motion": vc.Steady(vx=3e-3),
+        "grid": vc.Grid(12, 12),
+    },
 }
-OPTIONS = {kind: {"normal": "norm"} for kind in CHANGES if "parts" in kind} | {"johnson": {"coupling": "johnson"}}
+OPTIONS = {kind: {"normal": "norm"} for kind in CHANGES if "parts" in kind} | {
+    "johnson": {"coupling": "johnson"}
+}
 
 
 @pytest.mark.parametrize("kind", CHANGES)
 def test_the_judge_notices(kind):
-    """Changes of a thousandth, or of the certificate by a half, do not pass; and the solution does."""
+    """Changes of a thousandth, or of the certificate by a half, do not pass; and the solution
+    does.
+    """
     sol = vc.solve(dataclasses.replace(scene(), **CHANGES[kind]), **OPTIONS.get(kind, {}))
     assert faults(sol, 1e-8) == []
     slips, certificate = sol.state == 2, sol.certificate
@@ -86,7 +105,9 @@ def test_the_judge_notices(kind):
         "traction": sol.traction * np.where(slips, 0.999, 1.0),
         "slip": sol.slip * 1.001,
         "creepage": (sol.creepage[0] + 1e-5, *sol.creepage[1:]),
-        "certificate": dataclasses.replace(certificate, tangential_residual=certificate.tangential_residual + 1e-9),
+        "certificate": dataclasses.replace(
+            certificate, tangential_residual=certificate.tangential_residual + 1e-9
+        ),
     }
     if np.isfinite(sol.approach):  # else distances are known but for a constant
         wrong["distance"] = sol.distance + 1e-3 * sol.distance.max()
@@ -99,11 +120,15 @@ def test_the_judge_notices(kind):
 
 def test_the_judge_of_certificates_notices():
     """Bounds and gaps that are too small for the tractions beside a solution."""
-    exact = vc.solve(dataclasses.replace(scene(), motion=vc.Steady(vx=3e-3), grid=vc.Grid(nx=8, ny=8)))
+    exact = vc.solve(
+        dataclasses.replace(scene(), motion=vc.Steady(vx=3e-3), grid=vc.Grid(nx=8, ny=8))
+    )
     posed, traction = dataclasses.replace(exact.scene, grid=exact.grid), 0.9 * exact.traction
     certificate, away = vc.certify(posed, traction), outputs(exact.grid, traction)
     moved = Held(dataclasses.replace(exact, traction=traction), None)
-    assert bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
+    assert (
+        bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
+    )
     part = np.abs(away - outputs(exact.grid, exact.traction))[0] / certificate.force_bound[0]
     bounds = ForceBounds(0.99 * part * certificate.force_bound, certificate.pressure_part)
     small = dataclasses.replace(certificate, bounds=bounds, gap=0.0)
@@ -116,11 +141,15 @@ def test_the_judge_of_certificates_notices():
 
 @pytest.fixture(scope="module")
 def sol():
-    return vc.solve(make_scene(vc.Paraboloids(10.0, 8.0), 0.02, vc.Steady(vx=0.04), vc.Grid(nx=5, ny=5)))
+    return vc.solve(
+        make_scene(vc.Paraboloids(10.0, 8.0), 0.02, vc.Steady(vx=0.04), vc.Grid(nx=5, ny=5))
+    )
 
 
 def test_a_solver_that_prints_leaves_json_alone(tmp_path):
-    """Scenes, seed 1, case 215: without active constraints OSQP says so on standard output, asked to be silent."""
+    """Scenes, seed 1, case 215: without active constraints OSQP says so on standard output, asked
+    to be silent.
+    """
     (tmp_path / "bump.toml").write_text("""
 approach = 0.01
 [bodies]
@@ -144,7 +173,9 @@ y0 = -1.5
 
 HUGE = np.broadcast_to(1.0, (10**8, 10**8))
 BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)
-SCENE = vc.Scene(bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3))
+SCENE = vc.Scene(
+    bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3)
+)
 # arguments: exceptions of others, or messages that named something else
 test_bad_arguments_are_named = refusals(
     (lambda: vc.standard_bank(cells=False), "cells = False"),
@@ -159,7 +190,10 @@ test_bad_arguments_are_named = refusals(
     (lambda: vc.reference.creepage_coefficients(1.0, 5e-324, 0.3), "b = 5e-324 .* 1e-100"),
     (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
     (lambda: vc.compare({}, ["fastsim"], progress=int), "progress"),
-    (lambda: vc.Transient(steps=3, dq=0.1, vx=HUGE), r"motion.vx = .100000000 values. .* each of the 3 steps"),
+    (
+        lambda: vc.Transient(steps=3, dq=0.1, vx=HUGE),
+        r"motion.vx = .100000000 values. .* each of the 3 steps",
+    ),
 )
 
 
@@ -170,7 +204,9 @@ def test_a_word_for_overwrite(sol, tmp_path):
 
 
 def test_points_and_names_of_any_size(sol, tmp_path):
-    """Arguments, seed 3, cases 1447, 2651 and 4600, seed 72, case 4189: overflow, and a message of 100 000 letters."""
+    """Arguments, seed 3, cases 1447, 2651 and 4600, seed 72, case 4189: overflow, and a message of
+    100 000 letters.
+    """
     told = r"(depths?|points|y)(\[0, 0\])? = 1e\+\d+ .* at most 1e\+60 in size"
     refused(lambda: vc.stress_below(sol, 1e99), match=told)
     refused(lambda: vc.stress(sol, [[1e308]] * 3), match=told)
@@ -182,11 +218,17 @@ def test_points_and_names_of_any_size(sol, tmp_path):
 
 
 def test_an_iterate_that_diverges_warns_nobody(check_kkt):
-    """Scenes, seed 1, case 1332: all but saturated, a step of TANG overflowed with NumPy's RuntimeWarning."""
+    """Scenes, seed 1, case 1332: all but saturated, a step of TANG overflowed with NumPy's
+    RuntimeWarning.
+    """
     ellipse = vc.Ellipse(a=0.016222049333629904, b=0.0015411123148400582)
-    motion = vc.Shift(uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266)
+    motion = vc.Shift(
+        uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266
+    )
     steel = {"bodies": vc.Bodies(G=80e9, nu=0.28), "approach": 0.00010919506575814483}
-    posed = make_scene(ellipse, None, motion, vc.Grid(nx=12, ny=9), friction=0.22364725334250185, **steel)
+    posed = make_scene(
+        ellipse, None, motion, vc.Grid(nx=12, ny=9), friction=0.22364725334250185, **steel
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sol = vc.solve(posed, method="active-set")
@@ -203,7 +245,11 @@ def test_distance_of_passes_that_diverge():
 
 @pytest.mark.parametrize("cells", [b"x", "8", 8, [8, 12.5]])
 def test_cells_that_are_no_list_of_whole_numbers(cells):
-    """Arguments, seed 72, case 12511: bytes are numbers to Python, and were grids of as many elements."""
+    """Arguments, seed 72, case 12511: bytes are numbers to Python, and were grids of as many
+    elements.
+    """
     for call in (lambda: vc.converge(SCENE, cells), lambda: vc.tradeoff({}, ["auto"], cells=cells)):
-        with pytest.raises(vc.SceneError, match=r"cells(\[1\])? = .* must be a (list of )?whole number"):
+        with pytest.raises(
+            vc.SceneError, match=r"cells(\[1\])? = .* must be a (list of )?whole number"
+        ):
             call()

@@ -1,4 +1,6 @@
-"""What every interface promises: potentials on the grid, fields by name, and who owns what particles carry."""
+"""What every interface promises: potentials on the grid, fields by name, and who owns what
+particles carry.
+"""
 
 import dataclasses
 
@@ -28,7 +30,11 @@ INTERFACES = {
     "friction and a layer": Several((Coulomb(0.3), YieldingLayer(0.2, 0.5))),
     "a law and a layer": Several((FrictionLaw(LAW), YieldingLayer(0.2, 0.0))),
 }
-TRANSPORTS = {"steady": SteadyRolling(0.1, 0.1), "step": Step(0.13, 0.1), "in place": Step(0.0, 0.1)}
+TRANSPORTS = {
+    "steady": SteadyRolling(0.1, 0.1),
+    "step": Step(0.13, 0.1),
+    "in place": Step(0.0, 0.1),
+}
 every_interface = pytest.mark.parametrize("interface", INTERFACES.values(), ids=INTERFACES)
 every_transport = pytest.mark.parametrize("transport", TRANSPORTS.values(), ids=TRANSPORTS)
 

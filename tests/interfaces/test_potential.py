@@ -1,4 +1,6 @@
-"""What solvers rely on in every potential: a proximal map, its derivative, and shares of the gap."""
+"""What solvers rely on in every potential: a proximal map, its derivative, and shares of the
+gap.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ N = 200
 
 
 def potentials(rng):
-    """A disk, an interval's radius of zero and infinity, a flow that starts below and above the bound."""
+    """A disk, an interval's radius of zero and infinity, a flow that starts below and above the
+    bound.
+    """
     bound = rng.uniform(0.1, 1.0, N)
     threshold = rng.uniform(0.0, 1.5, N)
     return {
@@ -46,7 +50,9 @@ def test_projections_are_idempotent(kind):
 @pytest.mark.parametrize("weight", [0.3, 2.0])
 @pytest.mark.parametrize("kind", KINDS)
 def test_images_solve_the_inclusion(kind, weight):
-    """p = P(y) has ``weight (y - p)`` in d phi(p): its share of the gap, with that as ``-E``, is zero."""
+    """p = P(y) has ``weight (y - p)`` in d phi(p): its share of the gap, with that as ``-E``, is
+    zero.
+    """
     rng = np.random.default_rng(3)
     potential = potentials(rng)[kind]
     trial = rng.normal(size=(2, N))
@@ -60,7 +66,9 @@ def test_images_solve_the_inclusion(kind, weight):
 
 @pytest.mark.parametrize("kind", ["disk", "flow"])
 def test_shares_are_the_gap_without_cancellation(kind):
-    """``p'E + phi(p) + phi*(-E)`` by its definition, the conjugate by a search over sizes of tractions."""
+    """``p'E + phi(p) + phi*(-E)`` by its definition, the conjugate by a search over sizes of
+    tractions.
+    """
     rng = np.random.default_rng(4)
     potential = potentials(rng)[kind]
     traction = potential.projected(rng.normal(size=(2, N)), np.inf)
@@ -70,7 +78,9 @@ def test_shares_are_the_gap_without_cancellation(kind):
     def value(size):
         if potential.flow is None:
             return 0.0 * size
-        return np.maximum(size - potential.flow.threshold, 0.0) ** 2 / (2 * potential.flow.hardening)
+        return np.maximum(size - potential.flow.threshold, 0.0) ** 2 / (
+            2 * potential.flow.hardening
+        )
 
     conjugate = (sizes * magnitude(shift) - value(sizes)).max(axis=0)
     gap = np.sum(traction * shift, axis=0) + value(magnitude(traction)) + conjugate

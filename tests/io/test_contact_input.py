@@ -1,4 +1,6 @@
-"""Input files of CONTACT: what is read is solved, and held against closed forms and what CONTACT's guide prints."""
+"""Input files of CONTACT: what is read is solved, and held against closed forms and what CONTACT's
+guide prints.
+"""
 
 import json
 from dataclasses import replace
@@ -30,7 +32,9 @@ CASE = """
  0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6
  0  MODULE
 """
-FORMULA = " 1 1                          IBASE, IPLAN\n 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6"
+FORMULA = (
+    " 1 1                          IBASE, IPLAN\n 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6"
+)
 SURFACE = CASE[CASE.index(" 1                            IPOTCN") : CASE.index(" 0  MODULE")]
 
 
@@ -44,7 +48,9 @@ def read(tmp_path, *changes, text=CASE):
 
 
 def test_cattaneos_shift_has_the_numbers_that_contact_prints():
-    """The guide, section 5.1: FX = -3.218, SHIFT X = 8.155E-03, APPROACH = 1.998E-02, PMAX = 4.393 on this grid."""
+    """The guide, section 5.1: FX = -3.218, SHIFT X = 8.155E-03, APPROACH = 1.998E-02, PMAX = 4.393
+    on this grid.
+    """
     normal, shift = vc.read_contact_input(DATA / "cattaneo.inp")
     assert normal.motion is None
     assert normal.surface == vc.Ellipse(a=1.0, b=1.0)
@@ -62,7 +68,9 @@ def test_cattaneos_shift_has_the_numbers_that_contact_prints():
 
 
 def test_carters_cylinder():
-    """One long row is plane strain: 60 % of the strip sticks, and Fx = (1 - 0.36) f Fz; the traction opposes."""
+    """One long row is plane strain: 60 % of the strip sticks, and Fx = (1 - 0.36) f Fz; the
+    traction opposes.
+    """
     (scene,) = vc.read_contact_input(DATA / "carter.inp")
     assert scene.line
     assert scene.normal_force == 35780 / 200
@@ -74,7 +82,8 @@ def test_carters_cylinder():
 
 
 def test_unlike_rollers_of_bentall_and_johnson():
-    """With almost no friction free rolling is near CKSI = 0.00052 as the guide has it, mirrored; without slip Bufler's.
+    """With almost no friction free rolling is near CKSI = 0.00052 as the guide has it, mirrored;
+    without slip Bufler's.
 
     The second case keeps grid, material, distance and solver of the first.
     """
@@ -91,7 +100,8 @@ def test_unlike_rollers_of_bentall_and_johnson():
     cylinders = replace(sticking, surface=vc.Cylinders(R=25.0), friction=np.inf)
     assert free.creepage[0] == pytest.approx(vc.solve(cylinders).creepage[0], rel=1e-9)
     closed = bufler(25.0, slipping.bodies, force=16.2019)
-    assert free.creepage[0] == pytest.approx(closed.creepage, rel=0.04)  # what 50 elements across the contact miss
+    # what 50 elements across the contact miss
+    assert free.creepage[0] == pytest.approx(closed.creepage, rel=0.04)
 
 
 def test_a_sequence_is_one_history():
@@ -102,10 +112,15 @@ def test_a_sequence_is_one_history():
     assert scene.motion.Fx == pytest.approx((force,) * 3)
     history = vc.solve(scene)
     text = (DATA / "onset_of_rolling.inp").read_text()
-    shift = vc.solve(replace(scene, motion=vc.Shift(Fx=force), normal_force=0.4705, friction=0.4013))
+    shift = vc.solve(
+        replace(scene, motion=vc.Shift(Fx=force), normal_force=0.4705, friction=0.4013)
+    )
     np.testing.assert_allclose(history[0].traction, shift.traction, atol=1e-10)
     assert text.count("MODULE") == 4
-    assert np.abs(history[1].traction - history[0].traction).max() > 0.01 * np.abs(shift.traction).max()
+    assert (
+        np.abs(history[1].traction - history[0].traction).max()
+        > 0.01 * np.abs(shift.traction).max()
+    )
 
 
 def test_a_formula_for_the_distance(tmp_path):
@@ -116,7 +131,9 @@ def test_a_formula_for_the_distance(tmp_path):
     x, y = -0.75, -0.4
     expected = 0.01 * x**2 + 0.002 * x * y + 0.02 * y**2 + 0.003 * x - 0.004 * y + 0.005
     assert scene.surface.h[0, 0] == pytest.approx(expected, rel=1e-14)
-    assert scene.surface.h[0, 3] == pytest.approx(expected + 0.003 * 1.5 + 0.002 * 1.5 * y, rel=1e-14)
+    assert scene.surface.h[0, 3] == pytest.approx(
+        expected + 0.003 * 1.5 + 0.002 * 1.5 * y, rel=1e-14
+    )
 
 
 @pytest.mark.parametrize(
@@ -144,7 +161,8 @@ def test_distances_by_element_have_x_running_first(tmp_path):
 
 def test_a_profile_is_linear_between_its_points_and_beyond(tmp_path):
     (scene,) = read(tmp_path, (FORMULA, " 2 1\n 3 0.25 500. -0.2 0.2\n 0.3 0.1 0.2"))
-    lower, upper = 0.3 - (0.1 - 0.3) * 1.0, 0.2 + (0.2 - 0.1) * 1.0  # at y = -0.4, 0, 0.4 of points -0.2, 0, 0.2
+    # at y = -0.4, 0, 0.4 of points -0.2, 0, 0.2
+    lower, upper = 0.3 - (0.1 - 0.3) * 1.0, 0.2 + (0.2 - 0.1) * 1.0
     expected = np.array([lower, 0.1, upper])[:, None] + (scene.grid.x - 0.25) ** 2 / 1000
     np.testing.assert_allclose(scene.surface.h, expected, rtol=1e-12)
 
@@ -162,9 +180,14 @@ def test_hertzian_contacts_by_curvature_and_by_ratio(tmp_path):
         assert scene.grid.x0 == pytest.approx(-2.5, rel=1e-9)
 
 
-@pytest.mark.parametrize(("digit", "law"), [(2, vc.LinearFalling), (3, vc.RationalFalling), (4, vc.ExponentialFalling)])
+@pytest.mark.parametrize(
+    ("digit", "law"), [(2, vc.LinearFalling), (3, vc.RationalFalling), (4, vc.ExponentialFalling)]
+)
 def test_laws_of_friction(tmp_path, digit, law):
-    friction = (" 0.3  0.3                     FSTAT, FKIN", " 0.2 0.1 50. 0 1. \n 0.0 1.0  MEMDST, MEM_S0")
+    friction = (
+        " 0.3  0.3                     FSTAT, FKIN",
+        " 0.2 0.1 50. 0 1. \n 0.0 1.0  MEMDST, MEM_S0",
+    )
     (scene,) = read(tmp_path, friction, (" 022020 ", f" {digit}22020 "))
     assert scene.friction == law(static=0.2 + 0.1, kinetic=0.2, half_velocity=50.0, velocity=5000.0)
 
@@ -179,7 +202,9 @@ def test_forces_are_parts_of_what_friction_carries(tmp_path):
 @pytest.mark.parametrize("ratio", [0.5, 1, 2, 10])
 @pytest.mark.parametrize("surface", ["elements", "hertz", "one row"])
 def test_steady_rolling_has_the_step_dx_whatever_dq_is(tmp_path, ratio, surface):
-    """As CONTACT has it (its subroutine check_roll_stepsize): only its solver ConvexGS, G = 2, takes DQ."""
+    """As CONTACT has it (its subroutine check_roll_stepsize): only its solver ConvexGS, G = 2,
+    takes DQ.
+    """
     place = {"elements": SURFACE, "hertz": " -3\n 10 8  2.0 1.0 1.25\n",
              "one row": SURFACE.replace("4 3   -1.0 -0.6  0.5 0.4", "4 1   -1.0 -0.6  0.5 400.")}[surface]  # fmt: skip
     dq = ratio * 0.5
@@ -210,15 +235,24 @@ def test_transient_rolling_has_the_step_dq(tmp_path):
     for changes, dq in (([transient], 0.2), ([], 0.5), ([(" 0000001 ", " 0000003 ")], 0.2)):
         *_, after = read(tmp_path, (" 0  MODULE\n", kept), *changes)
         assert after.motion.dq == (dq,)
-    more = NEXT.format(problem="002100", kept="102000") + " 0.0 0.7 5000. CHI\n 0.28 0.28 82000. 82000. POISS\n"
+    more = (
+        NEXT.format(problem="002100", kept="102000")
+        + " 0.0 0.7 5000. CHI\n 0.28 0.28 82000. 82000. POISS\n"
+    )
     (history,) = read(tmp_path, transient, (" 0  MODULE\n", more + " 0  MODULE\n"))
     assert history.motion.dq == (0.2, 0.7)
 
 
 def test_a_step_is_not_kept_through_a_shift(tmp_path):
     """CONTACT needs CHI, DQ and VELOC anew (its error 2041)."""
-    shift, rolling = NEXT.format(problem="201100", kept="100000"), NEXT.format(problem="202100", kept="100000")
-    with pytest.raises(vc.SceneError, match=r"T \(TANG\) = 2 needs CHI, DQ and VELOC, which the case before does not"):
+    shift, rolling = (
+        NEXT.format(problem="201100", kept="100000"),
+        NEXT.format(problem="202100", kept="100000"),
+    )
+    with pytest.raises(
+        vc.SceneError,
+        match=r"T \(TANG\) = 2 needs CHI, DQ and VELOC, which the case before does not",
+    ):
         read(tmp_path, (" 0  MODULE\n", shift + rolling + " 0  MODULE\n"))
 
 
@@ -252,22 +286,30 @@ def test_debug_output_and_every_solver_are_passed_over(tmp_path):
 def test_words_behind_the_points_of_stress_are_no_numbers(tmp_path, kind, points):
     stresses = f" 1 0  MATFIL, OUTPUT\n {kind}  ISUBS\n{points} 0  ISUBS\n"
     more = NEXT.format(problem="203100", kept="100000")
-    first, second = read(tmp_path, (" 203100 ", " 203103 "), (" 0  MODULE\n", stresses + more + " 0  MODULE\n"))
+    first, second = read(
+        tmp_path, (" 203100 ", " 203103 "), (" 0  MODULE\n", stresses + more + " 0  MODULE\n")
+    )
     assert (first.motion.vx, second.motion.vx) == (0.001, 0.004)
 
 
 def test_the_centre_of_spin(tmp_path):
-    """Spin about (x0, y0) is spin about the origin and a creepage: vx - spin (y - y0), vy + spin (x - x0)."""
+    """Spin about (x0, y0) is spin about the origin and a creepage: vx - spin (y - y0), vy + spin (x
+    - x0).
+    """
     (scene,) = read(tmp_path, ("0.0003  FN", "0.0003 2.0 3.0  FN"))
     assert scene.motion.vx == pytest.approx(0.001 + 0.0003 * 3.0)
     assert scene.motion.vy == pytest.approx(0.002 - 0.0003 * 2.0)
 
 
 def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
-    """Transient rolling may go towards negative x; degrees are angles, and blocks of stress points are passed over."""
+    """Transient rolling may go towards negative x; degrees are angles, and blocks of stress points
+    are passed over.
+    """
     stresses = " 0.01 0.002 0.02 0.003 -0.004 0.005\n 1 0\n 2\n 1 1 4\n 1 1 3\n 2 0.1 0.1\n 0\n 0  MODULE\n"
     changes = (" 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6\n 0  MODULE\n", stresses)
-    (scene,) = read(tmp_path, (" 203100 ", " 202103 "), (" 0.0  0.2  5000.", " 180d 0.2  5000."), changes)
+    (scene,) = read(
+        tmp_path, (" 203100 ", " 202103 "), (" 0.0  0.2  5000.", " 180d 0.2  5000."), changes
+    )
     assert (scene.motion.steps, scene.motion.direction, scene.motion.dq) == (1, (-1,), (0.2,))
     assert scene.motion.vx == (0.001,)
 
@@ -326,7 +368,9 @@ def test_an_elliptic_bound_is_for_like_bodies(tmp_path):
     hertz, bound = (SURFACE, " -3\n 10 8  2.0 1.0 1.25\n"), (" 203100 ", " 223100 ")
     (scene,) = read(tmp_path, hertz, bound)
     assert vc.plan(scene).normal == "hertz"
-    with pytest.raises(vc.SceneError, match=r"line 3: B \(BOUND\) = 2 with unlike bodies is not supported"):
+    with pytest.raises(
+        vc.SceneError, match=r"line 3: B \(BOUND\) = 2 with unlike bodies is not supported"
+    ):
         read(tmp_path, hertz, bound, (" 82000. 82000. ", " 82000. 23000. "))
 
 
@@ -355,7 +399,10 @@ def test_the_command_solves_one_scene_of_a_file(tmp_path):
     done = run("solve", path, "--case", "2", "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["force"][0] == pytest.approx(-3.2184, abs=1e-4)
-    for case, words in (([], "holds 2 scenes; give a number from 1 to 2"), (["--case", "3"], "from 1 to 2, not 3")):
+    for case, words in (
+        ([], "holds 2 scenes; give a number from 1 to 2"),
+        (["--case", "3"], "from 1 to 2, not 3"),
+    ):
         assert_bad_input(run("solve", path, *case, folder=tmp_path), words)
     (tmp_path / "scene.toml").write_text("")
     told = "--case = 1 must be left out: only an input file of CONTACT (.inp) has several scenes"
@@ -364,8 +411,13 @@ def test_the_command_solves_one_scene_of_a_file(tmp_path):
 
 def test_a_row_is_as_good_as_endless_from_50_times_its_width(tmp_path):
     """4 elements of 0.5 mm: from 100 mm on."""
-    row, no_spin = (" 4 3   -1.0 -0.6  0.5 0.4", " 4 1   -1.0 -0.6  0.5 {}"), ("0.0003  FN", "0.0  FN")
+    row, no_spin = (
+        (" 4 3   -1.0 -0.6  0.5 0.4", " 4 1   -1.0 -0.6  0.5 {}"),
+        ("0.0003  FN", "0.0  FN"),
+    )
     (scene,) = read(tmp_path, (row[0], row[1].format(100)), no_spin)
     assert (scene.grid, scene.normal_force) == (vc.Grid(nx=4, dx=0.5, x0=-1.0), 10.0)
-    with pytest.raises(vc.SceneError, match=r"MY = 1 stands for plane strain, .* at least; DY is 99[.]9"):
+    with pytest.raises(
+        vc.SceneError, match=r"MY = 1 stands for plane strain, .* at least; DY is 99[.]9"
+    ):
         read(tmp_path, (row[0], row[1].format(99.9)), no_spin)

@@ -1,4 +1,6 @@
-"""Files of CONTACT in which lines and digits are lost, doubled or changed: read, or refused in our words."""
+"""Files of CONTACT in which lines and digits are lost, doubled or changed: read, or refused in our
+words.
+"""
 
 import contextlib
 import random
@@ -13,9 +15,7 @@ from tests.wheel_rail.test_contact_input import folder as profiles  # noqa: F401
 from varcontact.wheel_rail import read_contact_input as read_wheels
 
 BASIC, WHEELS = ((DATA / f"contact_{name}.out").read_text() for name in ("basic", "wheel"))
-STRESSES = (
-    " 1 0  MATFIL, OUTPUT\n 2  ISUBS\n 1 1 4  COLUMNS\n 1 1 3  ROWS\n 2 0.1 0.1  NZ\n 9\n 1 1 2\n 0\n 0\n 1 2\n 0\n"
-)
+STRESSES = " 1 0  MATFIL, OUTPUT\n 2  ISUBS\n 1 1 4  COLUMNS\n 1 1 3  ROWS\n 2 0.1 0.1  NZ\n 9\n 1 1 2\n 0\n 0\n 1 2\n 0\n"
 RESULT = """% Tim Sws Xw Yw
 0 0 0 0
 % Xcp Ycp Zcp Deltcp
@@ -119,7 +119,9 @@ def refusal(read, path, changed):
 
 
 @pytest.mark.parametrize(
-    ("name", "count"), {"case.inp": 40, "wheel.inp": 30, "case.out": 80, "case.mat": 200}.items(), ids=str
+    ("name", "count"),
+    {"case.inp": 40, "wheel.inp": 30, "case.out": 80, "case.mat": 200}.items(),
+    ids=str,
 )
 def test_no_text_gives_a_foreign_error(profiles, name, count):  # noqa: F811  the fixture
     """Tried once with 4 000 changed files of each name; these are some of them."""
@@ -133,7 +135,10 @@ def test_no_text_gives_a_foreign_error(profiles, name, count):  # noqa: F811  th
             changed = mutated(generator, text)
             path.write_text(changed)
             message = refusal(read, path, changed)
-            assert not message or read is read_result or str(profiles) in message, (changed, message)
+            assert not message or read is read_result or str(profiles) in message, (
+                changed,
+                message,
+            )
 
 
 @pytest.mark.parametrize(("read", "name", "text"), [

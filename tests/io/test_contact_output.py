@@ -1,4 +1,6 @@
-"""Output files of CONTACT: what it printed of forces, by case and patch. The texts are short ones in its layout."""
+"""Output files of CONTACT: what it printed of forces, by case and patch. The texts are short ones
+in its layout.
+"""
 
 import math
 
@@ -28,7 +30,9 @@ def read(tmp_path, text):
 
 
 def test_basic_contacts(tmp_path):
-    """All tables of a case are its one patch's; pictures, sensitivities by row and fields by element are no tables."""
+    """All tables of a case are its one patch's; pictures, sensitivities by row and fields by
+    element are no tables.
+    """
     normal, shift = read(tmp_path, HEAD + BASIC + TAIL)
     assert (normal.case, normal.side, shift.case) == (1, None, 2)
     assert normal.values == {
@@ -36,7 +40,11 @@ def test_basic_contacts(tmp_path):
         "ELAST.EN.": 7.35e-5, "FRIC.WORK": 0.0, "FN/G": 0.04598, "FX/FSTAT/FN": 0.0, "FY/FSTAT/FN": 0.0,
         "APPROACH": 0.01998, "PMAX": 4.393, "DFN/DPEN": 0.0}  # fmt: skip
     assert shift.patches == (shift.values,)
-    assert (shift.values["SHIFT X"], shift.values["FX"], shift.values["FX/FSTAT/FN"]) == (8.155e-3, -3.218, -0.875)
+    assert (shift.values["SHIFT X"], shift.values["FX"], shift.values["FX/FSTAT/FN"]) == (
+        8.155e-3,
+        -3.218,
+        -0.875,
+    )
     assert shift.values["NCON"] == 177
     assert math.isnan(shift.values["MZ"])
     assert "EPS" not in shift.values
@@ -46,26 +54,43 @@ def test_wheels_on_rails(tmp_path):
     """Patches have tables of their own; what both profiles have by the same names is left out."""
     wheel, lifted = read(tmp_path, HEAD + WHEEL + TAIL)
     assert wheel.side == "right"
-    assert (wheel.values["FY(TR)"], wheel.values["FZ(WS)"], wheel.values["Z_WS"]) == (3390.0, 1e4, -0.9239)
+    assert (wheel.values["FY(TR)"], wheel.values["FZ(WS)"], wheel.values["Z_WS"]) == (
+        3390.0,
+        1e4,
+        -0.9239,
+    )
     assert (wheel.values["RAILY0"], wheel.values["G"]) == (750.0, 82000.0)
     assert not {"LAMBDA", "KINKHIG", "FN", "CKSI"} & wheel.values.keys()
     first, second = wheel.patches
-    assert (first["FN"], first["FS"], first["MN"], first["APPROACH"]) == (6144.0, 153.5, -168.5, 0.01718)
+    assert (first["FN"], first["FS"], first["MN"], first["APPROACH"]) == (
+        6144.0,
+        153.5,
+        -168.5,
+        0.01718,
+    )
     assert (first["CKSI"], first["CETA"], first["CPHI"]) == (-1.187e-3, -2.672e-4, 1.086e-4)
     assert (first["YCP(R)"], first["DELTCP(TR)"], first["PMAX"]) == (32.0806, -0.0499, 617.4)
     assert (second["FN"], second["FRIC.POWER"], second["MAX(T1,T2)"]) == (4822.0, -48.58, 169.2)
     assert "PMAX" not in second
     vertical = sum(
-        p["FN"] * math.cos(a) + p["FS"] * math.sin(a) for p, a in zip(wheel.patches, (-0.0499, -0.7638), strict=True)
+        p["FN"] * math.cos(a) + p["FS"] * math.sin(a)
+        for p, a in zip(wheel.patches, (-0.0499, -0.7638), strict=True)
     )
     assert vertical == pytest.approx(wheel.values["FZ(TR)"], rel=1e-3)
-    assert (lifted.case, lifted.side, lifted.patches, lifted.values["FZ(TR)"]) == (2, "left", (), 0.0)
+    assert (lifted.case, lifted.side, lifted.patches, lifted.values["FZ(TR)"]) == (
+        2,
+        "left",
+        (),
+        0.0,
+    )
 
 
 def test_of_o_1_the_forces_alone(tmp_path):
     """Without the line that says how many patches there are."""
     start, end = WHEEL.index(" WHEEL-RAIL"), WHEEL.index("     FX(TR)")
-    (wheel,) = read(tmp_path, (WHEEL[:start] + WHEEL[end:])[: WHEEL.index(" Case     2") - (end - start)])
+    (wheel,) = read(
+        tmp_path, (WHEEL[:start] + WHEEL[end:])[: WHEEL.index(" Case     2") - (end - start)]
+    )
     assert wheel.side is None
     assert wheel.values.keys() == {"FX(TR)", "FY(TR)", "FZ(TR)", "FX(WS)", "FY(WS)", "FZ(WS)"}
     assert [patch["FN"] for patch in wheel.patches] == [6144.0, 4822.0]
@@ -74,7 +99,9 @@ def test_of_o_1_the_forces_alone(tmp_path):
 def test_results_of_result_elements(tmp_path):
     """Of CONTACT's library: one case of each element may have the same number."""
     normal = BASIC[: BASIC.index(" Case     2")]
-    text = "".join(normal.replace("Case     1", f"Case     1, result element   {k}") for k in (1, 2, 15))
+    text = "".join(
+        normal.replace("Case     1", f"Case     1, result element   {k}") for k in (1, 2, 15)
+    )
     found = read(tmp_path, HEAD + text + TAIL)
     assert [(each.case, each.result_element, each.values["FN"]) for each in found] == [
         (1, 1, 9.195), (1, 2, 9.195), (1, 15, 9.195)]  # fmt: skip

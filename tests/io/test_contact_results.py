@@ -38,14 +38,18 @@ def release(scene, sol, T, M=0, inside=True, more=(), spin="0.00000  0.00000"):
     y0, dy = (-100.0, 200.0) if grid.line else (grid.y0, grid.sides[1])
     place = f"{grid.nx} {grid.rows} {_row(grid.x0, y0, grid.sides[0], dy)}"
     friction = _row(0.0 if scene.friction is None else scene.friction)
-    head = HEADER.strip().format(T=T, M=M, place=place, elastic=_row(*G, *nu), friction=friction, spin=spin)
+    head = HEADER.strip().format(
+        T=T, M=M, place=place, elastic=_row(*G, *nu), friction=friction, spin=spin
+    )
     lines = [" ".join([head, "SREL" if T > 1 else "SHFT", *more])]
     h = np.broadcast_to(scene.surface.h, sol.pressure.shape)
     approach = 2 * h.max() if grid.line else sol.approach  # of a long row CONTACT has one, too
     mu, zero = np.full_like(h, scene.friction or 0.0), np.zeros_like(h)
     fields = (h, mu, sol.pressure, *sol.traction, approach - h, zero, zero, zero)
     fields += tuple(np.full_like(h, 20.0 + k) for k in range(len(more)))
-    for k, (state, *values) in enumerate(zip(sol.state.ravel(), *map(np.ravel, fields), strict=True), 1):
+    for k, (state, *values) in enumerate(
+        zip(sol.state.ravel(), *map(np.ravel, fields), strict=True), 1
+    ):
         if values[2] > 0 or not inside:
             lines.append(f"{k:7d} {state:4d}  {_row(*values)}")
     return "\n".join([*lines, ""])
@@ -69,9 +73,13 @@ def table(sol, T, inside=True, digits=6):
         lines += [f"% {name}", " ".join(f"{n:.{digits + 1}g}" for n in numbers)]
     lines.append("% i Igs H Mu Pn Px Py Un Ux Uy SRel")
     fields = (sol.state, sol.pressure, sol.traction[0], sol.traction[1])
-    for k, (state, pn, px, py) in enumerate(zip(*(each.ravel() for each in fields), strict=True), 1):
+    for k, (state, pn, px, py) in enumerate(
+        zip(*(each.ravel() for each in fields), strict=True), 1
+    ):
         if pn > 0 or not inside:
-            lines.append(f"{k} {state} 0.0 0.4 {pn:.{digits}E} {px:.{digits}E} {py:.{digits}E} 0 0 0 0")
+            lines.append(
+                f"{k} {state} 0.0 0.4 {pn:.{digits}E} {px:.{digits}E} {py:.{digits}E} 0 0 0 0"
+            )
     return "\n".join([*lines, ""])
 
 
@@ -100,7 +108,9 @@ def test_tractions_of_a_shift_are_certified(tmp_path, shifted, inside):
 
 @pytest.mark.parametrize("inside", [True, False])
 def test_files_of_the_release_of_2025_are_certified_by_what_they_have(tmp_path, shifted, inside):
-    """Thirteen lines above the table, of which the sixth is not the grid's, and names of columns in capitals."""
+    """Thirteen lines above the table, of which the sixth is not the grid's, and names of columns in
+    capitals.
+    """
     scene, sol = shifted
     path = tmp_path / "cattaneo.0002.mat"
     path.write_text(release(scene, sol, 1, inside=inside))
@@ -109,7 +119,11 @@ def test_files_of_the_release_of_2025_are_certified_by_what_they_have(tmp_path, 
     assert result.normal_force == pytest.approx(sol.normal_force, rel=1e-5)
     assert result.force == pytest.approx(sol.force, rel=1e-5, abs=1e-6)
     assert result.values["X_CP(R)"] == -2.46012
-    assert (result.values["NPATCH"], result.values["YNOM_WHL"], result.values["FMT"]) == (2, 750, 2410)
+    assert (result.values["NPATCH"], result.values["YNOM_WHL"], result.values["FMT"]) == (
+        2,
+        750,
+        2410,
+    )
     assert np.isnan(result.columns["H"]).any() == inside
     own = result.scene(scene.motion)
     assert own.approach == pytest.approx(sol.approach, rel=1e-5)
@@ -125,13 +139,17 @@ def test_columns_are_found_by_name(tmp_path, shifted):
     """Those of a plastic layer and of temperatures come after the others."""
     scene, sol = shifted
     path = tmp_path / "layer.mat"
-    path.write_text(release(scene, sol, 3, M=4, more=("TAUCRT", "UPLSX", "UPLSY", "TEMP1", "TEMP2")))
+    path.write_text(
+        release(scene, sol, 3, M=4, more=("TAUCRT", "UPLSX", "UPLSY", "TEMP1", "TEMP2"))
+    )
     result = vc.read_contact_result(path)
     inside = sol.pressure > 0
     for place, name in enumerate(("TAUCRT", "UPLSX", "UPLSY", "TEMP1", "TEMP2")):
         np.testing.assert_array_equal(result.columns[name][inside], 20.0 + place)
         assert np.isnan(result.columns[name][~inside]).all()
-    with pytest.raises(vc.SceneError, match="bodies: M = 4, with an interfacial layer, cannot be certified"):
+    with pytest.raises(
+        vc.SceneError, match="bodies: M = 4, with an interfacial layer, cannot be certified"
+    ):
         result.on(scene)
 
 
@@ -145,15 +163,21 @@ def test_tractions_of_viscoelastic_bodies_are_data(tmp_path):
     assert result.force[0] == pytest.approx(200 * sol.force[0], rel=1e-5)
     assert result.moment == pytest.approx(0, abs=1e-6 * abs(result.force[0]))
     for certified in (lambda: result.on(scene), lambda: result.scene(scene.motion)):
-        with pytest.raises(vc.SceneError, match=r"M = 1, viscoelastic, cannot be certified; elastic half-spaces"):
+        with pytest.raises(
+            vc.SceneError, match=r"M = 1, viscoelastic, cannot be certified; elastic half-spaces"
+        ):
             certified()
 
 
 def test_spin_is_about_the_centre_of_the_file(tmp_path):
-    """Of a patch that rolls with spin about (x0, y0): the same tractions with creepages about the origin."""
+    """Of a patch that rolls with spin about (x0, y0): the same tractions with creepages about the
+    origin.
+    """
     x0, y0, spin = 0.5, -0.3, 3e-4
     scene = make_scene(
-        vc.SampledDistance(np.add.outer(np.linspace(-2, 2, 10) ** 2, np.linspace(-2, 2, 12) ** 2) / 600),
+        vc.SampledDistance(
+            np.add.outer(np.linspace(-2, 2, 10) ** 2, np.linspace(-2, 2, 12) ** 2) / 600
+        ),
         2000.0,
         vc.Steady(vx=1e-4 + spin * y0, vy=2e-4 - spin * x0, spin=spin, dq=0.04),
         vc.Grid(nx=12, ny=10, dx=0.4, dy=0.4, x0=-2.4, y0=-2.0),
@@ -179,13 +203,17 @@ def test_a_normal_problem_alone_is_one_without_shift(tmp_path):
     result = vc.read_contact_result(path)
     judged = replace(scene, motion=vc.Shift(), friction=0.4)
     assert vc.certify(judged, *result.on(judged)).normal_residual < 1e-4
-    with pytest.raises(vc.SceneError, match=r"must be that of the result, which has T = 0: Shift\(\)"):
+    with pytest.raises(
+        vc.SceneError, match=r"must be that of the result, which has T = 0: Shift\(\)"
+    ):
         result.on(replace(judged, motion=vc.Shift(ux=0.001)))
 
 
 def test_an_exponent_of_three_digits_has_no_e(tmp_path, shifted):
     scene, sol = shifted
-    small = replace(sol, traction=np.stack([sol.traction[0], np.full_like(sol.traction[1], -1.25e-107)]))
+    small = replace(
+        sol, traction=np.stack([sol.traction[0], np.full_like(sol.traction[1], -1.25e-107)])
+    )
     path = tmp_path / "small.mat"
     path.write_text(release(scene, small, 1))
     assert "-1.25000-107" in path.read_text()
@@ -225,7 +253,10 @@ def test_results_of_something_else_are_refused(tmp_path, shifted):
     moved = replace(scene, grid=replace(grid, x0=grid.x0 + 0.1 * grid.dx))
     for other, words in (
         (moved, "scene.grid = .* must be that of the result"),
-        (replace(scene, motion=vc.Steady(vx=0.001)), "scene.motion = .* must be that of the result, which has T = 1"),
+        (
+            replace(scene, motion=vc.Steady(vx=0.001)),
+            "scene.motion = .* must be that of the result, which has T = 1",
+        ),
     ):
         with pytest.raises(vc.SceneError, match=words):
             result.on(other)
@@ -243,14 +274,19 @@ def test_results_of_something_else_are_refused(tmp_path, shifted):
     ("release", "2410", "****", "line 2 should have 8 numbers or more"),
 ])  # fmt: skip
 def test_a_damaged_file_is_refused_by_line(tmp_path, shifted, layout, old, new, words):
-    path, text = tmp_path / "a.mat", table(shifted[1], 1) if layout == "guide" else release(*shifted, 1)
+    path, text = (
+        tmp_path / "a.mat",
+        table(shifted[1], 1) if layout == "guide" else release(*shifted, 1),
+    )
     assert old in text
     path.write_text(text.replace(old, new, 1))
     refused(lambda: vc.read_contact_result(path), words=words)
 
 
 def test_a_file_that_is_cut_short_is_refused_wherever(tmp_path, shifted):
-    """Within a number, too, where it would be another one; but for whole lines of the table at its end."""
+    """Within a number, too, where it would be another one; but for whole lines of the table at its
+    end.
+    """
     text = release(*shifted, 1)
     path = tmp_path / "a.mat"
     for end in [*range(0, len(text) - 150, 997), *range(len(text) - 150, len(text))]:

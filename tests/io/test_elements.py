@@ -1,4 +1,6 @@
-"""Exports read back by the programs' own readers: equal to the last digit, and never half written."""
+"""Exports read back by the programs' own readers: equal to the last digit, and never half
+written.
+"""
 
 import dataclasses
 import json
@@ -22,7 +24,11 @@ CASES = {
     "no slip": dataclasses.replace(BALL, friction=np.inf),
     "pressure": dataclasses.replace(BALL, motion=None, friction=None),
     "line": dataclasses.replace(
-        BALL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=9)
+        BALL,
+        surface=vc.Cylinders(R=0.46),
+        normal_force=8e6,
+        motion=vc.Steady(vx=1e-3),
+        grid=vc.Grid(nx=9),
     ),
 }
 
@@ -78,11 +84,18 @@ def test_csv(sol, tmp_path):
 def test_matlab(sol, tmp_path):
     sol.save(tmp_path / "sol.mat")
     read = loadmat(tmp_path / "sol.mat", simplify_cells=True)
-    assert np.ravel(read["x"]).tolist() == sol.grid.x.tolist() and np.ravel(read["y"]).tolist() == sol.grid.y.tolist()
+    assert (
+        np.ravel(read["x"]).tolist() == sol.grid.x.tolist()
+        and np.ravel(read["y"]).tolist() == sol.grid.y.tolist()
+    )
     for name in set(QUANTITIES) - {"x", "y"}:
-        np.testing.assert_array_equal(read[name].reshape(sol.grid.shape), fields(sol)[name].reshape(sol.grid.shape))
+        np.testing.assert_array_equal(
+            read[name].reshape(sol.grid.shape), fields(sol)[name].reshape(sol.grid.shape)
+        )
     for name in LOADS:
-        assert read[name] == getattr(sol, name) or (np.isnan(read[name]) and np.isnan(getattr(sol, name)))
+        assert read[name] == getattr(sol, name) or (
+            np.isnan(read[name]) and np.isnan(getattr(sol, name))
+        )
     assert read["units"]["pressure"] == ("force/length^2" if sol.scene.units is None else "N/m^2")
     assert json.loads(read["scene"])["bodies"]["nu"] == 0.28
 
@@ -99,12 +112,16 @@ def test_vtk_unstructured(sol, tmp_path):
     scale = np.abs(sol.grid.box).max()
     np.testing.assert_allclose(centres[:, :2].T, [expected["x"], expected["y"]], atol=1e-14 * scale)
     u, v = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
-    assert (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) == pytest.approx(np.prod(sol.grid.sides), rel=1e-9)
+    assert (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) == pytest.approx(
+        np.prod(sol.grid.sides), rel=1e-9
+    )
     data = {name: values[0] for name, values in mesh.cell_data.items()}
     for name in ("pressure", "traction_bound", "distance", "state", "power_density"):
         np.testing.assert_array_equal(data[name], expected[name])
     for name in ("traction", "slip"):
-        np.testing.assert_array_equal(data[name], np.stack([*getattr(sol, name).reshape(2, -1), 0 * expected["x"]], 1))
+        np.testing.assert_array_equal(
+            data[name], np.stack([*getattr(sol, name).reshape(2, -1), 0 * expected["x"]], 1)
+        )
 
 
 def test_vtk_image_has_the_same_cells(sol, tmp_path):
@@ -115,7 +132,10 @@ def test_vtk_image_has_the_same_cells(sol, tmp_path):
     cells = other[other.index("<CellData>") : other.index("</CellData>")]
     assert cells in image and len(cells) > 1000
     head = next(line for line in image.splitlines() if line.startswith("<ImageData"))
-    words = {part.split("=")[0].split()[-1]: part.split('"')[1] for part in head.replace('" ', '"\n').split("\n")}
+    words = {
+        part.split("=")[0].split()[-1]: part.split('"')[1]
+        for part in head.replace('" ', '"\n').split("\n")
+    }
     (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
     assert words["WholeExtent"] == f"0 {nx} 0 {ny} 0 0"
     assert [float(word) for word in words["Spacing"].split()] == [dx, dy, 1]
@@ -125,12 +145,17 @@ def test_vtk_image_has_the_same_cells(sol, tmp_path):
 
 @pytest.mark.parametrize("ending", ["csv", "mat", "vtu", "vti", "nc"])
 def test_only_a_solution_is_replaced(one, tmp_path, ending):
-    """By one in the same format; what another wrote is left alone, and nothing is left beside it."""
+    """By one in the same format; what another wrote is left alone, and nothing is left beside
+    it.
+    """
     path = tmp_path / f"a.{ending}"
     one.save(path)
     one.save(path)
     path.write_text("my own\n")
-    with pytest.raises(vc.OutputError, match=r"no solution of varcontact's; name another file, or give overwrite=True"):
+    with pytest.raises(
+        vc.OutputError,
+        match=r"no solution of varcontact's; name another file, or give overwrite=True",
+    ):
         one.save(path)
     assert path.read_text() == "my own\n"
     one.save(path, overwrite=True)
@@ -159,9 +184,15 @@ def test_from_the_command_line(tmp_path):
     done = run("solve", "scene.toml", "--out", "a.csv", "--plot", "a.gif", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     sol = vc.solve(vc.read_scene(tmp_path / "scene.toml")[0])
-    np.testing.assert_allclose(pd.read_csv(tmp_path / "a.csv")["pressure"], sol.pressure.ravel(), rtol=1e-12)
-    (tmp_path / "scene.toml").write_text(ROLLING_SPHERES.replace('"steady"', '"transient", steps = 2, dq = 0.1'))
-    assert_bad_input(run("solve", "scene.toml", "--out", "b.csv", folder=tmp_path), "the name must end in .nc")
+    np.testing.assert_allclose(
+        pd.read_csv(tmp_path / "a.csv")["pressure"], sol.pressure.ravel(), rtol=1e-12
+    )
+    (tmp_path / "scene.toml").write_text(
+        ROLLING_SPHERES.replace('"steady"', '"transient", steps = 2, dq = 0.1')
+    )
+    assert_bad_input(
+        run("solve", "scene.toml", "--out", "b.csv", folder=tmp_path), "the name must end in .nc"
+    )
     done = run("solve", "scene.toml", "--out", "b.nc", "--plot", "b.gif", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "b.gif").read_bytes().startswith(b"GIF89a")

@@ -1,4 +1,6 @@
-"""Files that are damaged, of another kind, or meant to be harmful: an error that names the file, and nothing else."""
+"""Files that are damaged, of another kind, or meant to be harmful: an error that names the file,
+and nothing else.
+"""
 
 import contextlib
 import json
@@ -33,7 +35,10 @@ def files(tmp_path_factory, rolling):
     grid = vc.Grid(nx=6, ny=6)
     vc.solve(rolling(grid=grid)).save(folder / "solution.nc")
     motion, surface = vc.Transient(steps=2, vx=0.01), vc.Paraboloids(1.0, 0.8)
-    vc.solve(rolling(grid=grid, surface=surface, normal_force=1e-3, motion=motion), store=folder / "history.nc")
+    vc.solve(
+        rolling(grid=grid, surface=surface, normal_force=1e-3, motion=motion),
+        store=folder / "history.nc",
+    )
     vc.sweep(rolling(grid=grid), {"motion.vx": [0.01, 0.02]}, store=folder / "sweep.nc")
     return {name: (folder / f"{name}.nc").read_bytes() for name in ("solution", "history", "sweep")}
 
@@ -73,7 +78,11 @@ def test_a_history_goes_on_from_steps_that_are_whole(rolling, tmp_path):
     content, layout = bytearray(whole), checked_layout(store)
     content[layout.begin + layout.size // 2] ^= 1
     store.write_bytes(content)
-    for call in (lambda: vc.solve(scene, store=store), lambda: vc.load(store).normal_force, vc.load(store).to_xarray):
+    for call in (
+        lambda: vc.solve(scene, store=store),
+        lambda: vc.load(store).normal_force,
+        vc.load(store).to_xarray,
+    ):
         refused(call, match=r"is damaged in step 0 \(its bytes are not those", error=vc.OutputError)
     assert store.read_bytes() == content
     shutil.copy(DATA / "history_format_1.nc", store)
@@ -89,7 +98,9 @@ def test_random_damage(files, tmp_path, seed):
     chance, path = random.Random(seed), tmp_path / "damaged.nc"
     content = bytearray(files[chance.choice(["solution", "history", "history", "sweep"])])
     for _ in range(chance.choice([1, 3, 30])):
-        content[chance.randrange(min(len(content), chance.choice([200, 4000, 10**9])))] = chance.randrange(256)
+        content[chance.randrange(min(len(content), chance.choice([200, 4000, 10**9])))] = (
+            chance.randrange(256)
+        )
     if seed % 4 == 0:
         del content[chance.randrange(len(content)) :]
     if seed % 4 == 1:  # HDF5 once read on for ever
@@ -102,7 +113,8 @@ def test_random_damage(files, tmp_path, seed):
 def rewritten(files, tmp_path, change):
     """The solution's file with its record changed."""
     path = tmp_path / "changed.nc"
-    path.write_bytes(without_checksum(files["solution"]))  # whoever changes it on purpose leaves no checksum of before
+    # whoever changes it on purpose leaves no checksum of before
+    path.write_bytes(without_checksum(files["solution"]))
     with h5py.File(path, "r+") as file:
         text = file["record"][()].decode()
         del file["record"]
@@ -144,7 +156,8 @@ def with_entry(*keys, value):
 ])  # fmt: skip
 def test_records_that_cannot_be(files, tmp_path, change):
     path = rewritten(files, tmp_path, change)
-    with contextlib.suppress(vc.OutputError):  # without sizes or calls, it is a record of an earlier version
+    # without sizes or calls, it is a record of an earlier version
+    with contextlib.suppress(vc.OutputError):
         assert read_all(path)
 
 
@@ -184,20 +197,26 @@ def test_no_traceback_of_another_library(tmp_path):
     """h5netcdf prints one of its own where a file is no HDF5."""
     (tmp_path / "text.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + b"no such thing" * 100)
     code = "import varcontact as vc\ntry:\n    vc.load('text.nc')\nexcept vc.OutputError as error:\n    print(error)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
     assert done.stdout.startswith("path = 'text.nc': cannot be read as netCDF")
     assert done.stderr == ""
 
 
-# ------------------------------------------------------------------------------------------------------ scene files
+# -------------------------------------------------------------------------------------- scene files
 
 
 def test_a_byte_order_mark_is_accepted(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8-sig")
     assert vc.read_scene(tmp_path / "scene.toml")[0].friction == 0.3
     (tmp_path / "h.txt").write_text("1, 0, 1\n", encoding="utf-8-sig")
-    line = SCENE.replace('kind = "ellipse"\na = 1.0\nb = 1.0', 'kind = "sampled-distance"\nh = {file = "h.txt"}')
-    (tmp_path / "line.toml").write_text(line.replace("nx = 6\nny = 6", "nx = 3\nny = 1\ndx = 1.0\ndy = 1.0\nx0 = 0.0"))
+    line = SCENE.replace(
+        'kind = "ellipse"\na = 1.0\nb = 1.0', 'kind = "sampled-distance"\nh = {file = "h.txt"}'
+    )
+    (tmp_path / "line.toml").write_text(
+        line.replace("nx = 6\nny = 6", "nx = 3\nny = 1\ndx = 1.0\ndy = 1.0\nx0 = 0.0")
+    )
     with pytest.raises(vc.SceneError, match=r"grid\.y0"):  # the file was read
         vc.read_scene(tmp_path / "line.toml")
 
@@ -226,7 +245,9 @@ def test_pipes_are_refused(tmp_path, name):
         entry = f'friction = {{file = "{name}"}}'
         text = SCENE.replace("friction = 0.3", entry)
         if name == "start.nc":
-            text = SCENE.replace('kind = "steady"', f'kind = "transient"\nsteps = 2\nstart = "{name}"')
+            text = SCENE.replace(
+                'kind = "steady"', f'kind = "transient"\nsteps = 2\nstart = "{name}"'
+            )
         (tmp_path / "scene.toml").write_text(text)
     done = run("solve", "scene.toml", folder=tmp_path)
     assert_bad_input(done, "regular file")
@@ -236,7 +257,10 @@ def test_pipes_are_refused(tmp_path, name):
 def test_scene_files_have_a_size(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(SCENE + "#" * SCENE_BYTES)
-    with pytest.raises(vc.SceneError, match=r"has 16\.0 MiB, and may have 16 MiB at most; name large fields by {file"):
+    with pytest.raises(
+        vc.SceneError,
+        match=r"has 16\.0 MiB, and may have 16 MiB at most; name large fields by {file",
+    ):
         vc.read_scene(path)
 
 
@@ -259,11 +283,15 @@ def test_numbers_from_a_file_that_declares_too_many(tmp_path):
     header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000, 4000000), }"
     header = header.ljust(117) + b"\n"
     (tmp_path / "f.npy").write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
-    (tmp_path / "scene.toml").write_text(SCENE.replace("friction = 0.3", 'friction = {file = "f.npy"}'))
-    assert_bad_input(run("plan", "scene.toml", folder=tmp_path), "must be a readable file of numbers")
+    (tmp_path / "scene.toml").write_text(
+        SCENE.replace("friction = 0.3", 'friction = {file = "f.npy"}')
+    )
+    assert_bad_input(
+        run("plan", "scene.toml", folder=tmp_path), "must be a readable file of numbers"
+    )
 
 
-# ------------------------------------------------------------------------------------------------- tables, terminals
+# -------------------------------------------------------------------------------- tables, terminals
 
 
 def test_a_word_where_a_table_has_a_figure(tmp_path):
@@ -289,7 +317,9 @@ def test_units_that_a_terminal_or_a_formula_cannot_have(tmp_path, pictures):
     (tmp_path / "scene.toml").write_text(SCENE + units, encoding="utf-8")
     command = [sys.executable, "-m", "varcontact", "solve", "scene.toml"]
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, env=environment, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert "\\xb5m" in done.stdout
     assert run("solve", "scene.toml", "--plot", "p.png", folder=tmp_path).returncode == 0

@@ -1,4 +1,6 @@
-"""Outputs never destroy: what is written over, what is refused, and what a killed program leaves."""
+"""Outputs never destroy: what is written over, what is refused, and what a killed program
+leaves.
+"""
 
 import dataclasses
 import os
@@ -17,7 +19,9 @@ from varcontact.plotting.style import check_picture, write_picture
 from varcontact.system.files import only_writer, replacing, write_whole
 
 PRESSED = ROLLING_SPHERES.partition("motion")[0].replace("friction = 0.3\n", "")
-HISTORY = ROLLING_SPHERES.replace('"steady", vx = 0.05', '"transient", steps = 2, dq = 0.1, Fx = -0.1')
+HISTORY = ROLLING_SPHERES.replace(
+    '"steady", vx = 0.05', '"transient", steps = 2, dq = 0.1, Fx = -0.1'
+)
 
 
 @pytest.fixture
@@ -30,14 +34,19 @@ def folder(tmp_path):
 
 @pytest.fixture(scope="module")
 def solution():
-    return vc.solve(make_scene(vc.Paraboloids(Rx=100.0, Ry=100.0), friction=None, grid=vc.Grid(nx=6, ny=6)))
+    return vc.solve(
+        make_scene(vc.Paraboloids(Rx=100.0, Ry=100.0), friction=None, grid=vc.Grid(nx=6, ny=6))
+    )
 
 
 COMMANDS = {
     "solution": ("a.nc", ("solve", "scene.toml", "--out", "a.nc")),
     "history": ("a.nc", ("solve", "history.toml", "--out", "a.nc")),
     "comparison": ("a.csv", ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv")),
-    "convergence": ("a.csv", ("converge", "scene.toml", "--cells", "4,5", "--offsets", "1", "--store", "a.csv")),
+    "convergence": (
+        "a.csv",
+        ("converge", "scene.toml", "--cells", "4,5", "--offsets", "1", "--store", "a.csv"),
+    ),
     "picture": ("a.svg", ("solve", "pressed.toml", "--plot", "a.svg")),
 }
 
@@ -49,7 +58,9 @@ def command(request):
 
 
 def link_to_device(path):
-    """A link to a device of the test's own: the superuser would lose the machine's where the check fails."""
+    """A link to a device of the test's own: the superuser would lose the machine's where the check
+    fails.
+    """
     device = path.with_name("device")
     try:
         os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 3))
@@ -75,7 +86,8 @@ def test_the_scene_is_not_written_over(folder, command, link):
     before = (folder / arguments[1]).read_bytes()
     link(folder / arguments[1], folder / name)
     assert_bad_input(
-        run(*arguments, "--force", folder=folder), f"is the same file as '{arguments[1]}', which would be lost"
+        run(*arguments, "--force", folder=folder),
+        f"is the same file as '{arguments[1]}', which would be lost",
     )
     assert (folder / arguments[1]).read_bytes() == before
 
@@ -89,7 +101,10 @@ def test_a_link_stays_and_its_file_is_written(folder, command):
         done = run(*arguments, folder=folder)
         assert done.returncode == 0, done.stderr
         assert os.readlink(folder / name) == os.path.join("elsewhere", name)
-        assert os.listdir(folder / "elsewhere") == [name] and (folder / "elsewhere" / name).stat().st_size > 100
+        assert (
+            os.listdir(folder / "elsewhere") == [name]
+            and (folder / "elsewhere" / name).stat().st_size > 100
+        )
 
 
 def test_a_file_of_somebody_else_is_left_alone(folder, command):
@@ -100,7 +115,10 @@ def test_a_file_of_somebody_else_is_left_alone(folder, command):
     assert (folder / name).read_text() == "my,own\n1,2\n"
     forced = run(*arguments, "--force", folder=folder)
     if name == "a.csv" or "history.toml" in arguments:
-        assert_bad_input(forced, "is not a table of" if name == "a.csv" else "exists already and holds no history")
+        assert_bad_input(
+            forced,
+            "is not a table of" if name == "a.csv" else "exists already and holds no history",
+        )
         assert (folder / name).read_text() == "my,own\n1,2\n"
     else:
         assert forced.returncode == 0, forced.stderr
@@ -116,14 +134,16 @@ def test_what_varcontact_wrote_is_written_again(folder, command):
         done = run(*arguments, folder=folder)
         assert done.returncode == 0, done.stderr
     assert stat.S_IMODE((folder / name).stat().st_mode) == 0o640, "its permissions are kept"
-    assert sorted(os.listdir(folder)) == sorted([name, "history.toml", "pressed.toml", "scene.toml"]), (
-        "nothing else is left"
-    )
+    assert sorted(os.listdir(folder)) == sorted(
+        [name, "history.toml", "pressed.toml", "scene.toml"]
+    ), "nothing else is left"
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg", "eps"])
 def test_pictures_are_known_by_what_they_say(tmp_path, ending):
-    """One that varcontact drew may be drawn again; one that matplotlib drew for somebody else needs force."""
+    """One that varcontact drew may be drawn again; one that matplotlib drew for somebody else needs
+    force.
+    """
     path = tmp_path / f"a.{ending}"
     write_picture(Figure(), path)
     check_picture(path, [], overwrite=False)
@@ -143,13 +163,16 @@ def test_a_history_is_not_written_over_by_a_solution(folder):
     assert (folder / "a.nc").read_bytes() == before
     assert run("solve", "scene.toml", "--out", "a.nc", "--force", folder=folder).returncode == 0
     assert_bad_input(
-        run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history"
+        run("solve", "history.toml", "--out", "a.nc", folder=folder),
+        "exists already and holds no history",
     )
 
 
 def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
     """Each file holds its own solution; one that all write holds the whole of one of them."""
-    solutions = [vc.solve(dataclasses.replace(solution.scene, normal_force=1.0 + i)) for i in range(4)]
+    solutions = [
+        vc.solve(dataclasses.replace(solution.scene, normal_force=1.0 + i)) for i in range(4)
+    ]
 
     def save(i):
         for _ in range(3):
@@ -158,7 +181,9 @@ def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
 
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(save, range(4)))  # raises what a thread raised
-    assert [vc.load(tmp_path / f"{i}.nc").normal_force for i in range(4)] == [sol.normal_force for sol in solutions]
+    assert [vc.load(tmp_path / f"{i}.nc").normal_force for i in range(4)] == [
+        sol.normal_force for sol in solutions
+    ]
     assert vc.load(tmp_path / "all.nc").normal_force in [sol.normal_force for sol in solutions]
     assert sorted(os.listdir(tmp_path)) == ["0.nc", "1.nc", "2.nc", "3.nc", "all.nc"]
 

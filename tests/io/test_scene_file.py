@@ -146,7 +146,9 @@ def test_truncated_npy(tmp_path, kept):
     """A copy that broke off anywhere is an error of the scene, with the file's name."""
     np.save(tmp_path / "whole.npy", np.ones((2, 3)))
     (tmp_path / "h.npy").write_bytes((tmp_path / "whole.npy").read_bytes()[:kept])
-    refused(lambda: vc.read_scene(write(tmp_path, SAMPLED % "h.npy")), "surface.h.file", match=r"h\.npy")
+    refused(
+        lambda: vc.read_scene(write(tmp_path, SAMPLED % "h.npy")), "surface.h.file", match=r"h\.npy"
+    )
 
 
 @pytest.mark.parametrize("text", ["1,2,3\n4,5,6\n", "1, 2, 3\n4, 5, 6", "1 2 3\n4  5\t6\n"])
@@ -156,28 +158,38 @@ def test_numbers_between_commas_or_blanks(tmp_path, text):
     np.testing.assert_array_equal(scene.surface.h, [[1, 2, 3], [4, 5, 6]])
 
 
-@pytest.mark.parametrize("text", ["1,,2,3\n4,5,,6\n", "1,2,3,\n4,5,6,\n", "1 2,3\n4 5,6\n", "1;2;3\n4;5;6\n"])
+@pytest.mark.parametrize(
+    "text", ["1,,2,3\n4,5,,6\n", "1,2,3,\n4,5,6,\n", "1 2,3\n4 5,6\n", "1;2;3\n4;5;6\n"]
+)
 def test_missing_numbers_do_not_close_up(tmp_path, text):
-    """An empty place between commas is a missing number, not a blank: the row must not move together."""
+    """An empty place between commas is a missing number, not a blank: the row must not move
+    together.
+    """
     (tmp_path / "h.csv").write_text(text)
     refused(lambda: vc.read_scene(write(tmp_path, SAMPLED % "h.csv")), "surface.h.file")
 
 
-@pytest.mark.parametrize("text", ["bodies = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"])
+@pytest.mark.parametrize(
+    "text", ["bodies = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"]
+)
 def test_toml_nested_too_deep(tmp_path, text):
     with pytest.raises(vc.SceneError, match=r"nested|a: there is no such key; there are bodies, "):
         vc.read_scene(write(tmp_path, text))
 
 
-@pytest.mark.parametrize("name", ["a" * 300, "a\0b", "none.toml", ""], ids=["long", "nul", "none", "folder"])
+@pytest.mark.parametrize(
+    "name", ["a" * 300, "a\0b", "none.toml", ""], ids=["long", "nul", "none", "folder"]
+)
 def test_names_that_no_file_has(tmp_path, name):
     refused(lambda: vc.read_scene(tmp_path / name), words="cannot be read")
 
 
-# ----------------------------------------------------------------------------- Scenes as TOML and back
+# -------------------------------------------------------------------------- Scenes as TOML and back
 
 
-BALL = wheel_on_rail(vc.Steady(vx=1e-3, Fy=-1e3, spin=0.1), units=vc.Units(length='in "US"', force="lbf \\ é"))
+BALL = wheel_on_rail(
+    vc.Steady(vx=1e-3, Fy=-1e3, spin=0.1), units=vc.Units(length='in "US"', force="lbf \\ é")
+)
 GRID = vc.Grid(nx=4, ny=3, dx=1e-3, dy=2e-3, x0=-2e-3, y0=-3e-3)
 FIELD = np.random.default_rng(1).uniform(0.1, 0.5, (3, 4))
 
@@ -186,8 +198,13 @@ def ball(**changes):
     return dataclasses.replace(BALL, **changes)
 
 
-SURFACES, LAWS = [vc.Paraboloids(Rx=R, Ry=0.4) for R in (0.4, 0.5)], [vc.StaticKinetic(0.3, 0.2), None]
-VARIED = vc.Transient(steps=2, dq=[0.0, 1e-3], Fx=[-1e3, None], friction=LAWS, surface=SURFACES, interpolate=True)
+SURFACES, LAWS = (
+    [vc.Paraboloids(Rx=R, Ry=0.4) for R in (0.4, 0.5)],
+    [vc.StaticKinetic(0.3, 0.2), None],
+)
+VARIED = vc.Transient(
+    steps=2, dq=[0.0, 1e-3], Fx=[-1e3, None], friction=LAWS, surface=SURFACES, interpolate=True
+)
 SCENES = {
     "by element": ball(friction=FIELD, grid=GRID, surface=vc.SampledDistance(1e-6 * FIELD)),
     "history": ball(surface=SURFACES[0], motion=VARIED, grid=GRID),
@@ -224,7 +241,9 @@ def test_a_start_is_not_left_out_in_silence(tmp_path):
     wide = vc.Grid(nx=16, ny=16, dx=1.5e-3, dy=1.5e-3, x0=-12e-3, y0=-12e-3)
     start = vc.solve(ball(grid=wide))
     scene = ball(grid=wide, motion=vc.Transient(steps=1, vx=1e-3, start=start))
-    with pytest.raises(vc.SceneError, match=r"motion\.start = .a solution. must be left out: save it"):
+    with pytest.raises(
+        vc.SceneError, match=r"motion\.start = .a solution. must be left out: save it"
+    ):
         scene.save(tmp_path / "scene.toml")
     assert os.listdir(tmp_path) == []
 

@@ -1,4 +1,6 @@
-"""Files are not believed: what no solution can be is refused, what its certificate does not fit is certified anew."""
+"""Files are not believed: what no solution can be is refused, what its certificate does not fit is
+certified anew.
+"""
 
 import dataclasses
 import json
@@ -19,16 +21,25 @@ from varcontact.solving.verify import ALONE, ANEW
 DATA = Path(__file__).parents[1] / "data"
 SPHERES = vc.Paraboloids(1.0, 1.5)
 ROLLING = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
-STEPS = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=[0, 4e-3, 4e-3, 0], normal_force=[None, 0.03, 0.0, None])
+STEPS = vc.Transient(
+    steps=4, dq=[0, 0.05, 0.1, 0.1], vx=[0, 4e-3, 4e-3, 0], normal_force=[None, 0.03, 0.0, None]
+)
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 
 
 def scene(**changes):
-    given = {"surface": vc.Ellipse(a=1.2, b=0.9), "normal_force": 1.0, "motion": ROLLING, "grid": vc.Grid(10, 10)}
+    given = {
+        "surface": vc.Ellipse(a=1.2, b=0.9),
+        "normal_force": 1.0,
+        "motion": ROLLING,
+        "grid": vc.Grid(10, 10),
+    }
     return make_scene(**given | changes)
 
 
-HISTORY = scene(surface=vc.Paraboloids(10.0, 10.0), normal_force=0.02, grid=vc.Grid(nx=8, ny=8), motion=STEPS)
+HISTORY = scene(
+    surface=vc.Paraboloids(10.0, 10.0), normal_force=0.02, grid=vc.Grid(nx=8, ny=8), motion=STEPS
+)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +94,9 @@ def test_theories_and_answers_that_are_not_exact_are_what_they_say(methods, tmp_
 
 
 def refused_or_certified_anew(path):
-    """Whether a file is not believed: refused, or with a certificate of its own fields that does not call it solved."""
+    """Whether a file is not believed: refused, or with a certificate of its own fields that does
+    not call it solved.
+    """
     try:
         again = vc.load(path)
     except vc.OutputError as error:
@@ -136,7 +149,9 @@ FIXED = {"surface": vc.Paraboloids(1.0, 1.5), "normal_force": None, "approach": 
     ({"motion": vc.Steady(Fx=-0.1)}, {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
 ])  # fmt: skip
 def test_nor_are_those_that_the_scene_does_not_have(given, changes, tmp_path):
-    assert refused_or_certified_anew(altered(vc.solve(scene(**given)), tmp_path / "sol.nc", **changes))
+    assert refused_or_certified_anew(
+        altered(vc.solve(scene(**given)), tmp_path / "sol.nc", **changes)
+    )
 
 
 def test_a_certificate_of_other_tractions_is_made_anew(tmp_path):
@@ -156,10 +171,14 @@ def test_a_certificate_of_other_tractions_is_made_anew(tmp_path):
 @pytest.mark.parametrize("name", ["relative_gap", "residual", "tangential_residual"])
 def test_no_part_of_a_certificate_is_believed(name, tmp_path):
     fast = vc.solve(scene(), tangential="fastsim-elliptic")
-    path = altered(fast, tmp_path / "sol.nc", record=lambda r: r["certificate"].update({name: 1e-16}))
+    path = altered(
+        fast, tmp_path / "sol.nc", record=lambda r: r["certificate"].update({name: 1e-16})
+    )
     again = vc.load(path)
     assert again.note == ANEW
-    assert getattr(again.certificate, name) == pytest.approx(getattr(fast.certificate, name), rel=1e-9)
+    assert getattr(again.certificate, name) == pytest.approx(
+        getattr(fast.certificate, name), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("certify", [True, False])
@@ -176,7 +195,11 @@ def test_solutions_of_an_earlier_version_by_refine_are_refused(name, certify):
 def test_nor_are_steps_added_to_such_a_history(tmp_path):
     store = tmp_path / "history.nc"
     store.write_bytes((DATA / "refined_history.nc").read_bytes())
-    refused(lambda: vc.solve(HISTORY, store=store), match="is of an earlier version", error=vc.OutputError)
+    refused(
+        lambda: vc.solve(HISTORY, store=store),
+        match="is of an earlier version",
+        error=vc.OutputError,
+    )
 
 
 def test_as_stored_is_said(sol, tmp_path):

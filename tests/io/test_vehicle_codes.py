@@ -1,4 +1,6 @@
-"""A table book as C, and as functional mock-up units: the numbers of Python, from other programs."""
+"""A table book as C, and as functional mock-up units: the numbers of Python, from other
+programs.
+"""
 
 import ctypes
 import shutil
@@ -43,7 +45,14 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("codes")
     done = run("table", "export", "--c", folder, "--fmu", folder, folder=folder)
     assert (done.returncode, done.stderr) == (0, "")
-    made = {"vc_forces.c", "vc_forces.h", "vc_forces.m", "VcForces.mo", "vc_forces_fmi2.fmu", "vc_forces_fmi3.fmu"}
+    made = {
+        "vc_forces.c",
+        "vc_forces.h",
+        "vc_forces.m",
+        "VcForces.mo",
+        "vc_forces_fmi2.fmu",
+        "vc_forces_fmi3.fmu",
+    }
     assert {path.name for path in folder.iterdir()} == made
     return folder
 
@@ -54,13 +63,26 @@ def forces(folder):
 
 
 def contacts(count, seed=1):
-    """Random ones in the book, from hardly any slip to far beyond full slip, in millimetres or metres."""
+    """Random ones in the book, from hardly any slip to far beyond full slip, in millimetres or
+    metres.
+    """
     random = np.random.default_rng(seed)
     for _ in range(count):
         unit = random.choice([1.0, 1e3])
-        b, ratio = unit * random.uniform(1e-3, 1e-2), np.exp(random.uniform(np.log(0.2), np.log(5.0)))
+        b, ratio = (
+            unit * random.uniform(1e-3, 1e-2),
+            np.exp(random.uniform(np.log(0.2), np.log(5.0))),
+        )
         size, way = 10 ** random.uniform(-6, 1), random.normal(size=3)
-        yield ratio * b, b, 82e9 / unit**2, 0.28, 1e5, random.uniform(0.1, 0.6), *(size * way * (1, 1, 100 / unit))
+        yield (
+            ratio * b,
+            b,
+            82e9 / unit**2,
+            0.28,
+            1e5,
+            random.uniform(0.1, 0.6),
+            *(size * way * (1, 1, 100 / unit)),
+        )
 
 
 def python(contact, book=None):
@@ -75,7 +97,10 @@ def scales(contact):
 
 
 def test_forces_are_those_of_python(forces):
-    special = [(*CONTACT[:6], *creepage) for creepage in np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3)]) * 1e-3]
+    special = [
+        (*CONTACT[:6], *creepage)
+        for creepage in np.vstack([np.zeros((1, 3)), np.eye(3), -np.eye(3)]) * 1e-3
+    ]
     special += [
         (*CONTACT[:6], 1e9, 1e9, 0.0),
         (2e-3, 1e-2, *CONTACT[2:]),
@@ -93,10 +118,16 @@ def test_derivatives_are_those_of_differences(forces):
         status, found = forces(contact, gradient=True)
         assert status == 0
         assert (found[:3] == forces(contact)[1]).all()
-        creepages, unit = np.array(contact[6:]), np.array([1.0, 1.0, 1 / np.sqrt(contact[0] * contact[1])])
+        creepages, unit = (
+            np.array(contact[6:]),
+            np.array([1.0, 1.0, 1 / np.sqrt(contact[0] * contact[1])]),
+        )
         step = 1e-4 * np.linalg.norm(creepages / unit)
         for k in range(3):
-            at = [forces((*contact[:6], *(creepages + n * step * unit * np.eye(3)[k])))[1] for n in (-2, -1, 1, 2)]
+            at = [
+                forces((*contact[:6], *(creepages + n * step * unit * np.eye(3)[k])))[1]
+                for n in (-2, -1, 1, 2)
+            ]
             differences = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * step * unit[k])
             by_step = np.abs(found[3 + k :: 3] - differences) * step * unit[k] / scales(contact)
             assert by_step.max() < 1e-8
@@ -107,13 +138,17 @@ def test_derivatives_without_creepage_are_those_of_the_linear_theory(forces):
     C = vc.no_slip_coefficients(a / b, nu)
     ab = G * a * b
     size = np.sqrt(a * b)
-    wanted = ab * np.array([[-C.C11, 0.0, 0.0], [0.0, -C.C22, -C.C23 * size], [0.0, C.C23 * size, -C.C33 * size**2]])
+    wanted = ab * np.array(
+        [[-C.C11, 0.0, 0.0], [0.0, -C.C22, -C.C23 * size], [0.0, C.C23 * size, -C.C33 * size**2]]
+    )
     found = forces((*CONTACT[:6], 0.0, 0.0, 0.0), gradient=True)[1][3:].reshape(3, 3)
     assert found == pytest.approx(wanted, rel=1e-12)
 
 
 def test_derivatives_at_pure_longitudinal_creepage_are_those_of_the_force(forces):
-    """The angle of (vy, spin) has no value there: derivatives are those of differences that are not small."""
+    """The angle of (vy, spin) has no value there: derivatives are those of differences that are not
+    small.
+    """
     a, b, *_ = CONTACT
     contact = np.array([*CONTACT[:6], 2e-3, 0.0, 0.0])
     found = forces(contact, gradient=True)[1][3:].reshape(3, 3)
@@ -132,7 +167,9 @@ def test_derivatives_at_pure_longitudinal_creepage_are_those_of_the_force(forces
 @pytest.mark.parametrize("gradient", [False, True])
 def test_bad_input_has_a_code_and_no_number(forces, name, values, status, gradient):
     for value in values:
-        contact = [value if each == name else good for each, good in zip(NAMES, CONTACT, strict=True)]
+        contact = [
+            value if each == name else good for each, good in zip(NAMES, CONTACT, strict=True)
+        ]
         found, out = forces(contact, gradient)
         assert found == status
         assert np.isnan(out).all()
@@ -162,7 +199,9 @@ def test_a_unit_gives_the_same_forces(folder, forces, version, kind):
     assert result["vx"].max() > 1e-3 and told == []
     for row in result:
         wanted = forces((*CONTACT[:6], row["vx"], *CONTACT[7:]), gradient=True)[1]
-        assert [row[name] for name in ("Fx", "Fy", "Mz", "dFy_dspin")] == pytest.approx(wanted[[0, 1, 2, 8]], rel=1e-14)
+        assert [row[name] for name in ("Fx", "Fy", "Mz", "dFy_dspin")] == pytest.approx(
+            wanted[[0, 1, 2, 8]], rel=1e-14
+        )
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -170,22 +209,36 @@ def test_a_unit_refuses_what_the_function_refuses(folder, version):
     path = str(folder / f"vc_forces_fmi{version}.fmu")
     told = []
     with pytest.raises(fmpy.fmi1.FMICallException):
-        fmpy.simulate_fmu(path, start_values={"Fz": -1.0}, stop_time=1.0, logger=lambda *words: told.append(words[-1]))
+        fmpy.simulate_fmu(
+            path,
+            start_values={"Fz": -1.0},
+            stop_time=1.0,
+            logger=lambda *words: told.append(words[-1]),
+        )
     assert told == [b"a, b, G, Fz and f must be positive"]
 
 
 def test_units_are_compiled_from_their_sources(folder, tmp_path):
-    """The same for both versions, without headers of the standard; with the prefix that a static link needs."""
+    """The same for both versions, without headers of the standard; with the prefix that a static
+    link needs.
+    """
     contents = []
     for version in (2, 3):
         with zipfile.ZipFile(folder / f"vc_forces_fmi{version}.fmu") as unit:
-            contents.append({name: unit.read(f"sources/{name}") for name in ("fmi.c", "vc_forces.c", "vc_forces.h")})
+            contents.append(
+                {
+                    name: unit.read(f"sources/{name}")
+                    for name in ("fmi.c", "vc_forces.c", "vc_forces.h")
+                }
+            )
     assert contents[0] == contents[1]
     for name, content in contents[0].items():
         (tmp_path / name).write_bytes(content)
     flags = [*FLAGS, "-Wno-unused-parameter", "-DFMI2_FUNCTION_PREFIX=vc_forces_"]
     subprocess.run(["gcc", *flags, "-o", tmp_path / "unit.so", tmp_path / "fmi.c"], check=True)
-    symbols = subprocess.run(["nm", tmp_path / "unit.so"], capture_output=True, text=True, check=True).stdout
+    symbols = subprocess.run(
+        ["nm", tmp_path / "unit.so"], capture_output=True, text=True, check=True
+    ).stdout
     assert " T vc_forces_fmi2DoStep" in symbols and " T fmi3DoStep" in symbols
 
 
@@ -212,7 +265,9 @@ def test_a_book_for_other_bodies(book, tmp_path):
 
 def test_files_of_others_stay(book, tmp_path):
     (tmp_path / "vc_forces.h").write_text("mine")
-    with pytest.raises(vc.OutputError, match="is no export of varcontact's; name another file, or give overwrite"):
+    with pytest.raises(
+        vc.OutputError, match="is no export of varcontact's; name another file, or give overwrite"
+    ):
         write_c(tmp_path, book)
     assert [path.name for path in tmp_path.iterdir()] == ["vc_forces.h"]
     assert len(write_c(tmp_path, book, overwrite=True)) == len(write_c(tmp_path, book)) == 4
@@ -221,7 +276,10 @@ def test_files_of_others_stay(book, tmp_path):
     with pytest.raises(vc.SceneError, match="folder"):
         write_c("", book)
     done = run("table", "export", folder=tmp_path)
-    assert (done.returncode, done.stderr) == (2, "varcontact: --c is missing: name a folder with --c or --fmu\n")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "varcontact: --c is missing: name a folder with --c or --fmu\n",
+    )
 
 
 def test_a_unit_without_a_compiler_has_its_sources(book, tmp_path, monkeypatch):

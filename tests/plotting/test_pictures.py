@@ -1,4 +1,6 @@
-"""What is drawn on a dozen scenes: the numbers, their units, the words, and nothing over anything else."""
+"""What is drawn on a dozen scenes: the numbers, their units, the words, and nothing over anything
+else.
+"""
 
 import dataclasses
 import gc
@@ -23,7 +25,11 @@ from varcontact.plotting.unit_labels import measure
 
 RAIL = wheel_on_rail(vc.Steady(vx=1e-3, vy=5e-4, spin=0.2), vc.Grid(nx=10, ny=10), units=vc.SI)
 CYLINDER = dataclasses.replace(
-    RAIL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=16)
+    RAIL,
+    surface=vc.Cylinders(R=0.46),
+    normal_force=8e6,
+    motion=vc.Steady(vx=1e-3),
+    grid=vc.Grid(nx=16),
 )
 
 
@@ -34,7 +40,10 @@ def rail(**changes):
 SCENES = {
     "rolling": rail(),
     "millimetres": rail(
-        bodies=vc.Bodies(G=82e3, nu=0.28), surface=vc.Paraboloids(Rx=460.0, Ry=300.0), units=vc.MM_N, motion=vc.Steady()
+        bodies=vc.Bodies(G=82e3, nu=0.28),
+        surface=vc.Paraboloids(Rx=460.0, Ry=300.0),
+        units=vc.MM_N,
+        motion=vc.Steady(),
     ),
     "inches": rail(units=vc.Units(length="in", force="lbf")),
     "no units": rail(units=None),
@@ -77,7 +86,11 @@ def drawn_texts(figure):
     for ax in [each for top in figure.axes if top.axison for each in (top, *top.child_axes)]:
         for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1)):
             low, high = sorted(axis.get_view_interval())
-            found += [text for text in axis.get_ticklabels(which="both") if low <= text.get_position()[along] <= high]
+            found += [
+                text
+                for text in axis.get_ticklabels(which="both")
+                if low <= text.get_position()[along] <= high
+            ]
             found += [axis.label, axis.get_offset_text()]
         found += [ax.title]
         found += [] if ax.get_legend() is None else ax.get_legend().get_texts()
@@ -93,13 +106,17 @@ def check_readable(figure):
 
 def check_drawn(figure):
     """The same of a figure that has been drawn."""
-    boxes = [(text.get_text(), text.get_window_extent().padded(-0.5)) for text in drawn_texts(figure)]
+    boxes = [
+        (text.get_text(), text.get_window_extent().padded(-0.5)) for text in drawn_texts(figure)
+    ]
     assert len(boxes) > 4
     for (one, first), (other, second) in combinations(boxes, 2):
         assert not first.overlaps(second), f"{one!r} lies over {other!r}"
     width, height = figure.canvas.get_width_height()
     for word, box in boxes:
-        assert box.x0 > -1 and box.y0 > -1 and box.x1 < width + 1 and box.y1 < height + 1, f"{word!r} is cut off"
+        assert box.x0 > -1 and box.y0 > -1 and box.x1 < width + 1 and box.y1 < height + 1, (
+            f"{word!r} is cut off"
+        )
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +147,11 @@ def test_slip_is_hatched_and_stick_is_not(sol, panels):
     """Each in its own elements; in grey print their colours are the same."""
     if "traction" not in panels or sol.scene.line:
         return
-    patches = {patch.get_gid(): patch for patch in panels["traction"].patches if isinstance(patch, PathPatch)}
+    patches = {
+        patch.get_gid(): patch
+        for patch in panels["traction"].patches
+        if isinstance(patch, PathPatch)
+    }
     assert patches["slip"].get_hatch() and not patches["stick"].get_hatch()
     factor = measure(sol.scene, "length", sol.grid.box).factor
     places = np.stack(np.meshgrid(sol.grid.x, sol.grid.y), axis=-1).reshape(-1, 2) * factor
@@ -144,7 +165,9 @@ def test_slip_is_hatched_and_stick_is_not(sol, panels):
         areas = [path.vertices[k : k + 4] for k in range(0, len(path.vertices), 5)]
         inside = np.zeros(len(places), bool)
         for corners in areas:
-            inside |= np.all((places > corners.min(axis=0)) & (places < corners.max(axis=0)), axis=1)
+            inside |= np.all(
+                (places > corners.min(axis=0)) & (places < corners.max(axis=0)), axis=1
+            )
         np.testing.assert_array_equal(inside, state.ravel() == number)
 
 
@@ -158,7 +181,9 @@ def test_engineering_units(wheel):
     assert all(ax.get_xlabel().startswith("x [mm]") for ax in figure.axes)
     same = vc.solve(SCENES["millimetres"])
     other = same.plot("pressure").axes[0]
-    assert other.child_axes[0].get_ylabel() == "pressure [MPa]" and other.get_xlabel().startswith("x [mm]")
+    assert other.child_axes[0].get_ylabel() == "pressure [MPa]" and other.get_xlabel().startswith(
+        "x [mm]"
+    )
     assert other.images[0].get_array().max() == pytest.approx(image.max())
     plain = vc.solve(SCENES["inches"]).plot("pressure").axes[0]
     assert plain.child_axes[0].get_ylabel() == "pressure [$10^{9}$ lbf/in^2]"
@@ -182,7 +207,10 @@ def test_the_section_shows_the_size_beside_the_bound(wheel):
     [
         (lambda sol: sol.plot("presure"), r"what = 'presure'.*pressure"),
         (lambda sol: sol.plot([]), "one panel at least"),
-        (lambda sol: sol.plot(["pressure", "slip"], ax=Figure().add_subplot()), "one panel for one ax"),
+        (
+            lambda sol: sol.plot(["pressure", "slip"], ax=Figure().add_subplot()),
+            "one panel for one ax",
+        ),
         (lambda sol: sol.plot(ax="here"), "ax = 'here'"),
         (lambda sol: sol.plot(figsize=3), "figsize"),
         (lambda sol: sol.plot(figsize=(0, 3)), "width, height"),
@@ -211,11 +239,15 @@ def test_the_largest_stress_is_marked(wheel, plane):
     at = 1e-3 * float(ax.get_title().split("=")[1].split()[0])
     point = {"xz": (first, at, second), "yz": (at, first, second), "xy": (first, second, at)}[plane]
     stress = vc.stress(wheel, point, 1 if point[2] >= 0 else 2)
-    assert float(cross.get_label().split()[1]) == pytest.approx(float(stress.von_mises) / 1e6, rel=5e-3)
+    assert float(cross.get_label().split()[1]) == pytest.approx(
+        float(stress.von_mises) / 1e6, rel=5e-3
+    )
     near = np.array(point)[:, None] + 2e-3 * np.random.default_rng(1).uniform(-1, 1, (3, 60))
     near[{"xz": 1, "yz": 0, "xy": 2}[plane]] = at
     near[2] = np.maximum(near[2], 0) if point[2] >= 0 else np.minimum(near[2], 0)
-    assert vc.stress(wheel, near, 1 if point[2] >= 0 else 2).von_mises.max() < 1.02 * stress.von_mises
+    assert (
+        vc.stress(wheel, near, 1 if point[2] >= 0 else 2).von_mises.max() < 1.02 * stress.von_mises
+    )
 
 
 def test_curves(wheel):
@@ -225,18 +257,24 @@ def test_curves(wheel):
     lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
     x, force = lines["f = 0.33"].get_data()
     assert list(x) == pytest.approx([0, 1, 6])
-    assert list(force) == pytest.approx([-sol.Fx / (0.33 * sol.normal_force) for sol in slow], rel=1e-9, abs=1e-9)
+    assert list(force) == pytest.approx(
+        [-sol.Fx / (0.33 * sol.normal_force) for sol in slow], rel=1e-9, abs=1e-9
+    )
     assert figure.axes[0].get_xlabel() == "longitudinal creepage [$10^{-3}$]"
     forces = vc.plot_curve(slow, normalised=False).axes[0]
     assert forces.get_ylabel() == "tangential force [kN]"
     spun = vc.plot_curve(vc.scan(rail(), [(0.0, 0.0, spin) for spin in (0.0, 0.5)])).axes[0]
-    assert spun.get_xlabel() == "spin [1/m]" and "$-F_y$" in [line.get_label() for line in spun.get_lines()]
+    assert spun.get_xlabel() == "spin [1/m]" and "$-F_y$" in [
+        line.get_label() for line in spun.get_lines()
+    ]
 
 
 @pytest.fixture(scope="module")
 def history():
     forces = [-4e3 * k for k in range(5)]
-    return vc.solve(rail(motion=vc.Transient(steps=5, dq=2e-3, Fx=forces), grid=vc.Grid(nx=8, ny=8)))
+    return vc.solve(
+        rail(motion=vc.Transient(steps=5, dq=2e-3, Fx=forces), grid=vc.Grid(nx=8, ny=8))
+    )
 
 
 def test_a_history_has_one_abscissa(history):
@@ -244,11 +282,21 @@ def test_a_history_has_one_abscissa(history):
     check_readable(figure)
     forces, creepages, areas = figure.axes
     assert forces.get_xlim() == creepages.get_xlim() == areas.get_xlim()
-    assert [forces.get_xlabel(), creepages.get_xlabel(), areas.get_xlabel()] == ["", "", "distance rolled [mm]"]
-    assert 1e-3 * creepages.get_lines()[0].get_ydata() == pytest.approx(history.creepage[:, 0], nan_ok=True)
-    given = vc.solve(dataclasses.replace(history.scene, motion=vc.Transient(steps=2, dq=2e-3, vx=1e-3)))
+    assert [forces.get_xlabel(), creepages.get_xlabel(), areas.get_xlabel()] == [
+        "",
+        "",
+        "distance rolled [mm]",
+    ]
+    assert 1e-3 * creepages.get_lines()[0].get_ydata() == pytest.approx(
+        history.creepage[:, 0], nan_ok=True
+    )
+    given = vc.solve(
+        dataclasses.replace(history.scene, motion=vc.Transient(steps=2, dq=2e-3, vx=1e-3))
+    )
     assert len(given.plot().axes) == 2
-    still = vc.solve(dataclasses.replace(history.scene, motion=vc.Transient(steps=3, dq=0, Fx=[-1e4, 0, 1e4])))
+    still = vc.solve(
+        dataclasses.replace(history.scene, motion=vc.Transient(steps=3, dq=0, Fx=[-1e4, 0, 1e4]))
+    )
     assert still.plot().axes[-1].get_xlabel() == "step"
 
 
@@ -292,15 +340,26 @@ def test_pictures_of_studies(tmp_path):
     check_readable(study)
     assert [ax.get_title() for ax in found.plot(["Fx"]).axes] == ["Fx"]
     refused(lambda: found.plot(["Fq"]), match="quantities")
-    assert [text.get_text() for text in study.legends[0].get_texts()][:2] == ["single solve", "mean of a grid"]
+    assert [text.get_text() for text in study.legends[0].get_texts()][:2] == [
+        "single solve",
+        "mean of a grid",
+    ]
 
 
 def test_the_style_is_for_everybody():
-    """By its name, from matplotlib; colours that the colour-blind tell apart, and letters of 7 points at least."""
+    """By its name, from matplotlib; colours that the colour-blind tell apart, and letters of 7
+    points at least.
+    """
     with plt.style.context("varcontact.plotting.journal"):
         colours = mpl.rcParams["axes.prop_cycle"].by_key()["color"]
         assert colours[:2] == ["#0072B2", "#D55E00"] or colours[:2] == ["0072B2", "D55E00"]
-        assert min(mpl.rcParams[name] for name in ("xtick.labelsize", "legend.fontsize", "axes.labelsize")) >= 7
+        assert (
+            min(
+                mpl.rcParams[name]
+                for name in ("xtick.labelsize", "legend.fontsize", "axes.labelsize")
+            )
+            >= 7
+        )
 
 
 @pytest.mark.filterwarnings("error")
@@ -312,11 +371,15 @@ def test_many_pictures_leave_none_behind(wheel):
 
 
 def test_a_notebook_shows_a_picture_by_itself(wheel):
-    """As PNG, of the figure's size in pixels, and as nothing else: IPython shows each form that an object has."""
+    """As PNG, of the figure's size in pixels, and as nothing else: IPython shows each form that an
+    object has.
+    """
     figure = wheel.plot("pressure")
     image = figure._repr_png_()
     assert image.startswith(b"\x89PNG\r\n")
-    assert struct.unpack(">II", image[16:24]) == tuple(np.rint(figure.get_size_inches() * figure.dpi).astype(int))
+    assert struct.unpack(">II", image[16:24]) == tuple(
+        np.rint(figure.get_size_inches() * figure.dpi).astype(int)
+    )
     others = ("html", "svg", "jpeg", "pdf", "latex", "markdown", "json", "javascript", "mimebundle")
     assert all(getattr(figure, f"_repr_{form}_", lambda: None)() is None for form in others)
     assert not hasattr(figure, "_ipython_display_")
@@ -335,8 +398,15 @@ def overprinted(figure):
     for ax in figure.axes:
         for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1)):
             low, high = sorted(axis.get_view_interval())
-            labels = [text for text in axis.get_ticklabels(which="both") if low <= text.get_position()[along] <= high]
-            corners = [(text.get_window_extent().get_points()[:, along], text.get_text()) for text in labels]
+            labels = [
+                text
+                for text in axis.get_ticklabels(which="both")
+                if low <= text.get_position()[along] <= high
+            ]
+            corners = [
+                (text.get_window_extent().get_points()[:, along], text.get_text())
+                for text in labels
+            ]
             drawn = sorted((begin, end, text) for (begin, end), text in corners if text)
             seen += len(drawn)
             pairs += [(one[2], other[2]) for one, other in pairwise(drawn) if other[0] < one[1]]
@@ -346,7 +416,9 @@ def overprinted(figure):
 
 def test_the_first_plot_of_the_readme():
     """In metres and newtons, where labels are as long as -0.008."""
-    block = re.search(r"```python\n(import varcontact as vc\n\nscene.*?)\nprint\(", README.read_text(), re.DOTALL)
+    block = re.search(
+        r"```python\n(import varcontact as vc\n\nscene.*?)\nprint\(", README.read_text(), re.DOTALL
+    )
     names = {}
     exec(block[1], names)
     assert overprinted(names["sol"].plot()) == []
@@ -354,11 +426,14 @@ def test_the_first_plot_of_the_readme():
 
 
 @pytest.mark.parametrize(
-    ("size", "ratio"), [(3e-7, 0.21), (0.0061, 4.8), (0.024, 1.0), (1.0, 4.8), (110.0, 0.21), (1.0, 1.0)]
+    ("size", "ratio"),
+    [(3e-7, 0.21), (0.0061, 4.8), (0.024, 1.0), (1.0, 4.8), (110.0, 0.21), (1.0, 1.0)],
 )
 def test_contacts_of_every_size_and_shape(rolling, size, ratio):
     a, b = size * ratio**0.5, size / ratio**0.5
-    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=None, friction=None, grid=vc.Grid(nx=6, ny=6))
+    scene = rolling(
+        surface=vc.Ellipse(a=a, b=b), motion=None, friction=None, grid=vc.Grid(nx=6, ny=6)
+    )
     assert overprinted(vc.solve(dataclasses.replace(scene, normal_force=size**2)).plot()) == []
 
 
@@ -368,9 +443,9 @@ def test_sections_elsewhere(wheel):
     ax = wheel.plot("section", y=y + 0.3 * wheel.grid.sides[1]).axes[0]
     assert f"y = {1e3 * y:.3g} mm" in ax.get_title()
     largest = np.hypot(*wheel.traction[:, 2]).max()
-    assert max(line.get_ydata().max() for line in ax.get_lines() if line.get_label() == "$|p|$") == pytest.approx(
-        largest / 1e6
-    )
+    assert max(
+        line.get_ydata().max() for line in ax.get_lines() if line.get_label() == "$|p|$"
+    ) == pytest.approx(largest / 1e6)
     refused(lambda: wheel.section(y=1.0), match=r"y = 1.0 .* on the grid")
     refused(lambda: vc.solve(CYLINDER).section(y=0.0), match="left out in line contact")
     refused(lambda: wheel.plot("pressure", y=0.0), match='or with the panel "section"')

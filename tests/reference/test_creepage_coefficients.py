@@ -1,4 +1,6 @@
-"""The computed coefficients: closed forms, limits, reciprocity, fine grids, and Table 3 of the paper."""
+"""The computed coefficients: closed forms, limits, reciprocity, fine grids, and Table 3 of the
+paper.
+"""
 
 import csv
 from dataclasses import astuple, replace
@@ -29,7 +31,9 @@ def computed(ratio: float, nu: float, degree: int = 64) -> np.ndarray:
 
 
 def test_circle_in_closed_form():
-    """nu = 0: the equations are those of a sine series, whose first coefficients are integrals of sines."""
+    """nu = 0: the equations are those of a sine series, whose first coefficients are integrals of
+    sines.
+    """
     exact = np.array([32 / (3 * np.pi), 32 / (3 * np.pi), 4 / 3, 512 / (135 * np.pi)])
     np.testing.assert_allclose(computed(1.0, 0.0, 128), exact, rtol=1e-6)
     np.testing.assert_allclose(values(1.0, 0.0), exact, rtol=1e-6)
@@ -52,14 +56,28 @@ def test_reciprocity_and_symmetry(ratio, nu):
 
 @pytest.mark.parametrize(
     ("ratio", "nu"),
-    [(0.0123, 0.28), (0.0123, 0.5), (0.0345, -0.9), (0.21, 0.2), (1.6, -0.5), (10.4, 0.45), (95.0, 0.5)],
+    [
+        (0.0123, 0.28),
+        (0.0123, 0.5),
+        (0.0345, -0.9),
+        (0.21, 0.2),
+        (1.6, -0.5),
+        (10.4, 0.45),
+        (95.0, 0.5),
+    ],
 )
 def test_between_the_entries_of_the_table(ratio, nu):
-    np.testing.assert_allclose(values(ratio, nu), computed(ratio, nu, 192), rtol=2e-5 if ratio < 0.1 else 2e-6)
+    np.testing.assert_allclose(
+        values(ratio, nu), computed(ratio, nu, 192), rtol=2e-5 if ratio < 0.1 else 2e-6
+    )
 
 
 def test_the_table_is_what_its_command_makes():
-    stored = (Path(vc.reference.__file__).parent / "creepage_coefficients.csv").read_text(encoding="utf-8").splitlines()
+    stored = (
+        (Path(vc.reference.__file__).parent / "creepage_coefficients.csv")
+        .read_text(encoding="utf-8")
+        .splitlines()
+    )
     assert len(stored) == 1 + RATIOS.size * POISSON.size
     made = lines()
     assert next(made) == stored[0] == HEAD
@@ -70,7 +88,9 @@ def test_the_table_is_what_its_command_makes():
 
 @pytest.mark.parametrize(("ratio", "nu"), [(0.1, 0.5), (1.0, 0.28)])
 def test_fine_grids_of_the_package_itself(ratio, nu):
-    """No slip on elements, which knows nothing of polynomials, extrapolated: within 0.15 %, C33 within 0.5 %."""
+    """No slip on elements, which knows nothing of polynomials, extrapolated: within 0.15 %, C33
+    within 0.5 %.
+    """
     cells = np.array([48, 64, 80, 96])
     found = np.array([on_elements(ratio, nu, int(n)) for n in cells])
     limit = np.linalg.lstsq(np.vander(1 / cells, 2), found, rcond=None)[0][1]
@@ -83,11 +103,17 @@ def on_elements(ratio: float, nu: float, cells: int) -> np.ndarray:
     a, b = ratio**0.5, ratio**-0.5
     grid = vc.Grid(nx=cells, ny=cells, edge="touched").spread((-a, a, -b, b))
     scene = make_scene(
-        vc.Ellipse(a=a, b=b), 1.0, vc.Steady(), grid, friction=float("inf"), bodies=vc.Bodies(G=1.0, nu=nu)
+        vc.Ellipse(a=a, b=b),
+        1.0,
+        vc.Steady(),
+        grid,
+        friction=float("inf"),
+        bodies=vc.Bodies(G=1.0, nu=nu),
     )
     motions = [vc.Steady(**{name: 1.0}) for name in ("vx", "vy", "spin")]
     along, across, turning = (
-        vc.solve(replace(scene, motion=motion), tangential="newton", certify=None, tol=1e-6) for motion in motions
+        vc.solve(replace(scene, motion=motion), tangential="newton", certify=None, tol=1e-6)
+        for motion in motions
     )
     product = np.count_nonzero(along.state) * grid.area / np.pi
     forces = np.array([along.force[0], across.force[1], turning.force[1], turning.moment])
@@ -95,16 +121,18 @@ def on_elements(ratio: float, nu: float, cells: int) -> np.ndarray:
 
 
 def test_table_3():
-    """To the printed digit for a/b from 0.8 to 1.2; elsewhere Kalker's last digits are off, by 1.1 % at most.
+    """To the printed digit for a/b from 0.8 to 1.2; elsewhere Kalker's last digits are off, by 1.1
+    % at most.
 
-    The error of ours is below 1e-5. In the worst entry, C22 = 16.0 at a/b = 10 and nu = 0.5, it is 16.17; fine grids
-    give 16.18 there.
+    The error of ours is below 1e-5. In the worst entry, C22 = 16.0 at a/b = 10 and nu = 0.5, it is
+    16.17; fine grids give 16.18 there.
     """
     met, far = 0, {}
     with TABLE_3.open(encoding="utf-8") as text:
         for row in csv.DictReader(text):
             ratio = float(row["a_over_b"])
-            ratio = ratio if ratio <= 1 else 1 / round(1 / ratio, 2)  # the file of the tests rounds 1/.9 to 1.11111
+            # the file of the tests rounds 1/.9 to 1.11111
+            ratio = ratio if ratio <= 1 else 1 / round(1 / ratio, 2)
             for nu, suffix in ((0.0, "nu0"), (0.5, "nu05")):
                 for name, value in zip(NAMES, values(ratio, nu), strict=True):
                     printed = row[f"{name}_{suffix}"]
@@ -123,12 +151,17 @@ def test_table_3():
 @pytest.mark.parametrize("nu", [-0.9, -0.5, 0.0, 0.28, 0.5])
 @pytest.mark.parametrize("ratio", [1e-3, 1e-5, 1e-30])
 def test_wide_contacts_are_plane(ratio, nu):
-    """C11 tends to pi^2/(4 (1 - nu)), as Carter's, C22, by antiplane strain, to pi^2/4, C33 as its -y px; C23 grows."""
+    """C11 tends to pi^2/(4 (1 - nu)), as Carter's, C22, by antiplane strain, to pi^2/4, C33 as its
+    -y px; C23 grows.
+    """
     C11, C22, C23, C33 = values(ratio, nu)
     assert C11 == pytest.approx(np.pi**2 / 4 / (1 - nu), rel=3e-5)
     assert C22 == pytest.approx(np.pi**2 / 4, rel=3e-5)
     assert C33 * ratio == pytest.approx(np.pi**2 / 16 / (1 - nu), rel=2e-4)
-    ten_times, growth = values(ratio / 10, nu)[2] * np.sqrt(10), np.pi * nu * np.log(10) / (3 * (1 - nu))
+    ten_times, growth = (
+        values(ratio / 10, nu)[2] * np.sqrt(10),
+        np.pi * nu * np.log(10) / (3 * (1 - nu)),
+    )
     assert (ten_times - C23) / np.sqrt(ratio) == pytest.approx(growth, abs=1e-3)
     if nu == 0:
         assert C23 == pytest.approx(np.pi * np.sqrt(ratio) / 3, rel=2e-4)
@@ -136,7 +169,9 @@ def test_wide_contacts_are_plane(ratio, nu):
 
 @pytest.mark.parametrize("nu", [-0.9, 0.0, 0.28, 0.5])
 def test_slender_contacts(nu):
-    """Asymptotes of C23 and C33 in closed form, of the computed entries; C11 and C22 nearly; and beyond the table."""
+    """Asymptotes of C23 and C33 in closed form, of the computed entries; C11 and C22 nearly; and
+    beyond the table.
+    """
     for ratio in (1e3, 1e4):
         L = np.log(16 * ratio**2)
         less, D = L - 3 + np.log(4), (1 - nu) * L - 2 + 4 * nu
@@ -178,7 +213,11 @@ test_bad_input = refusals(
 
 def test_the_page_has_the_computed_values():
     page = (Path(__file__).parents[2] / "docs" / "fast_theories.md").read_text(encoding="utf-8")
-    rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith(("| 0.", "| 1"))]
+    rows = [
+        line.strip("| ").split(" | ")
+        for line in page.splitlines()
+        if line.startswith(("| 0.", "| 1"))
+    ]
     assert len(rows) == 11
     for name, *figures in rows:
         ratio = 1 / float(name[2:]) if name.startswith("1/") else float(name)

@@ -24,7 +24,8 @@ def test_slow_swings_are_steady_rolling(ratio):
 
 
 @pytest.mark.parametrize(
-    ("ratio", "frequency"), [(0.1, 20.0), (0.2, 1.0), (1.0, 0.01), (1.0, 20.0), (5.0, 3.0), (10.0, 20.0)]
+    ("ratio", "frequency"),
+    [(0.1, 20.0), (0.2, 1.0), (1.0, 0.01), (1.0, 20.0), (5.0, 3.0), (10.0, 20.0)],
 )
 def test_reciprocity(ratio, frequency):
     """C32 = -C23, which is not built in; nothing else couples."""
@@ -34,14 +35,20 @@ def test_reciprocity(ratio, frequency):
 
 
 def test_fast_swings_are_those_of_a_spring():
-    """Mindlin's circle that does not roll: C11 comes to 4/((2 - nu) i kappa a) as one by frequency."""
-    differences = [harmonic_coefficients(1.0, NU, f)[0, 0] * 1j * f * (2 - NU) / 4 - 1 for f in (10.0, 20.0)]
+    """Mindlin's circle that does not roll: C11 comes to 4/((2 - nu) i kappa a) as one by
+    frequency.
+    """
+    differences = [
+        harmonic_coefficients(1.0, NU, f)[0, 0] * 1j * f * (2 - NU) / 4 - 1 for f in (10.0, 20.0)
+    ]
     assert abs(differences[1]) < 0.03
     assert abs(differences[0] / differences[1]) == pytest.approx(2, rel=0.15)
 
 
 def test_an_ellipse_on_elements():
-    """A - exp(-i Omega) C on 16 and 32 elements across, extrapolated: to what elements taken by centres allow."""
+    """A - exp(-i Omega) C on 16 and 32 elements across, extrapolated: to what elements taken by
+    centres allow.
+    """
     ratio, frequency, found = 2.0, 0.7, []
     for n in (16, 32):
         dx, dy = 2 * ratio / n, 2 / n
@@ -50,10 +57,19 @@ def test_an_ellipse_on_elements():
         iy, ix = np.divmod(inside, n)
         x, y = grid.x[ix], grid.y[iy]
         phase = frequency * dx / ratio
-        here, before = (influence_operator(grid, "xy", "xy", nu=NU, offset=at).dense(inside) for at in (0.0, dx))
+        here, before = (
+            influence_operator(grid, "xy", "xy", nu=NU, offset=at).dense(inside) for at in (0.0, dx)
+        )
         zero, one = np.zeros(x.size), np.ones(x.size)
-        shift = np.array([[one, zero], [zero, one], [-y, x + dx / 6]]) * dx * (1 - np.exp(-1j * phase)) / (1j * phase)
-        p = np.linalg.solve(here - np.exp(-1j * phase) * before, -shift.reshape(3, -1).T).reshape(2, x.size, 3)
+        shift = (
+            np.array([[one, zero], [zero, one], [-y, x + dx / 6]])
+            * dx
+            * (1 - np.exp(-1j * phase))
+            / (1j * phase)
+        )
+        p = np.linalg.solve(here - np.exp(-1j * phase) * before, -shift.reshape(3, -1).T).reshape(
+            2, x.size, 3
+        )
         moment = x @ p[1] - y @ p[0]
         total = -np.array([p[0].sum(axis=0), p[1].sum(axis=0), moment]) * dx * dy
         size = np.array([ratio**0.5, ratio**0.5, ratio])
@@ -68,11 +84,14 @@ def test_a_line_contact_on_elements(frequency, depth):
     for n in (100, 200):
         grid, dx = vc.Grid(nx=n, dx=2 / n, x0=-1.0), 2 / n
         here, before = (
-            influence_operator(grid, "x", "x", nu=NU, depth=depth, offset=at).dense(np.arange(n)) for at in (0.0, dx)
+            influence_operator(grid, "x", "x", nu=NU, depth=depth, offset=at).dense(np.arange(n))
+            for at in (0.0, dx)
         )
         phase = frequency * dx
         shift = dx * (1 - np.exp(-1j * phase)) / (1j * phase)
-        found.append(-np.linalg.solve(here - np.exp(-1j * phase) * before, -shift * np.ones(n)).sum() * dx)
+        found.append(
+            -np.linalg.solve(here - np.exp(-1j * phase) * before, -shift * np.ones(n)).sum() * dx
+        )
     assert 2 * found[1] - found[0] == pytest.approx(harmonic_line(frequency, NU, depth), rel=2e-4)
 
 

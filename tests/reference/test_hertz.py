@@ -28,7 +28,9 @@ def test_table_1(paper_table):
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.5, 0.94, 0.9487, 0.95, 0.99999, 1.0])
 def test_elliptic_integrals_by_quadrature(ratio):
-    """The definitions (95)-(99), on both sides of where C changes its formula; the root written without loss."""
+    """The definitions (95)-(99), on both sides of where C changes its formula; the root written
+    without loss.
+    """
     integrals = elliptic_integrals(ratio)
 
     def root(t):
@@ -59,13 +61,16 @@ def test_sphere():
     assert contact.peak_pressure == pytest.approx(1.5 * force / (np.pi * a**2), rel=1e-14)
 
 
-@given(ratio=st.floats(-4, 4), size=st.floats(-3, 3), load=st.floats(-3, 6), nu=st.floats(-0.9, 0.5))
+@given(
+    ratio=st.floats(-4, 4), size=st.floats(-3, 3), load=st.floats(-3, 6), nu=st.floats(-0.9, 0.5)
+)
 def test_pressure_solves_the_contact_equation(ratio, size, load, nu):
-    """For curvature ratios 1e-4..1e4: displacement at the centre and its curvatures, by Hertz's potential.
+    """For curvature ratios 1e-4..1e4: displacement at the centre and its curvatures, by Hertz's
+    potential.
 
-    The pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2) raises the surface by (Johnson, Contact Mechanics, 3.37)
-    ``(1 - nu)/(2 G) p0 a b int_0^inf (1 - x^2/(a^2 + w) - y^2/(b^2 + w)) dw / sqrt((a^2+w)(b^2+w) w)``
-    from each body.
+    The pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2) raises the surface by (Johnson, Contact Mechanics,
+    3.37) ``(1 - nu)/(2 G) p0 a b int_0^inf (1 - x^2/(a^2 + w) - y^2/(b^2 + w)) dw /
+    sqrt((a^2+w)(b^2+w) w)`` from each body.
     """
     bodies = vc.Bodies(G=3.0, nu=nu)
     Rx, Ry = 10**size, 10 ** (size + ratio)
@@ -94,7 +99,9 @@ def test_pressure_solves_the_contact_equation(ratio, size, load, nu):
 def test_force_and_approach_belong_together(ratio, load):
     contact = hertz(1.0, 10**ratio, STEEL, force=10**load)
     again = hertz(1.0, 10**ratio, STEEL, approach=contact.approach)
-    assert (again.a, again.b, again.force) == pytest.approx((contact.a, contact.b, contact.force), rel=1e-11)
+    assert (again.a, again.b, again.force) == pytest.approx(
+        (contact.a, contact.b, contact.force), rel=1e-11
+    )
 
 
 @given(ratio=st.floats(-3, 3))
@@ -134,11 +141,15 @@ def test_means_carry_the_force(ratio, cells, place, force):
     assert np.all(means >= 0)
     finer = contact.mean_pressure(*(np.sort([*z, *((z[1:] + z[:-1]) / 2)]) for z in (x, y)))
     quarters = finer.reshape(means.shape[0], 2, means.shape[1], 2).mean(axis=(1, 3))
-    assert quarters == pytest.approx(means, abs=1e-12 * contact.peak_pressure * max(1.0, ratio / area))
+    assert quarters == pytest.approx(
+        means, abs=1e-12 * contact.peak_pressure * max(1.0, ratio / area)
+    )
 
 
 def test_means_by_quadrature():
-    """Against the root itself: along y in closed form, along x numerically, split where the ellipse crosses."""
+    """Against the root itself: along y in closed form, along x numerically, split where the ellipse
+    crosses.
+    """
     contact = hertz_ellipse(2.0, 1.0, STEEL, force=1.0)
     x, y = np.linspace(-2.3, 2.2, 6), np.linspace(-1.1, 1.2, 5)
 
@@ -154,14 +165,22 @@ def test_means_by_quadrature():
     means = contact.mean_pressure(x, y) / contact.peak_pressure
     for iy, (low, high) in enumerate(pairwise(y)):
         for ix, (left, right) in enumerate(pairwise(x)):
-            crossings = [s * 2 * np.sqrt(max(1 - end**2, 0.0)) for s in (-1, 1) for end in (low, high, 0.0)]
+            crossings = [
+                s * 2 * np.sqrt(max(1 - end**2, 0.0)) for s in (-1, 1) for end in (low, high, 0.0)
+            ]
             inside = [at for at in crossings if left < at < right] or None
-            volume = quad(strip, left, right, (low, high), points=inside, epsabs=1e-13, limit=200)[0]
-            assert means[iy, ix] == pytest.approx(volume / ((right - left) * (high - low)), abs=1e-11)
+            volume = quad(strip, left, right, (low, high), points=inside, epsabs=1e-13, limit=200)[
+                0
+            ]
+            assert means[iy, ix] == pytest.approx(
+                volume / ((right - left) * (high - low)), abs=1e-11
+            )
 
 
 def test_means_in_line_contact():
-    """The semi-ellipse over strips: the force exactly, and the mean at the middle of thin strips."""
+    """The semi-ellipse over strips: the force exactly, and the mean at the middle of thin
+    strips.
+    """
     scene = vc.Scene(bodies=STEEL, surface=vc.Cylinders(R=1.0), normal_force=1e6)
     a = scene.hertz.a
     x = np.linspace(-1.3 * a, 1.1 * a, 38)
@@ -185,7 +204,9 @@ PRESSED = hertz(1.0, 1.0, ALIKE, force=0.1)
 def test_traction_carries_the_force(part):
     force = -part * 0.4 * PRESSED.force
     solution = cattaneo_mindlin(PRESSED, ALIKE, 0.4, force)
-    moments = quad(lambda r: r * float(solution.traction(r, 0.0)), 0, PRESSED.a, points=[solution.stick_radius])
+    moments = quad(
+        lambda r: r * float(solution.traction(r, 0.0)), 0, PRESSED.a, points=[solution.stick_radius]
+    )
     total = 2 * np.pi * moments[0]
     assert total == pytest.approx(force, rel=1e-7)
     assert solution.shift > 0, "body 1 is shifted against the force that it feels"

@@ -1,4 +1,6 @@
-"""Line contacts in closed form, put back into the integral equations of plane strain by quadrature."""
+"""Line contacts in closed form, put back into the integral equations of plane strain by
+quadrature.
+"""
 
 from itertools import pairwise
 
@@ -23,7 +25,9 @@ NODES = (np.arange(-800, 800) + 0.5) * STEP
 
 
 def nodes(left, right, around=None):
-    """Points and weights after t = tanh(s), the trapezoidal rule in s; a pole `around` lies halfway: its PV."""
+    """Points and weights after t = tanh(s), the trapezoidal rule in s; a pole `around` lies
+    halfway: its PV.
+    """
     middle, half = (left + right) / 2, (right - left) / 2
     s = NODES + (np.arctanh((around - middle) / half) if around is not None else 0.0)
     with np.errstate(over="ignore"):
@@ -49,7 +53,9 @@ def finite_part(function, x, edges):
 
 
 def strains(bodies, x, edges, pressure, traction):
-    """du/dx and dw/dx at x of the displacement difference: the x-derivative of (70), (71) integrated over y."""
+    """du/dx and dw/dx at x of the displacement difference: the x-derivative of (70), (71)
+    integrated over y.
+    """
     nu, G, K = bodies.combined_nu, bodies.combined_G, bodies.K
     constant = -2 * (1 - nu) / (np.pi * G)
     return (
@@ -60,7 +66,9 @@ def strains(bodies, x, edges, pressure, traction):
 
 def test_the_integral_kernels_are_those_of_the_package():
     """The plane-strain kernel of K and the logarithm: a long strip of influence numbers."""
-    B = influence_numbers(np.array([0.5, 1.0]), 0.0, 1e-3, 1e5, nu=0.3, K=0.2, components=("xx", "zz", "xz", "zx"))
+    B = influence_numbers(
+        np.array([0.5, 1.0]), 0.0, 1e-3, 1e5, nu=0.3, K=0.2, components=("xx", "zz", "xz", "zx")
+    )
     logarithm = -2 * 0.7 / np.pi * np.log(0.5) * 1e-3
     assert B["xx"][0] - B["xx"][1] == pytest.approx(logarithm, rel=1e-6)
     assert B["zz"][0] - B["zz"][1] == pytest.approx(logarithm, rel=1e-6)
@@ -73,7 +81,9 @@ def test_hertz(scale):
     contact = line_contact(5.0, LIKE, a=scale)
     edges = [-contact.a, contact.a]
     assert integral(contact.pressure, edges) == pytest.approx(contact.force, rel=1e-12)
-    assert contact.peak_pressure == pytest.approx(2 * contact.force / (np.pi * contact.a), rel=1e-14)
+    assert contact.peak_pressure == pytest.approx(
+        2 * contact.force / (np.pi * contact.a), rel=1e-14
+    )
     for x in X * scale:
         slope = strains(LIKE, x, edges, contact.pressure, np.zeros_like)[1]
         assert slope == pytest.approx(-x / 5.0, abs=1e-10 * scale)
@@ -92,7 +102,9 @@ def test_hertz_is_the_limit_of_a_long_ellipse():
 
 @pytest.mark.parametrize("creepage", [0.01, 0.05, -0.028, 0.0599, 0.06, -0.2])
 def test_carter(creepage):
-    """Stick ahead, slip against the traction behind, and the slip that the strain leaves of the creepage."""
+    """Stick ahead, slip against the traction behind, and the slip that the strain leaves of the
+    creepage.
+    """
     contact = line_contact(5.0, LIKE, a=1.0)
     rolling = carter(contact, 0.3, creepage=creepage)
     edges = sorted({-1.0, 1.0 - 2 * rolling.stick_half_width, 1.0})
@@ -107,7 +119,9 @@ def test_carter(creepage):
             assert abs(rolling.traction(x)) <= 0.3 * contact.pressure(x)
         else:
             assert slip * creepage > 0
-            assert rolling.traction(x) == pytest.approx(-np.sign(creepage) * 0.3 * contact.pressure(x), rel=1e-12)
+            assert rolling.traction(x) == pytest.approx(
+                -np.sign(creepage) * 0.3 * contact.pressure(x), rel=1e-12
+            )
     assert np.isnan(rolling.slip(1.01))
 
 
@@ -151,11 +165,15 @@ def test_cattaneo(part):
             r, weights = np.polynomial.legendre.leggauss(20)
             r = (r + 1) / 2  # x' = c + (x - c) r^2 takes the root of the strain at c away
             start = np.sign(x) * c
-            slip = np.sum(weights * r * (x - start) * [strain(start + (x - start) * part**2) for part in r])
+            slip = np.sum(
+                weights * r * (x - start) * [strain(start + (x - start) * part**2) for part in r]
+            )
             assert float(shifted.slip(x)) == pytest.approx(slip, rel=1e-6, abs=1e-10)
             assert slip * shifted.traction(x) < 0
     np.testing.assert_allclose(shifted.traction(X), shifted.traction(-X))
-    np.testing.assert_allclose(shifted.traction(X), -cattaneo_line(contact, 0.3, -shifted.force).traction(X))
+    np.testing.assert_allclose(
+        shifted.traction(X), -cattaneo_line(contact, 0.3, -shifted.force).traction(X)
+    )
 
 
 @pytest.mark.parametrize("bodies", UNLIKE)
@@ -190,9 +208,13 @@ def test_bufler_with_the_bodies_interchanged():
     one = bufler(5.0, vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.4)), force=0.01)
     other = bufler(5.0, vc.Bodies(G=(3.0, 1.0), nu=(0.4, 0.2)), force=0.01)
     assert other.creepage == pytest.approx(-one.creepage, rel=1e-12)
-    np.testing.assert_allclose(other.traction(X * one.a), -one.traction(X * one.a), rtol=1e-10, atol=1e-18)
+    np.testing.assert_allclose(
+        other.traction(X * one.a), -one.traction(X * one.a), rtol=1e-10, atol=1e-18
+    )
     np.testing.assert_allclose(other.pressure(X * one.a), one.pressure(X * one.a), rtol=1e-10)
-    np.testing.assert_allclose(one.traction(X * one.a), -one.traction(-X * one.a), rtol=1e-10, atol=1e-18)
+    np.testing.assert_allclose(
+        one.traction(X * one.a), -one.traction(-X * one.a), rtol=1e-10, atol=1e-18
+    )
 
 
 @pytest.mark.parametrize("force", [0.31, -0.3, np.nextafter(0.3, 1)])

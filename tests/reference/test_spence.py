@@ -13,7 +13,9 @@ BETA = PAPER.K / (1 - PAPER.combined_nu)
 
 
 def stick_of_punch_in_plane_strain(friction, n):
-    """Odd tractions on a half-width 1 that minimise 1/2 p'A p + p'u(pz), |px| <= f pz: the least |x| that slips."""
+    """Odd tractions on a half-width 1 that minimise 1/2 p'A p + p'u(pz), |px| <= f pz: the least
+    |x| that slips.
+    """
     edges = np.linspace(0.0, 1.0, n + 1)
     x, h = (edges[1:] + edges[:-1]) / 2, 1.0 / n
     pressure = np.diff(np.arcsin(edges)) / h  # cell averages of 1/sqrt(1 - x^2)
@@ -33,7 +35,9 @@ def stick_of_punch_in_plane_strain(friction, n):
 
 
 def stick_of_round_punch(friction, n):
-    """The same with rings: the energy is (1/pi) times the integral of (t Q)^2, Q Abel's transform of the traction."""
+    """The same with rings: the energy is (1/pi) times the integral of (t Q)^2, Q Abel's transform
+    of the traction.
+    """
     edges = np.linspace(0.0, 1.0, n + 1)
     pressure = np.diff(-np.sqrt(1 - edges**2)) / np.diff(edges**2 / 2)
     t = (np.arange(8 * n) + 0.5) / (8 * n)
@@ -57,7 +61,9 @@ def stick_of_round_punch(friction, n):
 )
 def test_punch(shape, stick, part):
     """Within a cell and a half."""
-    assert stick(part * BETA, 200) == pytest.approx(spence_ratio(PAPER, part * BETA, shape), abs=1.5 / 200)
+    assert stick(part * BETA, 200) == pytest.approx(
+        spence_ratio(PAPER, part * BETA, shape), abs=1.5 / 200
+    )
 
 
 def test_line_in_closed_form():
@@ -74,7 +80,9 @@ def test_limits(shape, rate):
         expected = 4 * np.exp(-rate / part)
         assert spence_ratio(PAPER, part * BETA, shape) == pytest.approx(expected, rel=1e-6)
     below, above = (spence_ratio(PAPER, rate / size * BETA, shape) for size in (351.3, 351.5))
-    assert above / below == pytest.approx(np.exp(-0.2), rel=1e-6), "on both sides of the bracket's end"
+    assert above / below == pytest.approx(np.exp(-0.2), rel=1e-6), (
+        "on both sides of the bracket's end"
+    )
     assert spence_ratio(PAPER, 1e3, shape) == pytest.approx(1.0, abs=1e-12)
     assert spence_ratio(PAPER, 1e-9, shape) == 0.0
     assert spence_ratio(vc.Bodies(G=1.0, nu=0.3), 0.1, shape) == 1.0
@@ -84,7 +92,9 @@ def test_limits(shape, rate):
 
 def test_units_and_order_of_the_bodies():
     expected = spence_ratio(vc.Bodies(G=(1.0, 3.0), nu=(0.2, 0.4)), 0.1)
-    assert spence_ratio(vc.Bodies(G=(3e9, 1e9), nu=(0.4, 0.2)), 0.1) == pytest.approx(expected, rel=1e-12)
+    assert spence_ratio(vc.Bodies(G=(3e9, 1e9), nu=(0.4, 0.2)), 0.1) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 test_bad_input = refusals(

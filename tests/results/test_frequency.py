@@ -1,4 +1,6 @@
-"""Frequency responses against closed forms, histories that swing, and limits; growth of corrugation."""
+"""Frequency responses against closed forms, histories that swing, and limits; growth of
+corrugation.
+"""
 
 import dataclasses
 import functools
@@ -61,16 +63,26 @@ def test_harmonic_creepages_are_one_dense_complex_solve():
     found, motion = vc.solve(scene), scene.motion
     grid, step = found.free_rolling.grid, found.free_rolling.grid.dx
     elements = np.flatnonzero(found.free_rolling.pressure.ravel() > 0)
-    here, before = (influence_operator(grid, "xy", "xy", nu=0.28, offset=at).dense(elements) for at in (0.0, step))
+    here, before = (
+        influence_operator(grid, "xy", "xy", nu=0.28, offset=at).dense(elements)
+        for at in (0.0, step)
+    )
     turn = np.exp(-1j * 1.5 * step)
     iy, ix = np.divmod(elements, grid.nx)
     x, y = grid.x[ix] + step / 6, grid.y[iy]
-    rigid = np.concatenate([motion.vx - motion.spin * y, motion.vy + motion.spin * x]) * (1 - turn) / 1.5j
+    rigid = (
+        np.concatenate([motion.vx - motion.spin * y, motion.vy + motion.spin * x])
+        * (1 - turn)
+        / 1.5j
+    )
     traction = np.linalg.solve(here - turn * before, -rigid).reshape(2, -1)
     size = np.abs(traction).max()
-    np.testing.assert_allclose(found.traction.reshape(2, -1)[:, elements], traction, atol=1e-9 * size)
+    np.testing.assert_allclose(
+        found.traction.reshape(2, -1)[:, elements], traction, atol=1e-9 * size
+    )
     assert abs(found.Fx - traction[0].sum() * grid.area) < 1e-10 * abs(found.Fx)
-    assert abs(found.traction).sum() == pytest.approx(abs(traction).sum(), rel=1e-9)  # and nothing beside them
+    # and nothing beside them
+    assert abs(found.traction).sum() == pytest.approx(abs(traction).sum(), rel=1e-9)
 
 
 def test_harmonic_creepages_without_a_matrix_tend_to_the_continuum():
@@ -81,13 +93,19 @@ def test_harmonic_creepages_without_a_matrix_tend_to_the_continuum():
     assert errors[1] < 0.4 * errors[0]
 
 
-@pytest.mark.parametrize("surface", [vc.Ellipse(a=1.0, b=1.5), vc.Cylinders(R=50.0, reference_depth=20.0)])
+@pytest.mark.parametrize(
+    "surface", [vc.Ellipse(a=1.0, b=1.5), vc.Cylinders(R=50.0, reference_depth=20.0)]
+)
 @pytest.mark.parametrize("wave_number", [0.0, 1.5])
 def test_harmonic_creepages_of_unlike_bodies(surface, wave_number):
-    """Forces in proportion to the derivatives about any steady solution; at rest those of steady rolling."""
+    """Forces in proportion to the derivatives about any steady solution; at rest those of steady
+    rolling.
+    """
     spin = 0.0 if isinstance(surface, vc.Cylinders) else 1e-3
     given = {"vx": 2e-3, "vy": 1e-3, "spin": spin}
-    scene = without_slip(surface=surface, motion=vc.Harmonic(wave_number=wave_number, **given), bodies=UNLIKE)
+    scene = without_slip(
+        surface=surface, motion=vc.Harmonic(wave_number=wave_number, **given), bodies=UNLIKE
+    )
     found = vc.solve(scene)
     steady = vc.solve(dataclasses.replace(scene, motion=vc.Steady(**given)), tol=1e-11)
     response = steady.frequency_response(wave_number)
@@ -112,14 +130,18 @@ def test_slow_swings_are_the_sensitivity(bodies, friction):
 
 
 def test_what_a_solution_is_by_default_responds_as_fine_elements_do():
-    """Second-order differences and softened edges: at rest the sensitivity, and near the limit of fine elements."""
+    """Second-order differences and softened edges: at rest the sensitivity, and near the limit of
+    fine elements.
+    """
     known, coarse = ball(32), ball(16)
     kappa = [0.0, 0.5, 1.0]
     second = vc.solve(coarse.scene.second_order())
     assert second.grid.edge == "softened"
     at_rest, slopes = second.frequency_response(0.0).values[0, :2, :3].real, second.sensitivity()
     np.testing.assert_allclose(at_rest, slopes, atol=1e-9 * abs(slopes).max())
-    fine = 2 * known.frequency_response(kappa).of("Fx", "vx") - coarse.frequency_response(kappa).of("Fx", "vx")
+    fine = 2 * known.frequency_response(kappa).of("Fx", "vx") - coarse.frequency_response(kappa).of(
+        "Fx", "vx"
+    )
     found = second.frequency_response(kappa)
     assert found.inputs == ("vx", "vy", "spin")
     np.testing.assert_allclose(found.of("Fx", "vx"), fine, atol=0.02 * abs(fine[0]))
@@ -138,14 +160,18 @@ def test_fast_swings_are_mindlin():
 
 
 def swinging(sol, name, amplitude):
-    """Wave number of a history whose creepage swings about a solution, and complex amplitude of its forces by it."""
+    """Wave number of a history whose creepage swings about a solution, and complex amplitude of its
+    forces by it.
+    """
     per = 16
     dq = sol.grid.sides[0]
     k = 2 * np.pi / (per * dq)
     q = dq * np.arange(1, 6 * per + 1)
     swing = amplitude * np.real((1 - np.exp(-1j * k * dq)) / (1j * k * dq) * np.exp(1j * k * q))
     creepages = {"vx": sol.vx, "vy": sol.vy, "spin": sol.spin}
-    motion = vc.Transient(steps=q.size, dq=dq, **creepages | {name: creepages[name] + swing}, start=sol)
+    motion = vc.Transient(
+        steps=q.size, dq=dq, **creepages | {name: creepages[name] + swing}, start=sol
+    )
     history = vc.solve(dataclasses.replace(sol.scene, motion=motion, grid=sol.grid), tol=1e-11)
     last = slice(-2 * per, None)
     change = history.force[last] - sol.force
@@ -171,12 +197,16 @@ def test_histories_that_swing(changes, name):
 
 @pytest.mark.parametrize(("part", "expected"), [(0.5, -0.7071), (0.9, -1.5811)])
 def test_creepage_by_load_at_constant_force(part, expected):
-    """Carter: d ln vx/d ln N = 1/2 - T/(2 sqrt(1 - T) (1 - sqrt(1 - T))); the leading edge moves with the load."""
+    """Carter: d ln vx/d ln N = 1/2 - T/(2 sqrt(1 - T) (1 - sqrt(1 - T))); the leading edge moves
+    with the load.
+    """
     errors = []
     for cells in (120, 240):
         sol = line(cells, Fx=-0.003 * part)
         response = sol.frequency_response(0.0)
-        slope = -(response.of("Fx", "normal_force") / response.of("Fx", "vx"))[0].real * 0.01 / sol.vx
+        slope = (
+            -(response.of("Fx", "normal_force") / response.of("Fx", "vx"))[0].real * 0.01 / sol.vx
+        )
         errors.append(abs(slope / expected - 1))
     assert errors[1] < 0.007
     assert errors[1] < 0.7 * errors[0]
@@ -184,7 +214,8 @@ def test_creepage_by_load_at_constant_force(part, expected):
 
 def test_full_slip_follows_the_load():
     response = ball(motion=vc.Steady(vx=2.0)).frequency_response([0.0, 2.0])
-    np.testing.assert_allclose(response.of("Fx", "normal_force"), -0.3, rtol=2e-5)  # some slips to the side
+    # some slips to the side
+    np.testing.assert_allclose(response.of("Fx", "normal_force"), -0.3, rtol=2e-5)
     np.testing.assert_allclose(response.of("Fz", "normal_force"), 1.0, rtol=1e-12)
     assert np.abs(response.of("Fx", "vx")).max() < 1e-5  # -4 where it sticks
 
@@ -192,7 +223,11 @@ def test_full_slip_follows_the_load():
 def test_wave_numbers_share_a_space():
     """Many at once, in any order, as each of them alone."""
     some = np.random.default_rng(3).uniform(0, 9, 60)
-    for sol in (line(60, Fx=-0.0015), ball(bodies=UNLIKE), ball(motion=vc.Steady(vx=0.03, dq=1e-5))):
+    for sol in (
+        line(60, Fx=-0.0015),
+        ball(bodies=UNLIKE),
+        ball(motion=vc.Steady(vx=0.03, dq=1e-5)),
+    ):
         together = sol.frequency_response(some).values
         for i in (0, 17, 59):
             alone = sol.frequency_response(some[i]).values[0]
@@ -200,7 +235,9 @@ def test_wave_numbers_share_a_space():
 
 
 def test_flat_heights_move_the_bodies_apart():
-    """A height that does not vary over the contact leaves the pressure; a short wave is filtered."""
+    """A height that does not vary over the contact leaves the pressure; a short wave is
+    filtered.
+    """
     response = ball().frequency_response([0.0, 4.0])
     assert response.of("approach", "roughness")[0] == pytest.approx(-1.0, abs=1e-12)
     assert abs(response.of("approach", "roughness")[1]) < 0.3
@@ -211,11 +248,17 @@ def test_state_space():
     response = ball().frequency_response(np.linspace(0, 6, 40))
     errors = []
     for order in (3, 8):
-        system = response.state_space(order, outputs=("Fx", "Fy"), inputs=("vx", "vy", "spin"), speed=3.0)
+        system = response.state_space(
+            order, outputs=("Fx", "Fy"), inputs=("vx", "vy", "spin"), speed=3.0
+        )
         assert system.A.shape == (3 * order, 3 * order)
         assert np.linalg.eigvals(system.A).real.max() < 0
         s = 3j * response.wave_number[:, None, None] * np.eye(len(system.A))
-        found = system.C @ np.linalg.solve(s - system.A, np.broadcast_to(system.B, (40, *system.B.shape))) + system.D
+        found = (
+            system.C
+            @ np.linalg.solve(s - system.A, np.broadcast_to(system.B, (40, *system.B.shape)))
+            + system.D
+        )
         expected = response.values[:, :2, :3]
         errors.append((np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0)).max())
     assert errors[0] < 0.15
@@ -231,7 +274,9 @@ OF_HISTORIES = {2: 0.508 - 0.093j, 4: 0.147 - 0.0085j}
 
 
 def test_growth_by_wavelength():
-    """Against another program, against histories within 2 %, and at long waves, where only the curvature counts."""
+    """Against another program, against histories within 2 %, and at long waves, where only the
+    curvature counts.
+    """
     lengths, found = np.array([*GROWTH, *OF_HISTORIES, 20]), []
     for cells in (120, 240):
         sol = line(cells, Fx=-0.0015)
@@ -249,18 +294,22 @@ def test_growth_by_wavelength():
 
 LOAD_SWINGS = {0.5: {0.5: 0.123 - 0.304j, 1: -0.214 + 0.530j, 2: -0.577 + 0.104j, 100: -0.7071},
                0.9: {0.5: 0.117 - 0.122j, 1: -0.056 + 0.232j, 2: -1.050 - 0.010j, 100: -1.5811}}  # fmt: skip
-"""Wear by the relative swing of the load at a constant force, by its part of the limit, and wavelength/2a."""
+"""Wear by the relative swing of the load at a constant force, by its part of the limit, and
+wavelength/2a."""
 
 
 @pytest.mark.parametrize("part", LOAD_SWINGS)
 def test_growth_by_a_load_that_swings(part):
-    """On a soft track less that of a constant load; of long waves as Carter's creepage follows the load."""
+    """On a soft track less that of a constant load; of long waves as Carter's creepage follows the
+    load.
+    """
     known, found = LOAD_SWINGS[part], []
     for cells in (120, 240):
         sol = line(cells, Fx=-0.003 * part)
         lengths = 2 * sol.scene.hertz.a * np.array([*known])
         constant, swings = (
-            vc.corrugation_growth(sol, lengths, track=track, speed=1.0) for track in (None, lambda w: 100.0)
+            vc.corrugation_growth(sol, lengths, track=track, speed=1.0)
+            for track in (None, lambda w: 100.0)
         )
         more = constant.growth - swings.growth + 1j * (swings.phase_shift - constant.phase_shift)
         found.append((more / (swings.load_swing / 0.01)).values)
@@ -269,7 +318,9 @@ def test_growth_by_a_load_that_swings(part):
 
 
 def sampled(cells):
-    """The same contact by samples: its pressure is computed, and the edge may be anywhere in an element."""
+    """The same contact by samples: its pressure is computed, and the edge may be anywhere in an
+    element.
+    """
     sol = line(Fx=-0.0015)
     dx, nx = 2 * sol.scene.hertz.a / cells, 2 * int(0.8 * cells)
     grid = vc.Grid(nx=nx, dx=dx, x0=-nx * dx / 2)
@@ -285,15 +336,21 @@ def test_growth_of_a_history():
     wave, first = 0.05 / (50.0 * k**2), 3 * nx
     carried = vc.Carried(wave * np.cos(k * x), x, period=length)
     motion = vc.Transient(steps=first + x.size + nx, dq=dx, Fx=-0.0015, start=sol, carried=carried)
-    work = vc.solve(dataclasses.replace(sol.scene, motion=motion)).work_along()[0, first : first + x.size]
-    swing = 2 * complex(np.mean((work - work.mean()) * np.exp(-1j * k * work.X)) / wave / work.mean())
+    work = vc.solve(dataclasses.replace(sol.scene, motion=motion)).work_along()[
+        0, first : first + x.size
+    ]
+    swing = 2 * complex(
+        np.mean((work - work.mean()) * np.exp(-1j * k * work.X)) / wave / work.mean()
+    )
     growth = vc.corrugation_growth(line(240, Fx=-0.0015), length)
     assert -float(growth.growth[0]) == pytest.approx(swing.real, rel=0.02)
     assert float(growth.phase_shift[0]) == pytest.approx(swing.imag, abs=0.03 * abs(swing))
 
 
 def test_growth_where_the_edge_hardly_touches_an_element():
-    """Of 48.75 elements to the contact the one that particles enter slips, as it bears hardly anything."""
+    """Of 48.75 elements to the contact the one that particles enter slips, as it bears hardly
+    anything.
+    """
     thin, usual = sampled(48.75), sampled(48)
     assert np.flatnonzero(thin.state[0] == 2).max() == np.flatnonzero(thin.state[0]).max()
     found = [float(vc.corrugation_growth(sol, 2.7).growth[0]) for sol in (thin, usual)]
@@ -301,23 +358,30 @@ def test_growth_where_the_edge_hardly_touches_an_element():
 
 
 def test_growth_with_receptances():
-    """Rigid tracks and soft ones, a table and its function; a swing of the load that crosses over to growth."""
+    """Rigid tracks and soft ones, a table and its function; a swing of the load that crosses over
+    to growth.
+    """
     sol = line(60, Fx=-0.0015)
     lengths = 2 * sol.scene.hertz.a * np.array([1.0, 2.0, 6.0])
     constant = vc.corrugation_growth(sol, lengths)
     soft = vc.corrugation_growth(sol, lengths, track=lambda w: 1e9, speed=1.0)
     np.testing.assert_allclose(soft.growth, constant.growth, rtol=1e-6)
-    assert not [name for name in constant.variables if hasattr(xr.Dataset, name)], "hidden by methods of xarray"
+    assert not [name for name in constant.variables if hasattr(xr.Dataset, name)], (
+        "hidden by methods of xarray"
+    )
     assert vc.corrugation_growth(sol, lengths, speed=[1.0, 2.0]).equals(constant)
     stiff = vc.corrugation_growth(sol, lengths, track=lambda w: 0.0, speed=1.0)
     response = sol.frequency_response(2 * np.pi / lengths)
-    # with nothing that gives way the bodies stay where they are: approach = 0, at the creepages that keep Fx
+    # with nothing that gives way the bodies stay where they are: approach = 0, at the creepages
+    # that keep Fx
     ratio = np.array([response.of("approach", each) for each in ("normal_force", "roughness")])
     np.testing.assert_allclose(stiff.load_swing, -ratio[1] / ratio[0], rtol=1e-9)
     frequencies = np.linspace(0.1, 100.0, 40)
     mass = [-1 / (w**2 * 0.3) + 5j for w in frequencies]
     table = vc.corrugation_growth(sol, lengths, wheel=(frequencies, mass), speed=2.0)
-    called = vc.corrugation_growth(sol, lengths, wheel=lambda w: np.interp(w, frequencies, mass), speed=2.0)
+    called = vc.corrugation_growth(
+        sol, lengths, wheel=lambda w: np.interp(w, frequencies, mass), speed=2.0
+    )
     np.testing.assert_allclose(table.growth, called.growth, rtol=1e-12)
     mapped = vc.corrugation_growth(sol, lengths, wheel=(frequencies, mass), speed=[1.0, 2.0])
     np.testing.assert_allclose(mapped.growth.sel(speed=2.0), table.growth, rtol=1e-12)
@@ -337,7 +401,10 @@ def test_growth_with_receptances():
         (lambda sol: vc.corrugation_growth(sol, 1e-4), "wavelengths"),
         (lambda sol: vc.corrugation_growth(sol, []), "wavelengths"),
         (lambda sol: vc.corrugation_growth(sol, 1.0, wheel=lambda w: np.nan, speed=1.0), "wheel"),
-        (lambda sol: vc.corrugation_growth(sol, 1.0, track=([0.0, 1.0], [1.0, 1.0]), speed=1.0), "track"),
+        (
+            lambda sol: vc.corrugation_growth(sol, 1.0, track=([0.0, 1.0], [1.0, 1.0]), speed=1.0),
+            "track",
+        ),
         (lambda sol: vc.corrugation_growth(sol, 1.0, track=lambda w: 1.0), "speed"),
         (lambda sol: vc.corrugation_growth(sol, 1.0, speed=-1.0), "speed"),
         (lambda sol: vc.corrugation_growth(sol, 1.0, track=lambda w: 1 / 0, speed=1.0), "track"),
@@ -351,9 +418,15 @@ def test_growth_with_receptances():
         (lambda sol: vc.Harmonic(wave_number=1.0, vy=np.nan), "motion.vy"),
         (lambda sol: vc.Harmonic(wave_number=1.0, dq=0.0), "motion.dq"),
         (lambda sol: without_slip(friction=0.3), "friction"),
-        (lambda sol: without_slip(third_body=vc.ThirdBody(h=0.1, G=1.0, tau_c0=0.1)), "third_body.tau_c0"),
+        (
+            lambda sol: without_slip(third_body=vc.ThirdBody(h=0.1, G=1.0, tau_c0=0.1)),
+            "third_body.tau_c0",
+        ),
         (lambda sol: without_slip(surface=vc.Cylinders(R=50.0)), "surface.reference_depth"),
-        (lambda sol: vc.solve(without_slip(motion=vc.Harmonic(wave_number=1e3))), "motion.wave_number"),
+        (
+            lambda sol: vc.solve(without_slip(motion=vc.Harmonic(wave_number=1e3))),
+            "motion.wave_number",
+        ),
         (lambda sol: vc.plan(without_slip()), "motion"),
         (lambda sol: vc.sweep(without_slip(), over={"motion.vx": [0.0, 1.0]}), "scenes.motion"),
         (lambda sol: vc.compare(without_slip()), "scenes.motion"),

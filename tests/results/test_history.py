@@ -30,13 +30,24 @@ MOTION = vc.Transient(
 
 
 def scene(**changes):
-    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": BALL, "normal_force": 0.02, "friction": 0.3}
+    base = {
+        "bodies": vc.Bodies(G=1.0, nu=0.28),
+        "surface": BALL,
+        "normal_force": 0.02,
+        "friction": 0.3,
+    }
     return vc.Scene(**{**base, "motion": MOTION, "grid": vc.Grid(nx=8, ny=8), **changes})
 
 
 def cylinder(motion, cells=12, **changes):
-    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": vc.Cylinders(R=100.0), "normal_force": 1.0}
-    return vc.Scene(**{**base, "friction": 0.3, "motion": motion, "grid": vc.Grid(nx=cells), **changes})
+    base = {
+        "bodies": vc.Bodies(G=1.0, nu=0.28),
+        "surface": vc.Cylinders(R=100.0),
+        "normal_force": 1.0,
+    }
+    return vc.Scene(
+        **{**base, "friction": 0.3, "motion": motion, "grid": vc.Grid(nx=cells), **changes}
+    )
 
 
 def same(one, other):
@@ -56,7 +67,9 @@ def stopping(after):
     return progress
 
 
-@pytest.fixture(scope="module", params=[(1.0, 0.28), ((1.0, 3.0), (0.1, 0.35))], ids=["like", "unlike"])
+@pytest.fixture(
+    scope="module", params=[(1.0, 0.28), ((1.0, 3.0), (0.1, 0.35))], ids=["like", "unlike"]
+)
 def history(request):
     return vc.solve(scene(bodies=vc.Bodies(*request.param)))
 
@@ -135,9 +148,15 @@ def test_a_start_on_another_grid_is_interpolated_on_request():
     coarse = vc.solve(scene(motion=vc.Shift(Fx=-2e-3), grid=vc.Grid(nx=16, ny=16)))
     fine = scene(grid=vc.Grid(nx=20, ny=20), motion=vc.Transient(steps=1, Fx=-2e-3, start=coarse))
     refused(lambda: vc.solve(fine), match=r"motion.start = .*18 x 18 elements.*interpolate")
-    went_on = vc.solve(dataclasses.replace(fine, motion=dataclasses.replace(fine.motion, interpolate=True)))
-    exact = vc.solve(dataclasses.replace(fine, motion=vc.Transient(steps=2, dq=[0, 2 * 0.4407 / 20], Fx=-2e-3)))
-    difference = np.abs(went_on[0].traction - exact[1].traction).sum() / np.abs(exact[1].traction).sum()
+    went_on = vc.solve(
+        dataclasses.replace(fine, motion=dataclasses.replace(fine.motion, interpolate=True))
+    )
+    exact = vc.solve(
+        dataclasses.replace(fine, motion=vc.Transient(steps=2, dq=[0, 2 * 0.4407 / 20], Fx=-2e-3))
+    )
+    difference = (
+        np.abs(went_on[0].traction - exact[1].traction).sum() / np.abs(exact[1].traction).sum()
+    )
     assert difference < 0.1
 
 
@@ -147,13 +166,18 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
     for steps in (10, 30):
         tracemalloc.start()
         before, _ = tracemalloc.get_traced_memory()
-        history = vc.solve(cylinder(vc.Transient(steps=steps, dq=0.5, Fx=-0.2), 200), store=tmp_path / f"{steps}.nc")
+        history = vc.solve(
+            cylinder(vc.Transient(steps=steps, dq=0.5, Fx=-0.2), 200),
+            store=tmp_path / f"{steps}.nc",
+        )
         gc.collect()
         after, _ = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         assert len(history) == steps
         kept.append(after - before)
-    step = sum(getattr(history[0], name).nbytes for name in ("pressure", "traction", "slip", "distance"))
+    step = sum(
+        getattr(history[0], name).nbytes for name in ("pressure", "traction", "slip", "distance")
+    )
     assert kept[1] < kept[0] + 5 * step
 
 
@@ -178,7 +202,10 @@ def test_a_file_of_something_else_is_left_alone(history, tmp_path):
     for given, keywords in ((other, {}), (whole, {"tol": 1e-9}), (whole, {"tangential": "tang"})):
         with pytest.raises(vc.OutputError, match="history of another scene, or by other methods"):
             vc.solve(given, store=path, **keywords)
-    with pytest.raises(vc.OutputError, match=r"exists already and is no solution of varcontact's; .* overwrite=True"):
+    with pytest.raises(
+        vc.OutputError,
+        match=r"exists already and is no solution of varcontact's; .* overwrite=True",
+    ):
         history[0].save(path)
     same(vc.load(path), history)
     history[0].save(path, overwrite=True)
@@ -197,7 +224,9 @@ def test_a_file_of_something_else_is_left_alone(history, tmp_path):
 
 def test_a_force_beyond_saturation_says_where_and_keeps_what_was_before(tmp_path):
     motion = vc.Transient(steps=5, Fx=[-2e-3, -4e-3, -5e-3, -6.5e-3, 0])
-    with pytest.raises(vc.Saturated, match=r"step 3 of the history: .* 0.0065 .* less than 0.006 ") as failure:
+    with pytest.raises(
+        vc.Saturated, match=r"step 3 of the history: .* 0.0065 .* less than 0.006 "
+    ) as failure:
         vc.solve(scene(motion=motion), store=tmp_path / "history.nc")
     error = failure.value
     assert (error.step, error.force, error.limit) == pytest.approx((3, 6.5e-3, 6e-3))
@@ -221,7 +250,10 @@ def test_a_force_beyond_saturation_says_where_and_keeps_what_was_before(tmp_path
         ({"direction": [1, 0, 1]}, r"motion.direction\[1\] = 0 .* 1 or -1"),
         ({"normal_force": [1, -1, 1]}, r"motion.normal_force\[1\] = -1"),
         ({"friction": [0.3, -0.1, 0.3]}, r"motion.friction\[1\] = -0.1"),
-        ({"Fx": [0.1, None, 0.1], "vx": [0, 1e-3, 1e-3]}, r"motion\.Fx\[2\], motion\.vx\[2\] = \(0\.1, 0\.001\)"),
+        (
+            {"Fx": [0.1, None, 0.1], "vx": [0, 1e-3, 1e-3]},
+            r"motion\.Fx\[2\], motion\.vx\[2\] = \(0\.1, 0\.001\)",
+        ),
         ({"Fy": 0.1, "uy": [0, 0, 1e-3]}, r"motion\.Fy\[2\], motion\.uy\[2\] = \(0\.1, 0\.001\)"),
         ({"surface": [BALL]}, r"one surface for each of the 3 steps"),
         ({"start": "last.nc"}, r"motion.start = 'last.nc' .* a Solution"),
@@ -234,12 +266,20 @@ def test_entries_that_cannot_be_are_named(entries, message):
 
 
 def test_scenes_that_cannot_be_are_refused():
-    with pytest.raises(vc.SceneError, match=r"motion.normal_force\[1\] and motion.approach\[1\] are both given"):
+    with pytest.raises(
+        vc.SceneError, match=r"motion.normal_force\[1\] and motion.approach\[1\] are both given"
+    ):
         scene(motion=vc.Transient(steps=2, normal_force=0.02, approach=[None, 0.01]))
-    with pytest.raises(vc.SceneError, match=r"neither motion.normal_force\[1\] nor motion.approach\[1\] is given"):
+    with pytest.raises(
+        vc.SceneError, match=r"neither motion.normal_force\[1\] nor motion.approach\[1\] is given"
+    ):
         scene(normal_force=None, motion=vc.Transient(steps=2, normal_force=[0.02, None]))
     with pytest.raises(vc.SceneError, match="an Ellipse with the scene's own normal_force"):
-        scene(normal_force=None, surface=vc.Ellipse(1.0, 1.0), motion=vc.Transient(steps=2, normal_force=0.02))
+        scene(
+            normal_force=None,
+            surface=vc.Ellipse(1.0, 1.0),
+            motion=vc.Transient(steps=2, normal_force=0.02),
+        )
     with pytest.raises(vc.SceneError, match="friction is missing"):
         scene(friction=None, motion=vc.Transient(steps=2, friction=[0.3, None]))
     with pytest.raises(vc.SceneError, match="line contact with the same reference_depth"):
@@ -248,10 +288,13 @@ def test_scenes_that_cannot_be_are_refused():
         cylinder(vc.Transient(steps=2, spin=[0, 0.1]))
     for motion in (vc.Transient(steps=2, vx=1e-3), vc.Transient(steps=2, Fx=[-0.1, None])):
         with pytest.raises(
-            vc.SceneError, match=r"without motion.Fx, needs surface.reference_depth: .* motion.Fx in every step$"
+            vc.SceneError,
+            match=r"without motion.Fx, needs surface.reference_depth: .* motion.Fx in every step$",
         ):
             cylinder(motion)
-    with pytest.raises(vc.SceneError, match=r"approach of step 1 needs surface.reference_depth: .* a normal force$"):
+    with pytest.raises(
+        vc.SceneError, match=r"approach of step 1 needs surface.reference_depth: .* a normal force$"
+    ):
         cylinder(vc.Transient(steps=2, Fx=0, approach=[None, 0.1], normal_force=[1.0, None]))
     with pytest.raises(vc.NoContact, match="touch once at least"):
         vc.solve(scene(motion=vc.Transient(steps=2, normal_force=0.0)))
@@ -265,9 +308,14 @@ def test_scenes_that_cannot_be_are_refused():
 
 def test_a_contact_that_leaves_the_grid_says_in_which_step():
     grid = vc.Grid(nx=12, ny=12, dx=0.1, dy=0.1, x0=-0.6, y0=-0.6)
-    hills = [vc.SampledDistance((grid.x - at) ** 2 / 20 + grid.y[:, None] ** 2 / 20) for at in (0.0, 0.1, 0.4)]
+    hills = [
+        vc.SampledDistance((grid.x - at) ** 2 / 20 + grid.y[:, None] ** 2 / 20)
+        for at in (0.0, 0.1, 0.4)
+    ]
     with pytest.raises(vc.SceneError, match="step 2 of the history: grid") as failure:
-        vc.solve(scene(surface=hills[0], grid=grid, motion=vc.Transient(steps=3, dq=0, surface=hills)))
+        vc.solve(
+            scene(surface=hills[0], grid=grid, motion=vc.Transient(steps=3, dq=0, surface=hills))
+        )
     assert len(failure.value.history) == 2
 
 
@@ -301,9 +349,19 @@ def write(folder, last="0.02", more=""):
 
 
 def test_from_the_command_line(tmp_path, pictures):
-    """A TOML scene, its file and its JSON; another call has nothing to do; a start from the file."""
+    """A TOML scene, its file and its JSON; another call has nothing to do; a start from the
+    file.
+    """
     out = tmp_path / "history.nc"
-    call = ["solve", write(tmp_path), "--json", "--out", str(out), "--plot", str(tmp_path / "history.png")]
+    call = [
+        "solve",
+        write(tmp_path),
+        "--json",
+        "--out",
+        str(out),
+        "--plot",
+        str(tmp_path / "history.png"),
+    ]
     first = CliRunner().invoke(app, call)
     assert first.exit_code == 0, first.output
     result, history = json.loads(first.stdout), vc.load(out)

@@ -51,7 +51,12 @@ def history():
 def run(folder, code):
     """Lines of numbers that a program prints."""
     done = subprocess.run(
-        [sys.executable, "-c", SCENE + code], cwd=folder, capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", SCENE + code],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return [[int(word) for word in line.split()] for line in done.stdout.splitlines()]
@@ -73,7 +78,9 @@ def check_goes_on(history, path):
 
 
 def test_ended_within_a_step(history, tmp_path):
-    """The system ends the program in the middle of a write: behind the steps counted lies a part of the next."""
+    """The system ends the program in the middle of a write: behind the steps counted lies a part of
+    the next.
+    """
     size = stored_size(history, tmp_path)
     limits = [size // 3, size // 2, size // 2 + 1, size - 1]
     found = run(tmp_path, ENDED.format(limits=limits))

@@ -40,7 +40,9 @@ def test_the_density_sums_to_force_times_creepage(motion, part, second_order):
 
 @pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
 def test_what_the_slip_of_the_law_lacks(motion):
-    """p'S p by the step, and Fy times the way from x to where spin is sampled: an identity, to rounding."""
+    """p'S p by the step, and Fy times the way from x to where spin is sampled: an identity, to
+    rounding.
+    """
     sol = vc.solve(ball(motion, 12))
     disc = discretise(sol.scene, sol.grid)
     step = sol.grid.sides[0]
@@ -54,7 +56,9 @@ def test_what_the_slip_of_the_law_lacks(motion):
 
 
 def test_a_step_loses_the_elastic_energy_of_what_it_changes():
-    """p'S p is half the energy of the tractions less themselves a step ago, on a grid with room for both."""
+    """p'S p is half the energy of the tractions less themselves a step ago, on a grid with room for
+    both.
+    """
     sol = vc.solve(ball(MOTIONS["mixed"], 12))
     disc, (dx, dy) = discretise(sol.scene, sol.grid), sol.grid.sides
     lost = np.sum(sol.traction * disc.tangential_operator.apply(sol.traction))
@@ -67,7 +71,9 @@ def test_a_step_loses_the_elastic_energy_of_what_it_changes():
 
 @pytest.mark.parametrize("second_order", [False, True])
 def test_unlike_spheres(second_order):
-    """The pressure's work by its own slip, and by the slope of the distance, to the grid's error."""
+    """The pressure's work by its own slip, and by the slope of the distance, to the grid's
+    error.
+    """
     apart = []
     for n in (8, 16, 32):
         motion, grid = vc.Steady(vx=0.02, vy=0.01, spin=0.03), vc.Grid(nx=n, ny=n)
@@ -75,18 +81,27 @@ def test_unlike_spheres(second_order):
         sol = vc.solve(scene.second_order() if second_order else scene)
         assert sol.friction_work == pytest.approx(sol.power, rel=1e-11)
         moment = float(np.sum(sol.pressure * sol.grid.x) * sol.grid.area)
-        apart.append(abs(moment - sum(sol.force * sol.creepage[:2]) - sol.Mz * sol.spin - sol.power) / sol.power)
+        apart.append(
+            abs(moment - sum(sol.force * sol.creepage[:2]) - sol.Mz * sol.spin - sol.power)
+            / sol.power
+        )
     assert apart[2] < 0.01
     assert apart[2] < 0.25 * apart[0]
 
 
 def test_rolling_back_takes_as_much():
-    motions = [vc.Transient(steps=20, dq=0.01, direction=direction, Fx=0.0) for direction in (1, -1)]
+    motions = [
+        vc.Transient(steps=20, dq=0.01, direction=direction, Fx=0.0) for direction in (1, -1)
+    ]
     surface, grid = vc.Cylinders(R=1.0), vc.Grid(nx=40, dx=0.002, x0=-0.04)
-    scenes = [make_scene(surface, 1e-3, motion, grid, friction=0.1, bodies=UNLIKE) for motion in motions]
+    scenes = [
+        make_scene(surface, 1e-3, motion, grid, friction=0.1, bodies=UNLIKE) for motion in motions
+    ]
     right, left = (vc.solve(scene)[-1] for scene in scenes)
     assert right.power > 0
-    assert np.isfinite(right.creepage).all(), "a force that stays zero leaves the creepage known without a depth"
+    assert np.isfinite(right.creepage).all(), (
+        "a force that stays zero leaves the creepage known without a depth"
+    )
     assert left.power == pytest.approx(right.power, rel=1e-6)
 
 
@@ -99,7 +114,9 @@ BODIES = {"like": vc.Bodies(G=1.0, nu=0.28), "unlike": vc.Bodies(G=(1.0, 3.0), n
 
 @pytest.mark.parametrize("name", SCENES)
 def test_work_converges_to_the_continuum(name):
-    """With the order of the forces, one; by the slip of Coulomb's law alone it lacked 8 to 30 % on 24 elements."""
+    """With the order of the forces, one; by the slip of Coulomb's law alone it lacked 8 to 30 % on
+    24 elements.
+    """
     cells = np.array([12, 24, 48])
     errors = np.abs([work(SCENES[name](n)) / KNOWN[name] - 1 for n in cells])
     assert errors[1] < 0.03
@@ -115,7 +132,9 @@ def test_work_of_second_order(name):
 
 def rolled(bodies, part=1.0, steps=8, line=False, **changes):
     ball, cylinder = vc.Paraboloids(Rx=1.0, Ry=0.7), vc.Cylinders(R=1.0, reference_depth=1.0)
-    surface, force, grid = (cylinder, 1e-3, vc.Grid(nx=12)) if line else (ball, 1e-2, vc.Grid(nx=12, ny=12))
+    surface, force, grid = (
+        (cylinder, 1e-3, vc.Grid(nx=12)) if line else (ball, 1e-2, vc.Grid(nx=12, ny=12))
+    )
     scene = make_scene(surface, force, None, grid, bodies=BODIES[bodies])
     dx = vc.solve(scene).grid.sides[0]
     return replace(scene, motion=vc.Transient(steps=steps, dq=part * dx, **changes))
@@ -124,7 +143,9 @@ def rolled(bodies, part=1.0, steps=8, line=False, **changes):
 @pytest.mark.parametrize(("part", "direction"), [(1.0, 1), (0.6, -1), (1.7, 1)])
 @pytest.mark.parametrize("bodies", BODIES)
 def test_the_balance_of_a_step(bodies, part, direction):
-    """Friction loses what the motion puts in, and what pressures do, less the change of the elastic energy."""
+    """Friction loses what the motion puts in, and what pressures do, less the change of the elastic
+    energy.
+    """
     spins, creepages = 0.3 * np.cos(np.arange(8)), 0.02 * np.cos(np.arange(8) / 2)
     history = vc.solve(rolled(bodies, part, direction=direction, vx=creepages, vy=0.01, spin=spins))
     grid, own = history.grid, BODIES[bodies]
@@ -145,7 +166,9 @@ def test_the_balance_of_a_step(bodies, part, direction):
         for field, middle in ((p, x + dq / 2), (before, x - dq / 2)):
             arms = creepages[k] - spins[k] * y, 0.01 + spins[k] * middle
             put_in -= 0.5 * abs(dq) * (np.sum(field[0] * arms[0]) + np.sum(field[1] * arms[1]))
-        assert history.dissipation[k] == pytest.approx((put_in - stored + pressed) * grid.area, rel=1e-10)
+        assert history.dissipation[k] == pytest.approx(
+            (put_in - stored + pressed) * grid.area, rel=1e-10
+        )
         before = p
 
 
@@ -158,14 +181,19 @@ def test_a_history_in_the_steady_state_loses_as_much(bodies, line):
     scene = replace(scene, grid=steady.grid, motion=vc.Transient(steps=2, start=steady, **motion))
     assert steady.friction_work == pytest.approx(steady.power, rel=1e-11)
     for sol in vc.solve(scene, tol=1e-10):
-        assert sol.power_density == pytest.approx(steady.power_density, rel=1e-6, abs=1e-6 * sol.power_density.max())
+        assert sol.power_density == pytest.approx(
+            steady.power_density, rel=1e-6, abs=1e-6 * sol.power_density.max()
+        )
         assert sol.power == pytest.approx(steady.power, rel=1e-6)
 
 
 def test_only_second_order_has_negative_densities():
     """Where nothing slips there are none, but for rounding: the first step from rest."""
     history = vc.solve(SCENES["history"](24))
-    assert history[0].elements["slip"] == 0 and np.abs(history.dissipation[0]) < 1e-12 * history.dissipation[1]
+    assert (
+        history[0].elements["slip"] == 0
+        and np.abs(history.dissipation[0]) < 1e-12 * history.dissipation[1]
+    )
     assert [sol.negative_work for sol in history] == 12 * [0.0]
     scene = SCENES["slender along y"](24)
     assert vc.solve(scene).negative_work == 0.0
@@ -178,12 +206,20 @@ def test_work_by_an_accuracy_is_that_of_its_forces():
     assert sol.friction_work == sol.power == pytest.approx(KNOWN["vx and spin"], rel=0.01)
 
 
-@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, spin=0.1), vc.Shift(ux=1e-6)], ids=["rolling", "shift"])
+@pytest.mark.parametrize(
+    "motion", [vc.Steady(vx=1e-3, spin=0.1), vc.Shift(ux=1e-6)], ids=["rolling", "shift"]
+)
 def test_a_file_of_an_earlier_version(motion, tmp_path):
-    """It has no power density: that is made as the file is measured, and unknown where it is not."""
+    """It has no power density: that is made as the file is measured, and unknown where it is
+    not.
+    """
     sol = vc.solve(replace(SCENES["vx and spin"](12), motion=motion))
     path = tmp_path / "old.nc"
-    path.write_bytes(with_checksum(bytes(sol.to_xarray().drop_vars("power_density").to_netcdf(engine="h5netcdf"))))
+    path.write_bytes(
+        with_checksum(
+            bytes(sol.to_xarray().drop_vars("power_density").to_netcdf(engine="h5netcdf"))
+        )
+    )
     assert vc.load(path).power_density == pytest.approx(sol.power_density, rel=1e-9, abs=1e-9)
     assert np.isnan(vc.load(path, certify=False).friction_work)
 
@@ -211,7 +247,9 @@ def solved(cells=32, ledge=0.0, cubic=0.0, friction=0.3, force=1e3):
     grid = vc.Grid(nx=cells, ny=cells, dx=3.2 / cells, dy=2.4 / cells, x0=-1.6, y0=-1.2)
     x, y = np.meshgrid(grid.x, grid.y)
     h = x**2 / 100 + y**2 / 50 + cubic * x**3 + ledge * (x > 0.4)
-    scene = make_scene(vc.SampledDistance(h), force, vc.Steady(vx=1e-3), grid, friction=friction, bodies=COUPLED)
+    scene = make_scene(
+        vc.SampledDistance(h), force, vc.Steady(vx=1e-3), grid, friction=friction, bodies=COUPLED
+    )
     return vc.solve(scene, certify=None)
 
 

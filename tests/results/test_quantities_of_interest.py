@@ -1,4 +1,6 @@
-"""The norm of errors: which values count, their units, and invariance to units of length and force."""
+"""The norm of errors: which values count, their units, and invariance to units of length and
+force.
+"""
 
 import math
 from dataclasses import replace
@@ -26,7 +28,9 @@ def test_the_error_is_the_largest_in_units():
     per, exact = {"Fx": 2.0, "Mz": 0.5}, {"Fx": 1.0, "Mz": 0.0}
     assert error({"Fx": 1.2, "Mz": 0.1, "more": 9.0}, exact, per) == pytest.approx(0.2)
     assert error({"Fx": 0.6, "Mz": 0.0}, exact, per) == pytest.approx(0.2)
-    assert math.isnan(error({"Fx": 1.0}, exact, per)), "a value that was not found is no small error"
+    assert math.isnan(error({"Fx": 1.0}, exact, per)), (
+        "a value that was not found is no small error"
+    )
     assert math.isnan(error({"Fx": math.nan}, {"Fx": 1.0}, {"Fx": 1.0}))
 
 
@@ -54,7 +58,9 @@ def test_normal_contact_counts_relative_to_itself():
     sol = vc.solve(replace(SCENE, motion=None, friction=None), normal="norm")
     assert values(sol) == {"approach": sol.approach, "peak_pressure": sol.pressure.max()}
     assert units(sol) == values(sol)
-    given = vc.solve(replace(SCENE, motion=None, friction=None, normal_force=None, approach=1e-3), normal="norm")
+    given = vc.solve(
+        replace(SCENE, motion=None, friction=None, normal_force=None, approach=1e-3), normal="norm"
+    )
     assert list(values(given)) == ["normal_force", "peak_pressure"]
     assert list(values(vc.solve(replace(SCENE, friction=0.0)))) == ["approach", "peak_pressure"]
 
@@ -71,7 +77,9 @@ def test_the_semi_axes_of_samples_are_those_of_hertz():
 
 def test_infinite_friction_has_no_unit():
     sol = vc.solve(replace(SCENE, friction=np.inf))
-    with pytest.raises(vc.SceneError, match=r"friction = inf .* errors are measured by the friction limit f Fz"):
+    with pytest.raises(
+        vc.SceneError, match=r"friction = inf .* errors are measured by the friction limit f Fz"
+    ):
         units(sol)
 
 
@@ -79,7 +87,9 @@ def test_friction_by_element_counts_as_it_is():
     grid = vc.Grid(nx=12, ny=12, dx=0.02, dy=0.02, x0=-0.12, y0=-0.12)
     friction = np.full((12, 12), 0.1)
     friction[:, 6:] = 0.3
-    assert units(vc.solve(replace(SCENE, friction=friction, grid=grid)))["Fx"] == pytest.approx(0.2e-3, rel=1e-9)
+    assert units(vc.solve(replace(SCENE, friction=friction, grid=grid)))["Fx"] == pytest.approx(
+        0.2e-3, rel=1e-9
+    )
 
 
 GRID = vc.Grid(nx=8, ny=8)
@@ -96,7 +106,10 @@ def differences(sol, step=1e-6):
     base = replace(motion, Fx=None, Fy=None, **dict(zip(names, sol.creepage, strict=True)))
     for name in names:
         moved = [replace(base, **{name: getattr(base, name) + sign * step}) for sign in (1, -1)]
-        ahead, behind = (vc.solve(replace(sol.scene, motion=each, grid=sol.grid), tol=TOL).force for each in moved)
+        ahead, behind = (
+            vc.solve(replace(sol.scene, motion=each, grid=sol.grid), tol=TOL).force
+            for each in moved
+        )
         columns.append((ahead - behind) / (2 * step))
     return np.array(columns).T
 
@@ -109,7 +122,11 @@ def agrees(sol):
 
 
 HERTZ = make_scene(vc.Ellipse(a=1.2, b=0.9)).hertz
-BY_APPROACH = {"normal_force": None, "approach": HERTZ.approach, "surface": vc.Paraboloids(HERTZ.Rx, HERTZ.Ry)}
+BY_APPROACH = {
+    "normal_force": None,
+    "approach": HERTZ.approach,
+    "surface": vc.Paraboloids(HERTZ.Rx, HERTZ.Ry),
+}
 GIVEN = {
     "rolling": {"motion": STEADY},
     "shift": {"motion": SHIFT},
@@ -124,7 +141,9 @@ GIVEN = {
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 @pytest.mark.parametrize("given", GIVEN.values(), ids=GIVEN)
 def test_sensitivity_is_that_of_differences(rolling, bodies, given):
-    """Of unlike bodies at a given approach the normal force changes with the creepage, and that with it."""
+    """Of unlike bodies at a given approach the normal force changes with the creepage, and that
+    with it.
+    """
     sol = vc.solve(rolling(bodies=bodies, grid=GRID, **given), tol=TOL)
     assert "friction" in given or min(sol.elements["slip"], sol.elements["stick"]) >= 5
     agrees(sol)

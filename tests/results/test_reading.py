@@ -1,4 +1,6 @@
-"""Results as numbers, without dimension, as reports in notebooks and in few words; and what looks like a slip."""
+"""Results as numbers, without dimension, as reports in notebooks and in few words; and what looks
+like a slip.
+"""
 
 import dataclasses
 import html
@@ -15,7 +17,11 @@ from varcontact.results.report import with_bar
 
 RAIL = wheel_on_rail(vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2), vc.Grid(nx=12, ny=12), units=vc.SI)
 LINE = dataclasses.replace(
-    RAIL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=40)
+    RAIL,
+    surface=vc.Cylinders(R=0.46),
+    normal_force=8e6,
+    motion=vc.Steady(vx=1e-3),
+    grid=vc.Grid(nx=40),
 )
 
 
@@ -34,20 +40,33 @@ def test_work_in_the_report(sol):
         f"{sol.power:.5g} N supplied, {sol.friction_work:.5g} N dissipated by friction per unit of distance rolled"
     )
     negative = -sol.power_density[sol.power_density < 0].sum() / sol.power_density.sum()
-    assert sol.negative_work == pytest.approx(-negative) and sol.summary()["negative_work"] == sol.negative_work
-    assert negative > 1e-5 and f"\n{20 * ' '}{100 * negative:.2g} % of it is negative" in sol.report()
+    assert (
+        sol.negative_work == pytest.approx(-negative)
+        and sol.summary()["negative_work"] == sol.negative_work
+    )
+    assert (
+        negative > 1e-5 and f"\n{20 * ' '}{100 * negative:.2g} % of it is negative" in sol.report()
+    )
     positive = vc.solve(rail(motion=vc.Steady(vx=8e-3)))
     assert positive.negative_work == 0.0 and "negative" not in positive.report()
     assert "supplied" not in vc.solve(rail(friction=0.0)).report()
 
 
 @pytest.mark.parametrize("scale", [1e-3, 7.0])
-@pytest.mark.parametrize("scene", [RAIL, LINE, rail(motion=vc.Shift(uy=2e-6, rotation=1e-4))], ids=range(3))
+@pytest.mark.parametrize(
+    "scene", [RAIL, LINE, rail(motion=vc.Shift(uy=2e-6, rotation=1e-4))], ids=range(3)
+)
 def test_what_has_no_dimension_is_the_same_at_any_size(scene, scale):
-    """All lengths times a number, forces by its square (by length: by itself), spin by its inverse."""
+    """All lengths times a number, forces by its square (by length: by itself), spin by its
+    inverse.
+    """
     surface, motion = scene.surface, scene.motion
     names = [field.name for field in dataclasses.fields(surface) if field.name.startswith("R")]
-    change = {"spin": motion.spin / scale} if isinstance(motion, vc.Steady) else {"uy": scale * motion.uy}
+    change = (
+        {"spin": motion.spin / scale}
+        if isinstance(motion, vc.Steady)
+        else {"uy": scale * motion.uy}
+    )
     other = dataclasses.replace(
         scene,
         surface=type(surface)(**{name: scale * getattr(surface, name) for name in names}),
@@ -76,9 +95,18 @@ def test_unit_presets(sol):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": None}, "looks like pascals, a radius of 300 like"),
-        ({"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": vc.MM_N}, "is 8.2e+16 Pa, stiffer than solids are"),
-        ({"bodies": vc.Bodies(G=82e3, nu=0.28), "normal_force": 0.1}, "is 8.2e+04 Pa, softer than solids are"),
+        (
+            {"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": None},
+            "looks like pascals, a radius of 300 like",
+        ),
+        (
+            {"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": vc.MM_N},
+            "is 8.2e+16 Pa, stiffer than solids are",
+        ),
+        (
+            {"bodies": vc.Bodies(G=82e3, nu=0.28), "normal_force": 0.1},
+            "is 8.2e+04 Pa, softer than solids are",
+        ),
         ({"motion": vc.Steady(vx=0.2)}, "vx = 0.2: creepages are mostly below 0.1"),
         ({"motion": vc.Transient(steps=2, vy=[0.0, -1.5])}, "vy = -1.5"),
         ({"surface": vc.Paraboloids(Rx=1e-3, Ry=1e-3)}, "of the radius 0.001; half-spaces"),
@@ -92,11 +120,15 @@ def test_what_looks_like_a_slip_of_the_pen(changes, words):
     (doubt,) = scene.doubts
     assert words in doubt
     plan = vc.plan(scene)
-    assert str(plan).startswith(f"Plan\n\n  WARNING             {doubt}\n") and plan.summary()["doubts"] == [doubt]
+    assert str(plan).startswith(f"Plan\n\n  WARNING             {doubt}\n") and plan.summary()[
+        "doubts"
+    ] == [doubt]
     if isinstance(scene.motion, vc.Steady):
         with pytest.warns(vc.PlausibilityWarning):
             solved = vc.solve(scene)
-        assert solved.report().startswith(f"WARNING: {doubt}\n") and solved.report().count(doubt) == 1
+        assert (
+            solved.report().startswith(f"WARNING: {doubt}\n") and solved.report().count(doubt) == 1
+        )
         assert solved.summary()["doubts"] == [doubt]
 
 
@@ -129,7 +161,9 @@ def test_page_stands_alone_and_repeats_the_answer(tmp_path):
     row = next(line for line in sol.report().splitlines() if "tangential force" in line)
     assert row.split("force", 1)[1].strip() in html.unescape(page)
 
-    report, toml, command = (html.unescape(text) for text in re.findall("<pre>(.*?)</pre>", page, re.DOTALL))
+    report, toml, command = (
+        html.unescape(text) for text in re.findall("<pre>(.*?)</pre>", page, re.DOTALL)
+    )
     assert report == sol.report()
     (tmp_path / "scene.toml").write_text(toml)
     name, *words = command.split()
@@ -141,7 +175,9 @@ def test_notebooks_show_values(name):
     from varcontact.wheel_rail import Profile
 
     motion = vc.Transient(steps=2, dq=0.2, vx=0.2)
-    scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, motion, friction=3.0, bodies=vc.Bodies(200.0, 0.3))
+    scene = make_scene(
+        vc.Ellipse(1.0, 1.0), 1.0, motion, friction=3.0, bodies=vc.Bodies(200.0, 0.3)
+    )
     history = vc.solve(scene, accuracy=0.1)
     last = history[-1]
     shown, value = {
@@ -155,7 +191,15 @@ def test_notebooks_show_values(name):
 
 
 def test_notebooks_show_reports(sol):
-    scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Transient(steps=2, dq=0.2, vx=0.01), bodies=vc.Bodies(1.0, 0.3))
+    scene = make_scene(
+        vc.Ellipse(1.0, 1.0),
+        1.0,
+        vc.Transient(steps=2, dq=0.2, vx=0.01),
+        bodies=vc.Bodies(1.0, 0.3),
+    )
     history = vc.solve(dataclasses.replace(scene, grid=vc.Grid(6, 6)))
     for shown in (sol, vc.plan(RAIL), history):
-        assert shown._repr_html_() == f"<pre>{html.escape(shown.report())}</pre>" and str(shown) == shown.report()
+        assert (
+            shown._repr_html_() == f"<pre>{html.escape(shown.report())}</pre>"
+            and str(shown) == shown.report()
+        )

@@ -86,7 +86,9 @@ DAMAGES = {
     "turned": lambda data: data.assign(traction=data["traction"].transpose("y", "x", "component")),
     "two creepages": lambda data: data.isel(rigid=slice(0, 2)),
     "no pressure": lambda data: data.drop_vars("pressure"),
-    "another grid": lambda data: edited(data, grid={"nx": 3, "ny": 14, "dx": 1.0, "dy": 1.0, "x0": 0.0, "y0": 0.0}),
+    "another grid": lambda data: edited(
+        data, grid={"nx": 3, "ny": 14, "dx": 1.0, "dy": 1.0, "x0": 0.0, "y0": 0.0}
+    ),
     "no certificate": lambda data: edited(data, certificate=3),
     "no scene": lambda data: edited(data, scene=[]),
     "no record": lambda data: data.assign(record=((), "{")),
@@ -100,7 +102,9 @@ DAMAGES = {
 
 def edited(data, **changes):
     """The dataset with other entries in its JSON record."""
-    return data.assign(record=((), json.dumps({**json.loads(str(data["record"].values)), **changes})))
+    return data.assign(
+        record=((), json.dumps({**json.loads(str(data["record"].values)), **changes}))
+    )
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
@@ -120,7 +124,9 @@ def test_summary_is_strict_json_whatever_came_out(sol, value):
         pressure=np.full_like(sol.pressure, value),
         approach=value,
         creepage=(value, 0.0, 0.0),
-        certificate=dataclasses.replace(sol.certificate, gap=value, relative_gap=value, residual=value, bounds=bounds),
+        certificate=dataclasses.replace(
+            sol.certificate, gap=value, relative_gap=value, residual=value, bounds=bounds
+        ),
     )
     with np.errstate(invalid="ignore"):
         summary = json.loads(json.dumps(bad.summary(), allow_nan=False))
@@ -135,7 +141,14 @@ def test_summary_is_strict_json_whatever_came_out(sol, value):
 def test_report_says_what_matters(sol, rolling):
     text = str(sol)
     methods = ("hertz", "tang-safeguarded")
-    for words in ("Steady rolling", "quasi-identical", "N/mm^2", "relative gap", "guaranteed", *methods):
+    for words in (
+        "Steady rolling",
+        "quasi-identical",
+        "N/mm^2",
+        "relative gap",
+        "guaranteed",
+        *methods,
+    ):
         assert words in text
     assert f"{sol.force[0]:.6g}" in text
     assert f"{sol.elements['stick']} stick" in text
@@ -149,16 +162,25 @@ def test_report_says_what_matters(sol, rolling):
 def test_report_says_why_there_is_no_bound(rolling):
     """Each by its name: bodies that are unlike, and those of a conformal contact."""
     unlike = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 2.0), nu=0.3)))
-    assert "the bodies are unlike, and the traction bound depends on the solution" in unlike.report()
+    assert (
+        "the bodies are unlike, and the traction bound depends on the solution" in unlike.report()
+    )
     grid = vc.Grid(nx=12, ny=10, dx=0.2, dy=0.2, x0=-1.2, y0=-1.0)
     surface = vc.SampledDistance(np.add.outer(grid.y**2, grid.x**2) / 20, inclination=grid.y / 10)
     conformal = vc.solve(rolling(surface=surface, grid=grid, normal_force=None, approach=0.03))
-    assert "the bodies are conformal, and the traction bound depends on the solution" in conformal.report()
+    assert (
+        "the bodies are conformal, and the traction bound depends on the solution"
+        in conformal.report()
+    )
 
 
-@pytest.mark.parametrize("surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)])
+@pytest.mark.parametrize(
+    "surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)]
+)
 def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
-    """Also where the contact is so long that the axes are not equal: otherwise all arrows look along it."""
+    """Also where the contact is so long that the axes are not equal: otherwise all arrows look
+    along it.
+    """
     from matplotlib.quiver import Quiver
 
     sol = vc.solve(rolling(surface=surface, motion=vc.Steady(vx=0.3, vy=-0.2, spin=0.05)))

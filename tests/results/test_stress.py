@@ -38,7 +38,9 @@ def at_centres(grid):
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.13, -0.2)])
 def test_surface_displacements_are_the_influence_numbers(unlike, shift):
-    """u1 - u2 at z = 0 by all nine influence numbers, unlike bodies: signs, constants and both K terms."""
+    """u1 - u2 at z = 0 by all nine influence numbers, unlike bodies: signs, constants and both K
+    terms.
+    """
     bodies, grid = unlike.scene.bodies, unlike.grid
     points = at_centres(grid) + np.reshape([*shift, 0.0], (3, 1))
     found = vc.stress(unlike, points, 1).displacement - vc.stress(unlike, points, 2).displacement
@@ -50,7 +52,10 @@ def test_surface_displacements_are_the_influence_numbers(unlike, shift):
         components=[i + j for i in "xyz" for j in "xyz"],
     )  # fmt: skip
     for i, row in enumerate("xyz"):
-        expected = sum(np.einsum("abcd,cd->ab", B[row + column], tractions[j]) for j, column in enumerate("xyz"))
+        expected = sum(
+            np.einsum("abcd,cd->ab", B[row + column], tractions[j])
+            for j, column in enumerate("xyz")
+        )
         np.testing.assert_allclose(found[i], expected.ravel(), rtol=0, atol=1e-13)
     if shift == (0.0, 0.0):
         operator = influence_operator(grid, "xyz", "xyz", nu=bodies.combined_nu, K=bodies.K)
@@ -100,7 +105,9 @@ tensors = st.lists(st.floats(-10, 10), min_size=6, max_size=6)
 
 @hypothesis.given(tensors, st.floats(-10, 10))
 def test_invariants(components, pressure):
-    """Von Mises from principal stresses, Tresca within its bounds; neither feels a hydrostatic pressure."""
+    """Von Mises from principal stresses, Tresca within its bounds; neither feels a hydrostatic
+    pressure.
+    """
     xx, yy, zz, xy, xz, yz = components
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[:, :, None]
     state, squeezed = (
@@ -186,7 +193,11 @@ def test_shapes_follow_the_points(unlike):
 @pytest.mark.parametrize(
     ("points", "body", "message"),
     [
-        ([[0, 0], [0, 0], [1, -0.5]], 1, r"points\[:, 1\] = \[0.0, 0.0, -0.5\] .* upper body, z >= 0 \(1 of 2 points"),
+        (
+            [[0, 0], [0, 0], [1, -0.5]],
+            1,
+            r"points\[:, 1\] = \[0.0, 0.0, -0.5\] .* upper body, z >= 0 \(1 of 2 points",
+        ),
         ([[0, 0], [0, 0], [1, -0.5]], "lower", r"points\[:, 0\] .* lower body, z <= 0"),
         ([0, 0, -1.0], "upper", r"points\[:\] = "),
         ([[0, 0], [0, 0]], 1, r"points has shape \(2, 2\)"),
@@ -194,7 +205,11 @@ def test_shapes_follow_the_points(unlike):
         ([0, 0, np.nan], 1, r"points\[2\] = nan"),
         ([0, 0, np.inf], 1, r"points\[2\] = inf"),
         ([[0, 0], [1], [2]], 1, "points"),
-        ([[0, 0, 1.0], [0, 0, 2.0]], 1, r"points has shape \(2, 3\); .* \(did you mean its transpose\?\)"),
+        (
+            [[0, 0, 1.0], [0, 0, 2.0]],
+            1,
+            r"points has shape \(2, 3\); .* \(did you mean its transpose\?\)",
+        ),
         ("here", 1, "points"),
         ([0, 0, 1j], 1, "points"),
         ([0, 0, 1.0], 3, 'body = 3 is not allowed: must be one of 1 or "upper"'),
@@ -208,13 +223,20 @@ def test_what_is_refused(unlike, points, body, message):
 
 
 @pytest.mark.parametrize(
-    "call", [lambda given: vc.stress(given, [0, 0, 0]), lambda given: vc.stress_below(given, 0.1), vc.plot_stress]
+    "call",
+    [
+        lambda given: vc.stress(given, [0, 0, 0]),
+        lambda given: vc.stress_below(given, 0.1),
+        vc.plot_stress,
+    ],
 )
 def test_a_history_is_refused_and_its_steps_are_not(rolling, call):
     """Also where a step has no contact: then nothing is stressed, and there is no picture."""
     history = vc.solve(rolling(motion=vc.Transient(steps=2, vx=1e-3, normal_force=[2.0, 0.0])))
     for given in (history, None, "solution.nc"):
-        with pytest.raises(vc.SceneError, match=r"solution = .* must be a Solution; of a History, one of its steps"):
+        with pytest.raises(
+            vc.SceneError, match=r"solution = .* must be a Solution; of a History, one of its steps"
+        ):
             call(given)
     call(history[0])
     if call is vc.plot_stress:
@@ -224,7 +246,8 @@ def test_a_history_is_refused_and_its_steps_are_not(rolling, call):
 
 
 @pytest.mark.parametrize(
-    ("depths", "body"), [(-0.1, 1), ([0.1, -0.1], 2), ([], 1), ([[0.1]], 1), (np.nan, 1), ("deep", 1), (1.0, 0)]
+    ("depths", "body"),
+    [(-0.1, 1), ([0.1, -0.1], 2), ([], 1), ([[0.1]], 1), (np.nan, 1), ("deep", 1), (1.0, 0)],
 )
 def test_depths_that_are_refused(unlike, depths, body):
     refused(lambda: vc.stress_below(unlike, depths, body), match=r"depths|body")

@@ -1,4 +1,6 @@
-"""Plausibility warnings of scenes: one for each likely mistake, none of the scenes that are right."""
+"""Plausibility warnings of scenes: one for each likely mistake, none of the scenes that are
+right.
+"""
 
 import warnings
 from dataclasses import replace
@@ -39,23 +41,47 @@ def sampled(h):
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
-        (replace(STEEL, bodies=vc.Bodies(G=210e9, nu=0.3)), "G = 2.1e+11 is Young's modulus of steel"),
+        (
+            replace(STEEL, bodies=vc.Bodies(G=210e9, nu=0.3)),
+            "G = 2.1e+11 is Young's modulus of steel",
+        ),
         (replace(STEEL, bodies=vc.Bodies(G=210e9, nu=0.3), units=None), "whose G is about 8e+10"),
         (replace(IN_MM, bodies=vc.Bodies(G=206e3, nu=0.3), units=None), "whose G is about 8e+04"),
-        (replace(STEEL, bodies=vc.Bodies(G=(80e9, 70e9), nu=(0.3, 0.34))), "Young's modulus of aluminium"),
-        (replace(STEEL, surface=vc.Paraboloids(Rx=460.0, Ry=300.0)), "is 300 m: it looks like millimetres"),
+        (
+            replace(STEEL, bodies=vc.Bodies(G=(80e9, 70e9), nu=(0.3, 0.34))),
+            "Young's modulus of aluminium",
+        ),
+        (
+            replace(STEEL, surface=vc.Paraboloids(Rx=460.0, Ry=300.0)),
+            "is 300 m: it looks like millimetres",
+        ),
         (replace(IN_MM, bodies=vc.Bodies(G=1.19e7, nu=0.28), units=None), "pounds by square inch"),
-        (replace(STEEL, friction=30.0), "friction = 30: coefficients are below 2, and are no per cents"),
+        (
+            replace(STEEL, friction=30.0),
+            "friction = 30: coefficients are below 2, and are no per cents",
+        ),
         (replace(STEEL, friction=vc.StaticKinetic(30.0, 20.0)), "friction = 30"),
         (
-            replace(STEEL, friction=np.full((8, 8), 35.0), grid=vc.Grid(8, 8, dx=2e-3, dy=2e-3, x0=-8e-3, y0=-8e-3)),
+            replace(
+                STEEL,
+                friction=np.full((8, 8), 35.0),
+                grid=vc.Grid(8, 8, dx=2e-3, dy=2e-3, x0=-8e-3, y0=-8e-3),
+            ),
             "35",
         ),
-        (replace(STEEL, motion=vc.Steady(vx=0.2)), "vx = 0.2: creepages are mostly below 0.1, and are no per cents"),
-        (replace(IN_MM, motion=vc.Steady(spin=0.5)), "spin = 0.5: the rigid slip at the edge of the contact"),
+        (
+            replace(STEEL, motion=vc.Steady(vx=0.2)),
+            "vx = 0.2: creepages are mostly below 0.1, and are no per cents",
+        ),
+        (
+            replace(IN_MM, motion=vc.Steady(spin=0.5)),
+            "spin = 0.5: the rigid slip at the edge of the contact",
+        ),
         (sampled(-BOWL), "surface.h is up to 0 inside, and at most -2 at its corners"),
         (
-            replace(STEEL, surface=vc.SampledDistance(1 - X**2, x=X), normal_force=1e5, grid="auto"),
+            replace(
+                STEEL, surface=vc.SampledDistance(1 - X**2, x=X), normal_force=1e5, grid="auto"
+            ),
             "surface.h is up to 1 inside, and at most 0 at its corners",
         ),
     ],

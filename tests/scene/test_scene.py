@@ -106,7 +106,10 @@ def test_bodies_that_do_not_touch(approach):
         vc.Scene(bodies=STEEL, surface=vc.Paraboloids(1.0, 1.0), approach=approach)
     with pytest.raises(vc.NoContact, match="no contact"):
         vc.Scene(
-            bodies=STEEL, surface=vc.SampledDistance(np.full((3, 4), 1e-5)), approach=1e-5, grid=vc.Grid(**LATTICE)
+            bodies=STEEL,
+            surface=vc.SampledDistance(np.full((3, 4), 1e-5)),
+            approach=1e-5,
+            grid=vc.Grid(**LATTICE),
         )
 
 
@@ -140,16 +143,28 @@ def test_scenes_cannot_be_changed():
 
 
 def test_errors_are_one_family():
-    for error in (vc.SceneError, vc.NoContact, vc.Saturated, vc.NotConverged, vc.SolverUnavailable, vc.TooLarge):
+    for error in (
+        vc.SceneError,
+        vc.NoContact,
+        vc.Saturated,
+        vc.NotConverged,
+        vc.SolverUnavailable,
+        vc.TooLarge,
+    ):
         assert issubclass(error, vc.VarcontactError)
 
 
-# ----------------------------------------------------------------------------- Bodies that are no half-spaces
+# ------------------------------------------------------------------- Bodies that are no half-spaces
 
 
 COAT = vc.Layered([vc.Layer(h=0.1, G=4.0, nu=0.3)], base=(1.0, 0.25))
 HALF_SPACE = vc.Bodies(G=2.0, nu=0.3)
-ENTRIES = {"surface": vc.Paraboloids(1.0, 1.0), "normal_force": 0.1, "friction": 0.3, "motion": vc.Steady(vx=1e-3)}
+ENTRIES = {
+    "surface": vc.Paraboloids(1.0, 1.0),
+    "normal_force": 0.1,
+    "friction": 0.3,
+    "motion": vc.Steady(vx=1e-3),
+}
 
 
 def test_one_body_stands_for_two():
@@ -175,7 +190,11 @@ def test_no_hertz():
     scene = vc.Scene(bodies=COAT, **ENTRIES)
     assert scene.hertz is None
     for options in ({"normal": "hertz"}, {"tangential": "fastsim"}):
-        refused(lambda options=options: vc.plan(scene, **options), next(iter(options)), match="half-spaces")
+        refused(
+            lambda options=options: vc.plan(scene, **options),
+            next(iter(options)),
+            match="half-spaces",
+        )
     with pytest.raises(vc.SceneError, match="Paraboloids"):
         vc.Scene(bodies=COAT, **ENTRIES | {"surface": vc.Ellipse(1.0, 1.0)})
 

@@ -38,7 +38,9 @@ def test_no_point_lies_below_the_samples_around_it(shape, turned):
         grid = vc.Grid(nx=FINE.ny, ny=FINE.nx, dx=FINE.dy, dy=FINE.dx, x0=FINE.y0, y0=FINE.x0)
     distance = vc.SampledDistance(h, X, X).distance(grid)
     cell = X[1] - X[0]
-    assert distance.min() >= h.min() - cell**2 / 2, "no lower than the samples, but for a paraboloid's curvature"
+    assert distance.min() >= h.min() - cell**2 / 2, (
+        "no lower than the samples, but for a paraboloid's curvature"
+    )
     assert distance.max() <= h.max() + cell**2 / 2
 
 
@@ -54,7 +56,11 @@ def test_smooth_samples_keep_the_splines_accuracy():
     """Fourth order: halving the samples' spacing divides the largest error by more than ten."""
 
     def exact(x, y):
-        return x[None, :] ** 2 / 2 + y[:, None] ** 2 + 0.1 * np.sin(3 * x)[None, :] * np.cos(2 * y)[:, None]
+        return (
+            x[None, :] ** 2 / 2
+            + y[:, None] ** 2
+            + 0.1 * np.sin(3 * x)[None, :] * np.cos(2 * y)[:, None]
+        )
 
     errors = []
     for n in (21, 41, 81):
@@ -78,7 +84,11 @@ def test_far_from_a_cliff_the_spline_is_kept():
 
 @pytest.mark.parametrize("pair", [1.0, None, (1.0,), (1.0, 2.0, 3.0), "ab"])
 def test_radii_of_the_bodies_come_in_pairs(pair):
-    refused(lambda: vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0)), "surface.Rx", match="a pair of radii")
+    refused(
+        lambda: vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0)),
+        "surface.Rx",
+        match="a pair of radii",
+    )
 
 
 def test_surfaces_go_to_other_processes():
@@ -92,11 +102,15 @@ def test_beyond_its_samples_a_surface_goes_on_straight_but_never_down():
     near = np.linspace(-1.0, 1.0, 41)
     grid = vc.Grid(nx=21, ny=21, dx=0.104, dy=0.104, x0=-1.092, y0=-1.092)
     x, y = np.meshgrid(grid.x, grid.y)
-    bowl = vc.SampledDistance(np.add.outer(near**2, near**2), near, near).distance(grid, beyond=0.06)
+    bowl = vc.SampledDistance(np.add.outer(near**2, near**2), near, near).distance(
+        grid, beyond=0.06
+    )
     exact, outside = x**2 + y**2, np.maximum(np.abs(x), np.abs(y)) > 1.0
     assert np.abs(bowl - exact)[outside].max() < 2 * 2 * 0.04**2 + 1e-9
     assert np.abs(bowl - exact)[~outside].max() < 1e-9
-    hill = vc.SampledDistance(np.add.outer(-(near**2), -(near**2)), near, near).distance(grid, beyond=0.06)
+    hill = vc.SampledDistance(np.add.outer(-(near**2), -(near**2)), near, near).distance(
+        grid, beyond=0.06
+    )
     assert hill.min() == pytest.approx(-2.0)
     tilted = vc.SampledDistance(np.tile(near, (41, 1)), near, near).distance(grid, beyond=0.06)
     assert tilted[10, [0, -1]] == pytest.approx([-1.0, grid.x[-1]])
@@ -128,7 +142,9 @@ def test_waves_keep_the_stated_part(ratio):
 
 
 def test_uneven_samples_are_weighed_by_what_they_stand_for():
-    """Samples six times as dense in the middle: the wave keeps half of its amplitude all the same."""
+    """Samples six times as dense in the middle: the wave keeps half of its amplitude all the
+    same.
+    """
     t = np.linspace(-1, 1, 500)
     x = 150 + 100 * (0.3 * t + 0.7 * t**3)
     wave = np.sin(2 * np.pi * x / 20)
@@ -153,7 +169,9 @@ def test_nothing_depends_on_the_unit_of_length():
 
 
 def test_a_line_keeps_its_reference_depth_and_few_samples_stay():
-    line = vc.SampledDistance(np.array([1.0, 0.0, 1.0]), np.array([0.0, 1.0, 2.0]), reference_depth=9.0)
+    line = vc.SampledDistance(
+        np.array([1.0, 0.0, 1.0]), np.array([0.0, 1.0, 2.0]), reference_depth=9.0
+    )
     assert line.smoothed(5.0).reference_depth == 9.0
     assert line.smoothed(5.0).h == pytest.approx(line.h)
 

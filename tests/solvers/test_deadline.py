@@ -43,7 +43,9 @@ SOLVERS = {
     "newton, pressures": lambda normal, _, late: newton_normal(normal, late),
     "newton, tractions": lambda _, tangential, late: newton_tangential(tangential, late),
     "splitting, pressures": lambda normal, _, late: refine(normal, late, unsolved(normal)),
-    "splitting, tractions": lambda _, tangential, late: refine(tangential, late, unsolved(tangential)),
+    "splitting, tractions": lambda _, tangential, late: refine(
+        tangential, late, unsolved(tangential)
+    ),
     "clarabel, pressures": lambda normal, _, late: solve_normal("clarabel", normal, late),
     "osqp, pressures": lambda normal, _, late: solve_normal("osqp", normal, late),
     "scs, tractions": lambda _, tangential, late: solve_tangential("scs", tangential, late),
@@ -67,7 +69,9 @@ def test_solvers_of_programs_are_given_the_time_that_is_left(problems, name):
 
 
 def test_a_time_budget_is_kept_within_a_solver():
-    """One element at a time, NORM takes half a minute on the grid that is expected to take a second."""
+    """One element at a time, NORM takes half a minute on the grid that is expected to take a
+    second.
+    """
     scene = make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-3, vc.Steady(vx=0.02, spin=0.05))
     begun = time.process_time()
     sol = vc.solve(scene, normal="norm-single", time_budget=1.0)
@@ -78,7 +82,9 @@ def test_a_time_budget_is_kept_within_a_solver():
 
 
 def test_a_call_inside_another_takes_its_own_time(monkeypatch):
-    """By a clock that the test sets: the seconds of all solvers add up to those that passed, none counted twice."""
+    """By a clock that the test sets: the seconds of all solvers add up to those that passed, none
+    counted twice.
+    """
     stats, now = SolveStats(), [0.0]
     monkeypatch.setattr("varcontact.solvers.interface.time.perf_counter", lambda: now[0])
     for _ in range(2):

@@ -1,4 +1,6 @@
-"""Every method by its name: the optimality conditions of its answers, what is refused, and what is not installed."""
+"""Every method by its name: the optimality conditions of its answers, what is refused, and what is
+not installed.
+"""
 
 import dataclasses
 import functools
@@ -14,8 +16,8 @@ from varcontact.solvers.registry import normal_methods, states_programs, tangent
 ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-exact")
 """They end on the right areas, and there solve a linear system: rounding is all that is left."""
 REACHED = {"normal": 1e-8, "tangential": 5e-6}
-"""What programs leave without a polish when asked for 1e-8 (QPs) and 1e-7 (cones: near the edges of the friction
-disks the last digits come slowly, up to 16 times the request was seen)."""
+"""What programs leave without a polish when asked for 1e-8 (QPs) and 1e-7 (cones: near the edges of
+the friction disks the last digits come slowly, up to 16 times the request was seen)."""
 CELLS = vc.Grid(nx=8, ny=8)
 GRIDS = {"steady": vc.Grid(nx=6, ny=6), "shift": CELLS}  # a march takes many solves
 
@@ -78,20 +80,35 @@ def test_normal_methods(rolling, check_kkt, name, formulation, prescribed):
 
 
 def test_quadprog_refuses_a_singular_matrix_clearly(rolling):
-    """The potential form with the force prescribed has no quadratic term in the approach; quadprog wants one."""
+    """The potential form with the force prescribed has no quadratic term in the approach; quadprog
+    wants one.
+    """
     for polish in (True, False):
-        with pytest.raises(vc.NotConverged, match=r"quadprog gave no pressure.*not positive definite") as failure:
-            solved(normal_scene(rolling, "force"), normal="qpsolvers:quadprog", formulation="potential", polish=polish)
+        with pytest.raises(
+            vc.NotConverged, match=r"quadprog gave no pressure.*not positive definite"
+        ) as failure:
+            solved(
+                normal_scene(rolling, "force"),
+                normal="qpsolvers:quadprog",
+                formulation="potential",
+                polish=polish,
+            )
         assert failure.value.solution is None
 
 
 def test_all_names_are_there():
     """The lists that users see, and that the tests above go through."""
     assert {"hertz", "norm", "norm-single", "clarabel", "osqp", "scs"} <= set(normal_methods())
-    assert {"qpsolvers:piqp", "qpsolvers:proxqp", "qpsolvers:daqp", "qpsolvers:quadprog"} <= set(normal_methods())
+    assert {"qpsolvers:piqp", "qpsolvers:proxqp", "qpsolvers:daqp", "qpsolvers:quadprog"} <= set(
+        normal_methods()
+    )
     assert {"cvxpy:CLARABEL", "cvxpy:OSQP", "cvxpy:SCS", "cvxpy:HIGHS"} <= set(normal_methods())
-    assert {"tang", "tang-safeguarded", "clarabel", "scs", "cvxpy:CLARABEL", "cvxpy:SCS"} <= set(tangential_methods())
-    assert not {"osqp", "cvxpy:OSQP", "qpsolvers:clarabel"} & set(tangential_methods()), "they know no cones"
+    assert {"tang", "tang-safeguarded", "clarabel", "scs", "cvxpy:CLARABEL", "cvxpy:SCS"} <= set(
+        tangential_methods()
+    )
+    assert not {"osqp", "cvxpy:OSQP", "qpsolvers:clarabel"} & set(tangential_methods()), (
+        "they know no cones"
+    )
 
 
 # ----------------------------------------------------------------------------- tangential
@@ -126,11 +143,17 @@ def motions(rolling, kind):
 
 def cases(tangential, prescribed):
     """All combinations; through CVXPY, and by SCS, which are slow, all forces only."""
-    return [(*t, p) for t in tangential for p in prescribed if p == "both" or not t[0].startswith(("cvxpy", "scs"))]
+    return [
+        (*t, p)
+        for t in tangential
+        for p in prescribed
+        if p == "both" or not t[0].startswith(("cvxpy", "scs"))
+    ]
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "formulation", "prescribed"), cases(TANGENTIAL, ("creepages", "Fx", "Fy", "both"))
+    ("name", "kind", "formulation", "prescribed"),
+    cases(TANGENTIAL, ("creepages", "Fx", "Fy", "both")),
 )
 def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescribed):
     scene = rolling(motion=motions(rolling, kind)[prescribed], grid=GRIDS[kind])
@@ -141,8 +164,12 @@ def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescri
     if name in ACTIVE_SETS:
         assert sol.converged
     free = (STEADY if kind == "steady" else SHIFT).rigid
-    assert sol.creepage == pytest.approx(free, rel=1e-5), "the creepage is the multiplier of the force"
-    assert sol.elements["stick"] > 5 and sol.elements["slip"] > 5, "both kinds of area are there to be found"
+    assert sol.creepage == pytest.approx(free, rel=1e-5), (
+        "the creepage is the multiplier of the force"
+    )
+    assert sol.elements["stick"] > 5 and sol.elements["slip"] > 5, (
+        "both kinds of area are there to be found"
+    )
     if formulation == "marching":
         assert sol.status["tangential"] == "Steady"
 
@@ -161,11 +188,20 @@ def test_polished_tangential_methods(rolling, check_kkt, name, kind, formulation
 
 @pytest.mark.parametrize(
     ("normal", "tangential"),
-    [("norm", "tang-safeguarded"), ("osqp", "tang"), ("norm-single", "scs"), ("clarabel", "clarabel")],
+    [
+        ("norm", "tang-safeguarded"),
+        ("osqp", "tang"),
+        ("norm-single", "scs"),
+        ("clarabel", "clarabel"),
+    ],
 )
-@pytest.mark.parametrize("motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1, vy=0.01), vc.Shift(Fx=0.1, Fy=0.1)])
+@pytest.mark.parametrize(
+    "motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1, vy=0.01), vc.Shift(Fx=0.1, Fy=0.1)]
+)
 def test_unlike_bodies_by_any_pair_of_methods(rolling, check_kkt, normal, tangential, motion):
-    """Coupled, and polished where programs are solved: the conditions of the whole, K in both directions."""
+    """Coupled, and polished where programs are solved: the conditions of the whole, K in both
+    directions.
+    """
     scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), motion=motion, grid=CELLS)
     sol = solved(scene, normal=normal, tangential=tangential)
     assert sol.plan.coupling == "panagiotopoulos"
@@ -228,7 +264,9 @@ def test_formulations_that_do_not_apply(rolling, changes, arguments, remedy):
 
 
 def test_gap_that_is_not_convex_is_refused_unpolished(rolling):
-    """Long elements and short steps: S is indefinite, the program has no meaning, and nothing is asked of a solver."""
+    """Long elements and short steps: S is indefinite, the program has no meaning, and nothing is
+    asked of a solver.
+    """
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS)
@@ -238,7 +276,9 @@ def test_gap_that_is_not_convex_is_refused_unpolished(rolling):
 
 
 def test_marching_where_the_gap_is_not_convex(rolling, check_kkt):
-    """The programs of its steps are convex: it does march, polished and not, and ends at one solution."""
+    """The programs of its steps are convex: it does march, polished and not, and ends at one
+    solution.
+    """
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(spin=0.03, dq=0.35 * 2 * a / 5)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=5, ny=5))

@@ -31,7 +31,9 @@ def posed(scene):
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_tractions_from_an_interior_point_answer(rolling, motion):
-    """To rounding, where the solver's own answer is good to 1e-5; and the same as those of active sets."""
+    """To rounding, where the solver's own answer is good to 1e-5; and the same as those of active
+    sets.
+    """
     disc, sol = posed(rolling(motion=motion, grid=CELLS))
     problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     rough = solve_tangential("clarabel", problem, Settings(1e-4))

@@ -1,4 +1,6 @@
-"""Conformal contact: CONTACT's numbers for a wheel in a groove, two roads to one answer, and what must not matter."""
+"""Conformal contact: CONTACT's numbers for a wheel in a groove, two roads to one answer, and what
+must not matter.
+"""
 
 import json
 from dataclasses import replace
@@ -14,12 +16,19 @@ QUARTER = np.array(DATA["distance"])
 HALF = np.concatenate([QUARTER[:0:-1], QUARTER])
 DISTANCE = np.concatenate([HALF[:, :0:-1], HALF], axis=1)
 GRID = vc.Grid(
-    nx=DATA["grid"]["mx"], ny=DATA["grid"]["my"], dx=0.4, dy=0.4, x0=DATA["grid"]["xl"], y0=DATA["grid"]["yl"]
+    nx=DATA["grid"]["mx"],
+    ny=DATA["grid"]["my"],
+    dx=0.4,
+    dy=0.4,
+    x0=DATA["grid"]["xl"],
+    y0=DATA["grid"]["yl"],
 )
 COARSE = vc.Grid(nx=26, ny=20, dx=0.8, dy=0.8, x0=GRID.x0 - 0.2, y0=GRID.y0 - 0.2)
 """Of every second element."""
 RADIUS = 10.1
-MOTION = vc.Steady(vx=DATA["motion"]["vx"], vy=DATA["motion"]["vy"], spin=DATA["motion"]["phi"], dq=0.4)
+MOTION = vc.Steady(
+    vx=DATA["motion"]["vx"], vy=DATA["motion"]["vy"], spin=DATA["motion"]["phi"], dq=0.4
+)
 CASES = {case["tag"]: case for case in DATA["cases"]}
 
 
@@ -27,7 +36,12 @@ def scene(inclination=None, friction=0.3, motion=MOTION, grid=GRID, h=DISTANCE, 
     surface = vc.SampledDistance(h, inclination=inclination)
     bodies = vc.Bodies(G=G, nu=0.28)
     return vc.Scene(
-        bodies=bodies, surface=surface, friction=friction, motion=motion, grid=grid, **load or {"approach": 0.0}
+        bodies=bodies,
+        surface=surface,
+        friction=friction,
+        motion=motion,
+        grid=grid,
+        **load or {"approach": 0.0},
     )
 
 
@@ -49,7 +63,8 @@ def test_fields_and_sums_are_those_of_contact(tag):
     case = CASES[tag]
     sol = vc.solve(in_groove(case["turn"], friction=case["friction"]) if case["turn"] else scene())
     x, y = GRID.x[None, :], GRID.y[:, None]
-    area, (along_x, along_y) = GRID.area, sol.traction  # CONTACT adds up tractions in the frames of the elements
+    # CONTACT adds up tractions in the frames of the elements
+    area, (along_x, along_y) = GRID.area, sol.traction
     sums = {"Fn": sol.pressure.sum(), "Fx": along_x.sum(), "Fy": along_y.sum()}
     sums["Mz"] = (x * along_y - y * along_x).sum()
     for name, value in sums.items():
@@ -59,7 +74,9 @@ def test_fields_and_sums_are_those_of_contact(tag):
     for name, field in (("pn", sol.pressure), ("px", along_x), ("py", along_y)):
         np.testing.assert_allclose(field[:, GRID.nx // 2], case[f"col_{name}"], atol=2e-3)
     if tag == "halfspace":
-        assert [sol.normal_force, sol.Fx, sol.Fy] == pytest.approx([case["Fn"], case["Fx"], case["Fy"]], rel=1e-9)
+        assert [sol.normal_force, sol.Fx, sol.Fy] == pytest.approx(
+            [case["Fn"], case["Fx"], case["Fy"]], rel=1e-9
+        )
 
 
 def test_forces_are_those_along_the_axes_of_the_plane():
@@ -76,21 +93,28 @@ def test_active_sets_agree_with_newtons_method(pose, bodies):
     newton, sets = vc.solve(one, method="auto"), vc.solve(one, method="active-set", certify="gap")
     assert "newton" in newton.plan.normal and "norm" in sets.plan.normal
     assert 0 < newton.elements["slip"] < newton.elements["contact"]
-    np.testing.assert_allclose([*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7)
+    np.testing.assert_allclose(
+        [*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7
+    )
     assert max(newton.certificate.relative_gap, sets.certificate.relative_gap) < 1e-9
     assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("pose", "layer"), [(in_groove, vc.ThirdBody(0.02, 820.0)), (uneven, vc.ThirdBody(0.02, 820.0, tau_c0=80.0))]
+    ("pose", "layer"),
+    [(in_groove, vc.ThirdBody(0.02, 820.0)), (uneven, vc.ThirdBody(0.02, 820.0, tau_c0=80.0))],
 )
 def test_a_third_body_lies_on_the_curved_surface(pose, layer):
     one = replace(coarse(pose, motion=vc.Steady(vx=5e-4, vy=-2e-4, spin=1e-4)), third_body=layer)
     newton, sets = vc.solve(one), vc.solve(one, method="active-set", certify="gap")
-    np.testing.assert_allclose([*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7)
+    np.testing.assert_allclose(
+        [*newton.force, newton.normal_force], [*sets.force, sets.normal_force], rtol=1e-7
+    )
     assert max(newton.certificate.relative_gap, sets.certificate.relative_gap) < 1e-9
     assert newton.power == pytest.approx(newton.friction_work, rel=1e-9)
-    flat = [vc.SampledDistance(DISTANCE[::2, ::2], inclination=turn) for turn in (0 * COARSE.y, None)]
+    flat = [
+        vc.SampledDistance(DISTANCE[::2, ::2], inclination=turn) for turn in (0 * COARSE.y, None)
+    ]
     turned, plane = (vc.solve(replace(one, surface=each)) for each in flat)
     np.testing.assert_allclose(turned.force, plane.force, rtol=1e-8)
 
@@ -118,10 +142,14 @@ def test_a_slip_by_element_replaces_the_creepages_that_have_it(tmp_path):
 
 def test_a_surface_that_is_not_inclined_is_the_plane():
     flat, plane = vc.solve(scene(np.zeros(GRID.rows))), vc.solve(scene())
-    np.testing.assert_allclose([*flat.force, flat.normal_force], [*plane.force, plane.normal_force], rtol=1e-8)
+    np.testing.assert_allclose(
+        [*flat.force, flat.normal_force], [*plane.force, plane.normal_force], rtol=1e-8
+    )
 
 
-@pytest.mark.parametrize(("load", "waves"), [({"approach": 0.0}, 0.1), ({"normal_force": 95e3}, 0.0)])
+@pytest.mark.parametrize(
+    ("load", "waves"), [({"approach": 0.0}, 0.1), ({"normal_force": 95e3}, 0.0)]
+)
 def test_accuracy_is_kept(load, waves):
     inclination = GRID.y / RADIUS + waves * np.sin(GRID.y / 3)
     surface = vc.SampledDistance(DISTANCE, GRID.x, GRID.y, inclination=inclination)
@@ -159,7 +187,9 @@ BAD = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("field", "call"), [(name, call) for name, calls in BAD.items() for call in calls])
+@pytest.mark.parametrize(
+    ("field", "call"), [(name, call) for name, calls in BAD.items() for call in calls]
+)
 def test_bad_input_is_refused(field, call):
     with pytest.raises(vc.SceneError) as error:
         call()

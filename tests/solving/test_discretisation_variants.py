@@ -39,7 +39,11 @@ def test_a_history_by_the_steps_that_count():
     scene = replace(SCENE, motion=vc.Transient(steps=3, dq=0.25, vx=0.05))
     found = answer(scene, Way(cells=8, coarser=4, edge="touched"), steps=(2,))
     assert list(found.values) == ["Fx[2]", "Fy[2]", "Mz[2]"]
-    for steps, message in (((3,), r"steps\[0\] = 3 .* from 0 to 2"), (("x",), r"steps\[0\] = 'x'"), (2, "steps = 2")):
+    for steps, message in (
+        ((3,), r"steps\[0\] = 3 .* from 0 to 2"),
+        (("x",), r"steps\[0\] = 'x'"),
+        (2, "steps = 2"),
+    ):
         with pytest.raises(vc.SceneError, match=message):
             answer(scene, Way(cells=8), steps=steps)
 
@@ -67,17 +71,32 @@ def test_an_accuracy_is_that_of_solve():
     [
         ({}, "cells = 0 is not allowed: must be a whole number, 1 or more"),
         ({"cells": "8"}, "cells = '8'"),
-        ({"cells": 8, "accuracy": 0.01}, "accuracy = 0.01 is not allowed: must be the only choice of a grid"),
+        (
+            {"cells": 8, "accuracy": 0.01},
+            "accuracy = 0.01 is not allowed: must be the only choice of a grid",
+        ),
         ({"edge": "touched", "accuracy": 0.01}, "leave out what else describes one"),
         ({"order": 2.0, "accuracy": 0.01}, "leave out what else describes one"),
         ({"accuracy": "x"}, "accuracy = 'x'"),
         ({"cells": 8, "along": 0.0}, "along = 0.0"),
         ({"cells": 8, "coarser": 4, "order": 0}, "order = 0"),
         ({"cells": 8, "options": (("accuracy", 0.1),)}, "give it as the accuracy of the way"),
-        ({"cells": 8, "options": {"tangential": "fastsim"}}, "options = .* must be pairs of a name and a value"),
-        ({"cells": 8, "options": ("tangential", "fastsim")}, "options = .* must be pairs of a name and a value"),
-        ({"cells": 8, "motion": (("spin_offset", 0.0, 1.0),)}, "motion = .* must be pairs of a name and a value"),
-        ({"cells": 8, "motion": ((0.0, "spin_offset"),)}, "motion = .* must be pairs of a name and a value"),
+        (
+            {"cells": 8, "options": {"tangential": "fastsim"}},
+            "options = .* must be pairs of a name and a value",
+        ),
+        (
+            {"cells": 8, "options": ("tangential", "fastsim")},
+            "options = .* must be pairs of a name and a value",
+        ),
+        (
+            {"cells": 8, "motion": (("spin_offset", 0.0, 1.0),)},
+            "motion = .* must be pairs of a name and a value",
+        ),
+        (
+            {"cells": 8, "motion": ((0.0, "spin_offset"),)},
+            "motion = .* must be pairs of a name and a value",
+        ),
     ],
 )
 def test_a_way_has_cells_or_an_accuracy(given, message):
@@ -90,7 +109,9 @@ def test_names():
     assert str(Way(cells=10, options=(("tangential", "fastsim"),))) == "fastsim 10"
     assert str(Way(accuracy=0.01)) == "accuracy 0.01"
     assert str(Way(cells=16, coarser=8, order=2.0)) == "centres 8 + 16 by order 2"
-    assert str(Way(cells=8, motion=(("dq", 0.5),))) != str(Way(cells=8, motion=(("spin_offset", 0.5),)))
+    assert str(Way(cells=8, motion=(("dq", 0.5),))) != str(
+        Way(cells=8, motion=(("spin_offset", 0.5),))
+    )
     assert Way(cells=16, coarser=8, edge="touched", along=1.5).family == (
         "touched, extrapolated, 1.5 times as many along x"
     )

@@ -1,4 +1,6 @@
-"""Which elements that the contact's edge cuts are in contact: by their centres, or all that it touches."""
+"""Which elements that the contact's edge cuts are in contact: by their centres, or all that it
+touches.
+"""
 
 import dataclasses
 
@@ -59,7 +61,9 @@ def test_error_is_regular(rolling):
 
 
 def test_line_contact():
-    """All elements are inside; the averaged pressure, too, leads to Carter's force, with the order one."""
+    """All elements are inside; the averaged pressure, too, leads to Carter's force, with the order
+    one.
+    """
     exact, scene = carters_cylinders()
     cells = np.array([20, 40, 80, 160])
     errors = [fx(scene, n, "touched") / exact.force - 1 for n in cells]
@@ -88,20 +92,30 @@ def test_a_steady_state_stays(rolling):
         assert distance < 1e-8 * steady.pressure.max()
         assert history[-1].grid.edge == "touched"
     by_centres = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=12, ny=12)))[-1]
-    assert by_centres.grid.edge == "centres" and by_centres.elements["contact"] < steady.elements["contact"]
+    assert (
+        by_centres.grid.edge == "centres"
+        and by_centres.elements["contact"] < steady.elements["contact"]
+    )
 
 
 def test_converge_keeps_the_edge(rolling, tmp_path):
-    """No staircase is fitted; both kinds of elements tend to the same force, within their error bars."""
+    """No staircase is fitted; both kinds of elements tend to the same force, within their error
+    bars.
+    """
     touched, centres = (
         vc.converge(
-            rolling(grid=vc.Grid(nx=1, ny=1, edge=edge)), [6, 8, 10, 12], offsets=2, store=tmp_path / f"{edge}.csv"
+            rolling(grid=vc.Grid(nx=1, ny=1, edge=edge)),
+            [6, 8, 10, 12],
+            offsets=2,
+            store=tmp_path / f"{edge}.csv",
         )
         for edge in ("touched", "centres")
     )
     assert touched.runs["staircase"].isna().all() and centres.runs["staircase"].notna().all()
     one, other = touched.limit("Fx"), centres.limit("Fx")
-    assert abs(one["value"] - other["value"]) < one["error"] + other["error"] < 0.2 * abs(one["value"])
+    assert (
+        abs(one["value"] - other["value"]) < one["error"] + other["error"] < 0.2 * abs(one["value"])
+    )
     assert (touched.runs["contact_area"] > np.pi * 1.2 * 0.9).all()
     with pytest.raises(vc.SceneError, match="holds a study of another scene"):
         vc.converge(rolling(grid=TOUCHED), [8, 12], offsets=1, store=tmp_path / "centres.csv")
@@ -117,7 +131,9 @@ def test_pressures_to_be_judged_are_those_on_parts(rolling):
     sol = vc.solve(rolling(grid=TOUCHED))
     explicit = rolling(grid=sol.grid)
     assert vc.certify(explicit, sol.traction).relative_gap < 1e-12
-    with pytest.raises(vc.SceneError, match=r"pressure has shape \(14, 14\); it must be of shape \(42, 42\)"):
+    with pytest.raises(
+        vc.SceneError, match=r"pressure has shape \(14, 14\); it must be of shape \(42, 42\)"
+    ):
         vc.certify(explicit, sol.traction, sol.pressure)
 
 
@@ -126,5 +142,9 @@ def test_words():
         vc.Grid(nx=4, ny=4, edge="touch")
     refused(lambda: vc.Grid(nx=4, ny=4, edge=1), match=r"grid\.edge")
     own = TOUCHED.spread((-1.2, 1.2, -0.9, 0.9))
-    for grid in (own.extended(), own.scaled(2.0), vc.Grid(nx=4, edge="touched").spread((-1, 1, 0, 0))):
+    for grid in (
+        own.extended(),
+        own.scaled(2.0),
+        vc.Grid(nx=4, edge="touched").spread((-1, 1, 0, 0)),
+    ):
         assert grid.edge == "touched"

@@ -1,4 +1,6 @@
-"""Elements that the edge of a computed contact cuts: their pressure is solved for on parts of them."""
+"""Elements that the edge of a computed contact cuts: their pressure is solved for on parts of
+them.
+"""
 
 import dataclasses
 
@@ -16,7 +18,9 @@ ROLLS = vc.Steady(vx=0.03, vy=-0.02, spin=0.04)
 def surface():
     """A bowl that is no paraboloid."""
     x, y = np.meshgrid(PLACES, PLACES)
-    return vc.SampledDistance(0.5 * x**2 + 0.8 * y**2 + 0.05 * x**3 + 0.2 * y**4, x=PLACES, y=PLACES)
+    return vc.SampledDistance(
+        0.5 * x**2 + 0.8 * y**2 + 0.05 * x**3 + 0.2 * y**4, x=PLACES, y=PLACES
+    )
 
 
 def posed(edge="softened", cells=12, **changes):
@@ -45,8 +49,13 @@ def test_means_are_hertzs(rolling, edge):
     for cells in (12, 24):
         scene = second_order(rolling(grid=vc.Grid(nx=cells, ny=cells, edge=edge)))
         exact, found = vc.solve(scene), vc.solve(scene, normal="newton")
-        assert found.pressure_on_parts.shape == (SQUARE[0] * found.grid.rows, SQUARE[1] * found.grid.nx)
-        np.testing.assert_allclose(found.pressure, means(found.pressure_on_parts, SQUARE), rtol=1e-14)
+        assert found.pressure_on_parts.shape == (
+            SQUARE[0] * found.grid.rows,
+            SQUARE[1] * found.grid.nx,
+        )
+        np.testing.assert_allclose(
+            found.pressure, means(found.pressure_on_parts, SQUARE), rtol=1e-14
+        )
         assert exact.pressure_on_parts is None
         off.append(np.abs(found.pressure - exact.pressure).max() / exact.pressure.max())
         covered = means((found.pressure_on_parts > 0).astype(float), SQUARE)
@@ -65,14 +74,19 @@ def moved_lattice(cells, moved, edge):
 
 
 def test_errors_are_smaller_than_by_centres():
-    """On lattices moved by parts of an element: half the error on one grid, a third of that extrapolated from two."""
+    """On lattices moved by parts of an element: half the error on one grid, a third of that
+    extrapolated from two.
+    """
     fine = [loads(second_order(posed("softened", cells)), certify="none") for cells in (64, 96)]
     limit = fine[1] + (fine[1] - fine[0]) / (1.5**1.5 - 1)
     off = {}
     for edge in ("centres", "softened"):
         single, two = [], []
         for moved in (0.0, 0.3, 0.5, 0.8):
-            scenes = [second_order(posed(edge, grid=moved_lattice(cells, moved, edge))) for cells in (10, 20)]
+            scenes = [
+                second_order(posed(edge, grid=moved_lattice(cells, moved, edge)))
+                for cells in (10, 20)
+            ]
             coarse, finer = (loads(scene, certify="none") for scene in scenes)
             single.append(finer - limit)
             two.append(finer + (finer - coarse) / 3 - limit)
@@ -82,7 +96,9 @@ def test_errors_are_smaller_than_by_centres():
 
 
 def test_the_certificate_judges_the_pressure_on_the_parts():
-    """A rough pressure: residual and gap tell, and the bound on forces holds what it does to them."""
+    """A rough pressure: residual and gap tell, and the bound on forces holds what it does to
+    them.
+    """
     exact = vc.solve(second_order(posed()))
     rough = vc.solve(second_order(posed()), tol=1e-3, polish=False)
     found = rough.certificate
@@ -106,12 +122,16 @@ def test_a_grid_that_does_not_hold_the_contact_is_refused():
 
 @pytest.mark.parametrize("cells", [8, 12, 16, 21])
 def test_parts_beyond_the_samples(cells):
-    """Samples that end close to the contact: parts of elements at the rim lie beyond them, and change nothing."""
+    """Samples that end close to the contact: parts of elements at the rim lie beyond them, and
+    change nothing.
+    """
     near = np.linspace(-1.0, 1.0, 81)
     x, y = np.meshgrid(near, near)
     bowl = vc.SampledDistance(0.8 * x**2 + 1.2 * y**2, x=near, y=near)
     wide = vc.Paraboloids(Rx=0.625, Ry=1 / 2.4)
-    scenes = [second_order(posed(cells=cells, surface=each, normal_force=2.0)) for each in (bowl, wide)]
+    scenes = [
+        second_order(posed(cells=cells, surface=each, normal_force=2.0)) for each in (bowl, wide)
+    ]
     ends, goes_on = (vc.solve(scene, normal="newton") for scene in scenes)
     assert ends.grid.box[1] > 0.9
     np.testing.assert_allclose(loads_of(ends), loads_of(goes_on), rtol=0, atol=0.01)
@@ -120,7 +140,9 @@ def test_parts_beyond_the_samples(cells):
 
 
 def test_a_bound_on_forces_needs_a_pressure_that_tells_what_is_covered():
-    """Pressures so small that they may be none: the softening they cause is open, and so are the forces."""
+    """Pressures so small that they may be none: the softening they cause is open, and so are the
+    forces.
+    """
     sol = vc.solve(second_order(posed()))
     parts = np.where(sol.pressure_on_parts > 0, sol.pressure_on_parts, 1e-9 * sol.pressure.max())
     rows, columns = SQUARE
@@ -151,7 +173,9 @@ def test_a_step_in_which_only_parts_touch():
 
 
 def test_files(tmp_path):
-    """The pressure on the parts is kept, and measured again; one that the elements do not bear is refused."""
+    """The pressure on the parts is kept, and measured again; one that the elements do not bear is
+    refused.
+    """
     sol, path = vc.solve(second_order(posed())), tmp_path / "sol.nc"
     rows, columns = sol.pressure_on_parts.shape
     assert sol.to_xarray()["pressure_on_parts"].sizes == {"y_parts": rows, "x_parts": columns}
@@ -162,8 +186,13 @@ def test_files(tmp_path):
     wrong.save(path)
     refused(lambda: vc.load(path), match="that is missing", error=vc.OutputError)
     rows, columns = SQUARE
-    whole = (means((sol.pressure_on_parts > 0).astype(float), SQUARE) == 1).repeat(rows, axis=0).repeat(columns, axis=1)
-    pattern = np.arange(rows * columns).reshape(SQUARE) - (rows * columns - 1) / 2  # whose mean is zero
+    whole = (
+        (means((sol.pressure_on_parts > 0).astype(float), SQUARE) == 1)
+        .repeat(rows, axis=0)
+        .repeat(columns, axis=1)
+    )
+    # whose mean is zero
+    pattern = np.arange(rows * columns).reshape(SQUARE) - (rows * columns - 1) / 2
     uneven = 0.01 * sol.pressure.max() * np.tile(pattern, sol.grid.shape) * whole
     other = dataclasses.replace(sol, pressure_on_parts=sol.pressure_on_parts + uneven)
     other.save(path)
@@ -172,8 +201,12 @@ def test_files(tmp_path):
 
 def test_a_history(tmp_path):
     steady = vc.solve(posed("touched"))
-    motion = vc.Transient(steps=3, start=steady, vx=0.03, vy=-0.02, spin=0.04, normal_force=[1.0, 1.0, 0.0])
-    history = vc.solve(posed("touched", motion=motion, grid=steady.grid), store=tmp_path / "history.nc")
+    motion = vc.Transient(
+        steps=3, start=steady, vx=0.03, vy=-0.02, spin=0.04, normal_force=[1.0, 1.0, 0.0]
+    )
+    history = vc.solve(
+        posed("touched", motion=motion, grid=steady.grid), store=tmp_path / "history.nc"
+    )
     assert np.abs(history[1].traction - steady.traction).max() < 1e-8 * steady.pressure.max()
     parts = history[2].pressure_on_parts
     assert not parts.any() and parts.shape == steady.pressure_on_parts.shape

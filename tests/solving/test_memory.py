@@ -34,7 +34,9 @@ print((most - before) / said)
 """
 
 
-@pytest.mark.parametrize(("tangential", "cells"), [("tang-safeguarded", 25), ("clarabel", 20), ("newton", 240)])
+@pytest.mark.parametrize(
+    ("tangential", "cells"), [("tang-safeguarded", 25), ("clarabel", 20), ("newton", 240)]
+)
 def test_peak_memory_is_as_estimated(tangential, cells):
     """In a process of its own, to a third."""
     code = MEASURE.format(tangential=tangential, cells=cells)
@@ -70,11 +72,15 @@ def test_what_is_known_not_to_fit_is_refused_before_any_table_is_made(rolling, b
 def test_a_study_is_refused_before_its_first_solve(rolling, built):
     surface, solved = vc.Paraboloids(1.0, 0.8), []
     scene = rolling(surface=surface, normal_force=1e-3)
-    with pytest.raises(vc.TooLarge, match=r"cells = 20000: tang-safeguarded needs about .* leave these cells out"):
+    with pytest.raises(
+        vc.TooLarge, match=r"cells = 20000: tang-safeguarded needs about .* leave these cells out"
+    ):
         vc.converge(scene, [4, 20000], progress=solved.append)
     with pytest.raises(vc.TooLarge, match="cells = 400: clarabel needs about"):
         vc.converge(scene, [4, 400], ["newton", "clarabel"], progress=solved.append)
-    with pytest.raises(vc.SceneError, match="offsets = 1000000000 is not allowed: must be a whole number from 1 to"):
+    with pytest.raises(
+        vc.SceneError, match="offsets = 1000000000 is not allowed: must be a whole number from 1 to"
+    ):
         vc.converge(scene, [4, 6, 8], offsets=10**9)
     assert not solved
     assert not built
@@ -82,7 +88,10 @@ def test_a_study_is_refused_before_its_first_solve(rolling, built):
 
 def test_histories_without_end():
     for steps in (10**20, 1_000_001):
-        with pytest.raises(vc.SceneError, match=r"motion.steps = .*from 1 to 1000000; a longer history goes on from"):
+        with pytest.raises(
+            vc.SceneError,
+            match=r"motion.steps = .*from 1 to 1000000; a longer history goes on from",
+        ):
             vc.Transient(steps=steps)
     with pytest.raises(vc.SceneError, match=r"motion\.steps = 1000.* a whole number"):
         vc.Transient(steps=10**400)
@@ -92,13 +101,17 @@ def test_a_history_that_does_not_fit_into_memory_is_sent_to_a_file(rolling, buil
     """And is refused before its steps are looked at one by one."""
     motion, grid = vc.Transient(steps=10**5, vx=0.01), vc.Grid(nx=900, ny=900)
     scene = rolling(surface=vc.Paraboloids(1.0, 0.8), motion=motion, grid=grid)
-    with pytest.raises(vc.TooLarge, match=r"the history in memory needs about .* with store = a file"):
+    with pytest.raises(
+        vc.TooLarge, match=r"the history in memory needs about .* with store = a file"
+    ):
         vc.solve(scene)
     assert not built
 
 
 def test_matrices_go_with_the_solve(rolling, monkeypatch):
-    """They and their operators refer to each other: they must not wait until Python looks for cycles."""
+    """They and their operators refer to each other: they must not wait until Python looks for
+    cycles.
+    """
     matrices, assemble = [], GridOperator.dense
 
     def dense(self, elements, loaded=None):

@@ -1,4 +1,6 @@
-"""The roads as one choice, and who is called on each: counted where solvers are called, not where they are chosen."""
+"""The roads as one choice, and who is called on each: counted where solvers are called, not where
+they are chosen.
+"""
 
 import json
 
@@ -17,7 +19,9 @@ CELLS = vc.Grid(nx=8, ny=8)
 
 def called(sol, problem=None):
     """Names of all solvers that were called, for one problem or for all."""
-    return {name for each, solvers in sol.calls.items() if problem in (None, each) for name in solvers}
+    return {
+        name for each, solvers in sol.calls.items() if problem in (None, each) for name in solvers
+    }
 
 
 def friction_force(sol):
@@ -25,7 +29,9 @@ def friction_force(sol):
 
 
 def check_convex(scene):
-    """Converged to its tolerance by conic solvers alone, every pass by the program, and the forces of active sets."""
+    """Converged to its tolerance by conic solvers alone, every pass by the program, and the forces
+    of active sets.
+    """
     sol, other = vc.solve(scene, method="convex"), vc.solve(scene, method="active-set")
     assert sol.converged
     assert sol.certificate.residual <= TOLERANCE
@@ -56,11 +62,15 @@ def test_convex_history(rolling):
 
 
 def test_convex_march(rolling):
-    """Where the gap is not convex, it is refused, with what to ask for instead; and that has the solution."""
+    """Where the gap is not convex, it is refused, with what to ask for instead; and that has the
+    solution.
+    """
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.03, spin=0.03, dq=0.4 * 2 * a / 6)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=6, ny=6))
-    with pytest.raises(vc.SceneError, match="the gap is not convex for elements so long") as refusal:
+    with pytest.raises(
+        vc.SceneError, match="the gap is not convex for elements so long"
+    ) as refusal:
         vc.solve(scene, method="convex")
     assert refusal.value.field == "formulation"
     assert '"marching", or a longer motion.dq' in str(refusal.value)
@@ -82,7 +92,9 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     """Clarabel is not called at all: then nothing says that it solved anything."""
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
-    sol = vc.solve(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS), tangential="clarabel")
+    sol = vc.solve(
+        rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS), tangential="clarabel"
+    )
     assert "clarabel" not in sol.calls["tangential"]
     assert sol.solved_by["tangential"] == "tang-safeguarded"
     why = "the gap is not convex on these elements, so tang-safeguarded was used"
@@ -110,7 +122,11 @@ def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "field", "words"),
     [
-        ({"method": "konvex"}, "method", "one of auto, convex, active-set, kalker (did you mean convex?)"),
+        (
+            {"method": "konvex"},
+            "method",
+            "one of auto, convex, active-set, kalker (did you mean convex?)",
+        ),
         ({"method": 3}, "method", "one of auto, convex, active-set, kalker"),
         (
             {"method": "convex", "tangential": "tang"},
@@ -118,7 +134,11 @@ def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
             'a solver of programs, such as clarabel or scs with method = "convex"; '
             'with method = "auto" any solver may be named',
         ),
-        ({"method": "convex", "normal": "norm"}, "normal", "a solver of programs, such as clarabel or scs"),
+        (
+            {"method": "convex", "normal": "norm"},
+            "normal",
+            "a solver of programs, such as clarabel or scs",
+        ),
         ({"method": "convex", "tangential": "fastsim"}, "tangential", "a solver of programs"),
         ({"method": "convex", "tangential": "clarable"}, "tangential", "did you mean clarabel?"),
         (
@@ -127,9 +147,21 @@ def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
             'tang or tang-exact or tang-safeguarded with method = "active-set"',
         ),
         ({"method": "active-set", "normal": "osqp"}, "normal", "norm or norm-single with"),
-        ({"method": "kalker", "tangential": "tang"}, "tangential", 'tang-exact with method = "kalker";'),
-        ({"method": "kalker", "formulation": "gap"}, "formulation", "tang-exact does not solve a program"),
-        ({"method": "convex", "polish": True}, "polish", 'left out: method = "convex" calls no active sets'),
+        (
+            {"method": "kalker", "tangential": "tang"},
+            "tangential",
+            'tang-exact with method = "kalker";',
+        ),
+        (
+            {"method": "kalker", "formulation": "gap"},
+            "formulation",
+            "tang-exact does not solve a program",
+        ),
+        (
+            {"method": "convex", "polish": True},
+            "polish",
+            'left out: method = "convex" calls no active sets',
+        ),
         ({"method": "convex", "polish": 1}, "polish", "true or false"),
     ],
 )
@@ -144,7 +176,10 @@ def test_plan_and_scan_take_a_method(rolling):
     scene = rolling(grid=CELLS)
     planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
     assert (planned.normal, planned.tangential, planned.method) == ("hertz", "clarabel", "convex")
-    assert planned.reasons["method"] == "requested: QP and SOCP by conic solvers, never polished by active sets"
+    assert (
+        planned.reasons["method"]
+        == "requested: QP and SOCP by conic solvers, never polished by active sets"
+    )
     assert f"  method              convex: {planned.reasons['method']}" in str(planned)
     assert f"  method            convex: {planned.reasons['method']}" in sol.report()
     curve = vc.scan(scene, [(0.02, 0.0, 0.0), (0.04, -0.02, 0.05)], method="convex")

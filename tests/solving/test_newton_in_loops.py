@@ -1,4 +1,6 @@
-"""Newton's method without a matrix within loops: unlike bodies, laws of friction, histories. The dense answers."""
+"""Newton's method without a matrix within loops: unlike bodies, laws of friction, histories. The
+dense answers.
+"""
 
 import dataclasses
 import math
@@ -12,7 +14,10 @@ from varcontact.solvers import registry
 from varcontact.solvers.newton import kernel
 from varcontact.solving import contact_solver
 
-DENSE, NEWTON = ({"normal": pair[0], "tangential": pair[1]} for pair in (("norm", "tang-safeguarded"), ("newton",) * 2))
+DENSE, NEWTON = (
+    {"normal": pair[0], "tangential": pair[1]}
+    for pair in (("norm", "tang-safeguarded"), ("newton",) * 2)
+)
 FORCE = 1e-3
 MIXED = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 LAWS = [
@@ -24,7 +29,12 @@ LAWS = [
 
 def ball(**changes):
     """A ball that rolls on a plane."""
-    base = {"bodies": MIXED, "surface": vc.Paraboloids(1.0, 1.0), "normal_force": FORCE, "friction": 0.3}
+    base = {
+        "bodies": MIXED,
+        "surface": vc.Paraboloids(1.0, 1.0),
+        "normal_force": FORCE,
+        "friction": 0.3,
+    }
     motion = vc.Steady(vx=4e-3, vy=-2e-3, spin=0.05)
     return vc.Scene(**{**base, "motion": motion, "grid": vc.Grid(nx=9, ny=8), **changes})
 
@@ -33,14 +43,24 @@ def check_same(one, other):
     """Tractions and pressures, to 1e-7 of the largest bound and pressure."""
     bound = float(np.max(other.traction_bound))
     np.testing.assert_allclose(one.traction, other.traction, rtol=0, atol=1e-7 * bound)
-    np.testing.assert_allclose(one.pressure, other.pressure, rtol=0, atol=1e-7 * other.pressure.max())
+    np.testing.assert_allclose(
+        one.pressure, other.pressure, rtol=0, atol=1e-7 * other.pressure.max()
+    )
     assert one.certificate.residual <= 1e-8
 
 
 def test_both_together_where_passes_converge_slowly():
-    """K = 0.5, f = 2, half of what friction can carry: 40 passes, and those only with acceleration."""
+    """K = 0.5, f = 2, half of what friction can carry: 40 passes, and those only with
+    acceleration.
+    """
     bodies, grid = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Grid(nx=30)
-    scene = ball(bodies=bodies, surface=vc.Cylinders(R=1.0), grid=grid, friction=2.0, motion=vc.Steady(Fx=-1e-3))
+    scene = ball(
+        bodies=bodies,
+        surface=vc.Cylinders(R=1.0),
+        grid=grid,
+        friction=2.0,
+        motion=vc.Steady(Fx=-1e-3),
+    )
     found, dense = vc.solve(scene, coupling="newton"), vc.solve(scene, **DENSE)
     check_same(found, dense)
     assert (len(found.passes), len(dense.passes) > 20) == (1, True)
@@ -51,7 +71,9 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
     wrong = {"nothing": 0.0, "no number": np.nan, "far away": 3.0}[failing]
 
     def failed(problem, settings, start, residual):
-        return dataclasses.replace(start, traction=wrong * start.traction, solved=False, status="MaxIterations")
+        return dataclasses.replace(
+            start, traction=wrong * start.traction, solved=False, status="MaxIterations"
+        )
 
     monkeypatch.setattr("varcontact.solving.coupling.newton_coupled", failed)
     sol = vc.solve(ball(), coupling="newton")
@@ -59,7 +81,9 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
     assert len(sol.passes) > 3
 
 
-@pytest.mark.parametrize("changes", [{}, {"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": LAWS[1]}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": LAWS[1]}]
+)
 def test_no_pass_asks_for_more_than_the_next_one_sees(monkeypatch, changes):
     """Within passes accuracy grows with theirs; from one to the next nothing begins anew."""
     asked, solve = [], registry.TANGENTIAL["newton"]
@@ -100,6 +124,8 @@ def test_passes_form_no_matrix(built, monkeypatch, coupling):
 
 def test_changed_pressures_are_new_to_every_pass():
     """A pass under the pressures of the one before would end at Johnson's answer."""
-    whole, johnson = (vc.solve(ball(), **NEWTON, coupling=coupling) for coupling in ("panagiotopoulos", "johnson"))
+    whole, johnson = (
+        vc.solve(ball(), **NEWTON, coupling=coupling) for coupling in ("panagiotopoulos", "johnson")
+    )
     assert np.abs(whole.pressure - johnson.pressure).max() > 1e-3 * whole.pressure.max()
     assert whole.certificate.residual < 1e-8 < johnson.certificate.residual

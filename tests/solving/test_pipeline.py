@@ -28,7 +28,9 @@ def problem_of(scene):
 
 def gives_up(problem, settings, start):
     """A solver that brings nothing."""
-    return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 7, "MaxIterations", solved=False)
+    return RawSolution(
+        np.zeros_like(problem.rigid_shift), np.zeros(2), 7, "MaxIterations", solved=False
+    )
 
 
 @pytest.fixture
@@ -36,14 +38,21 @@ def replaced(monkeypatch):
     """A function: put solvers of the tangential problem in the place of those of these names."""
 
     def replace(**solvers):
-        known = {name.replace("_", "-"): counted(name.replace("_", "-"), each) for name, each in solvers.items()}
-        monkeypatch.setattr(pipeline, "tangential_solver", lambda name: known.get(name) or tangential_solver(name))
+        known = {
+            name.replace("_", "-"): counted(name.replace("_", "-"), each)
+            for name, each in solvers.items()
+        }
+        monkeypatch.setattr(
+            pipeline, "tangential_solver", lambda name: known.get(name) or tangential_solver(name)
+        )
 
     return replace
 
 
 def solved(scene, tol=1e-8, polish=True, **methods):
-    """The tangential problem under Hertz's pressure, solved: problem, answer, and (count, iterations) of solvers."""
+    """The tangential problem under Hertz's pressure, solved: problem, answer, and (count,
+    iterations) of solvers.
+    """
     problem, plan = problem_of(scene), select(scene, **methods)
     settings = Settings(tol, plan.formulation)
     raw = solve_problem(problem, plan, polish, settings, None)
@@ -53,7 +62,9 @@ def solved(scene, tol=1e-8, polish=True, **methods):
 
 @pytest.mark.parametrize("motion", [vc.Steady(vx=0.05, spin=0.1), vc.Shift(Fx=0.1, rotation=0.1)])
 def test_the_program_where_active_sets_fail(rolling, replaced, motion):
-    """From nothing that active sets brought, the fallback has the answer; all who were asked are counted."""
+    """From nothing that active sets brought, the fallback has the answer; all who were asked are
+    counted.
+    """
     replaced(tang_safeguarded=gives_up)
     problem, raw, calls = solved(rolling(motion=motion, grid=GRID))
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
@@ -80,12 +91,18 @@ def test_no_fallback_where_the_gap_is_not_convex(rolling, replaced):
 
 
 def test_a_better_answer_is_asked_for_where_refinement_does_not_do(rolling, replaced, monkeypatch):
-    """A solver whose first answer is far away, and a refinement that does not help it: asked again, for more."""
+    """A solver whose first answer is far away, and a refinement that does not help it: asked again,
+    for more.
+    """
     clarabel, refine, asked = tangential_solver("clarabel"), pipeline.refine, []
 
     def far(problem, settings, start):
         asked.append(settings.tol)
-        return clarabel(problem, settings, start) if len(asked) > 1 else gives_up(problem, settings, start)
+        return (
+            clarabel(problem, settings, start)
+            if len(asked) > 1
+            else gives_up(problem, settings, start)
+        )
 
     def little(problem, settings, start):
         return start if start.status == "MaxIterations" else refine(problem, settings, start)
@@ -105,7 +122,7 @@ def test_refinement_never_spoils_an_answer(rolling, monkeypatch):
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-6
 
 
-# ----------------------------------------------------------------------------- The coupling loop by itself
+# ---------------------------------------------------------------------- The coupling loop by itself
 
 
 SIZE = 40
@@ -114,7 +131,9 @@ MATRIX = np.diag(np.linspace(-0.9, 0.9, SIZE))
 
 
 def passes(says, useless=True):
-    """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved it."""
+    """How many passes it makes of ``p = 1 + M q, q = p``, where solvers say so whether they solved
+    it.
+    """
     answers = iter(says)
 
     def normal(state):
@@ -140,14 +159,17 @@ def passes(says, useless=True):
 
 
 def test_solvers_that_solve():
-    """The fixed point ``(1 - M)^-1 1``, sooner than by repeating at the rate 0.9, which takes some 170 passes."""
+    """The fixed point ``(1 - M)^-1 1``, sooner than by repeating at the rate 0.9, which takes some
+    170 passes.
+    """
     count, state = passes([])
     np.testing.assert_allclose(state.pressure[0], 1 / (1 - np.diag(MATRIX)), rtol=1e-6)
     assert 6 < count < 100
 
 
 @pytest.mark.parametrize(
-    ("solved", "expected"), [([True, True, False, False], 3), ([True, True, False, True, False, False], 5)]
+    ("solved", "expected"),
+    [([True, True, False, False], 3), ([True, True, False, True, False, False], 5)],
 )
 def test_two_failures_in_a_row_end_it(solved, expected):
     """The first answer of all is the start of the loop, and no pass."""
@@ -161,7 +183,9 @@ def test_single_failures_do_not_end_it():
 
 
 def test_solvers_that_fail_and_come_nearer_all_the_same():
-    """An interior point may say AlmostSolved in every pass: while the whole comes nearer, that ends nothing."""
+    """An interior point may say AlmostSolved in every pass: while the whole comes nearer, that ends
+    nothing.
+    """
     count, state = passes([False] * 300, useless=False)
     assert count == passes([])[0]
     np.testing.assert_allclose(state.pressure[0], 1 / (1 - np.diag(MATRIX)), rtol=1e-6)
@@ -170,16 +194,24 @@ def test_solvers_that_fail_and_come_nearer_all_the_same():
 # ----------------------------------------------------------------------------- Marching
 
 
-MOTIONS = [vc.Steady(vx=0.05, vy=-0.02, spin=0.03), vc.Steady(Fx=-0.15, vy=-0.02), vc.Steady(Fx=-0.1, Fy=0.1)]
+MOTIONS = [
+    vc.Steady(vx=0.05, vy=-0.02, spin=0.03),
+    vc.Steady(Fx=-0.15, vy=-0.02),
+    vc.Steady(Fx=-0.1, Fy=0.1),
+]
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("inner", ["tang", "tang-exact", "tang-safeguarded"])
 def test_exact_steps_tend_to_the_gap_solution(rolling, check_kkt, inner, motion):
-    """Unpolished, at the tolerance asked for: the end of the march is accepted by the residual of steady rolling."""
+    """Unpolished, at the tolerance asked for: the end of the march is accepted by the residual of
+    steady rolling.
+    """
     gap = vc.solve(rolling(motion=motion, grid=GRID), formulation="gap")
     for tol in (1e-5, 1e-8):
-        sol = vc.solve(rolling(motion=motion, grid=GRID), tangential=inner, formulation="marching", tol=tol)
+        sol = vc.solve(
+            rolling(motion=motion, grid=GRID), tangential=inner, formulation="marching", tol=tol
+        )
         assert sol.status["tangential"] == "Steady"
         assert sol.plan.formulation == "marching"
         check_kkt(sol, tol)

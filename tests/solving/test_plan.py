@@ -11,7 +11,9 @@ from tests.scenes import make_scene, refused
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
 POINTS = np.linspace(-2.0, 2.0, 41)
-SAMPLES = vc.SampledDistance(POINTS[None, :] ** 2 / 2 + POINTS[:, None] ** 2 / 1.6, x=POINTS, y=POINTS)
+SAMPLES = vc.SampledDistance(
+    POINTS[None, :] ** 2 / 2 + POINTS[:, None] ** 2 / 1.6, x=POINTS, y=POINTS
+)
 EXPLICIT = vc.Grid(nx=20, ny=21, dx=0.15, dy=0.15, x0=-1.5, y0=-1.6)
 ROUGH = np.where(np.add.outer(np.arange(14), np.arange(14)) % 3 == 0, 0.0, 0.3)
 AROUND = vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.05)
@@ -29,7 +31,10 @@ CLOSED_FORM = {
     "frictionless, unlike": ({"friction": 0.0, "bodies": UNLIKE}, {}),
     "normal only": ({"motion": None}, {}),
     "friction by element": ({"friction": ROUGH, "grid": AROUND}, {}),
-    "marching by programs": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "clarabel", "formulation": "marching"}),
+    "marching by programs": (
+        {"motion": vc.Steady(vx=0.05)},
+        {"tangential": "clarabel", "formulation": "marching"},
+    ),
     "law": ({"friction": FALLING}, {}),
     "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
     "linear": ({}, {"tangential": "linear"}),
@@ -44,7 +49,10 @@ SOLVED_FOR = {
     "unlike": (COUPLED, {}),
     "unlike, law": ({"bodies": UNLIKE, "friction": FALLING}, {}),
     "unlike, once": (COUPLED, {"coupling": "johnson"}),
-    "unlike, shift, joint": ({**COUPLED, "motion": vc.Shift(ux=0.05, uy=0.03)}, {"coupling": "joint"}),
+    "unlike, shift, joint": (
+        {**COUPLED, "motion": vc.Shift(ux=0.05, uy=0.03)},
+        {"coupling": "joint"},
+    ),
     "unlike, line": ({**LINE, **COUPLED, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
 }
 SCENES = {**CLOSED_FORM, **SOLVED_FOR}
@@ -65,7 +73,10 @@ def test_plan_and_reality_agree(rolling, name):
     assert sizes.exact == (name in CLOSED_FORM)
     static = getattr(scene.friction, "static", scene.friction)
     friction = np.broadcast_to(static if sol.plan.tangential != "none" else 0.0, sol.grid.shape)
-    found = {"normal": sol.elements["contact"], "tangential": int(np.sum((sol.pressure > 0) & (friction > 0)))}
+    found = {
+        "normal": sol.elements["contact"],
+        "tangential": int(np.sum((sol.pressure > 0) & (friction > 0))),
+    }
     for problem, elements in sizes.elements.items():
         assert elements == found[problem] if sizes.exact else elements >= found[problem]
     if sizes.exact:
@@ -74,15 +85,28 @@ def test_plan_and_reality_agree(rolling, name):
 
 
 def test_tables_are_those_that_are_built(rolling, built):
-    for changes in ({}, {"motion": vc.Shift(ux=0.05)}, {"motion": None}, {"friction": 0.0}, COUPLED):
+    for changes in (
+        {},
+        {"motion": vc.Shift(ux=0.05)},
+        {"motion": None},
+        {"friction": 0.0},
+        COUPLED,
+    ):
         scene = rolling(**changes)
-        planned = {matrix.name: matrix for matrix in vc.plan(scene).sizes.matrices if matrix.kind == "table"}
+        planned = {
+            matrix.name: matrix
+            for matrix in vc.plan(scene).sizes.matrices
+            if matrix.kind == "table"
+        }
         built.clear()
         sol = vc.solve(scene)
         tables = {name: operator for name, operator in built if operator.shape == sol.grid.shape}
         assert set(tables) == set(planned)
         for name, operator in tables.items():
-            assert operator.table.shape[2:] == (planned[name].rows, planned[name].columns) or scene.bodies.K != 0
+            assert (
+                operator.table.shape[2:] == (planned[name].rows, planned[name].columns)
+                or scene.bodies.K != 0
+            )
             taken = 2 * operator.table.nbytes  # with its transform
             assert 0.5 * taken < planned[name].bytes < 2 * taken or scene.bodies.K != 0
 
@@ -98,7 +122,9 @@ def test_what_a_scene_does_not_require_is_not_built(rolling):
         return [(matrix.name, matrix.kind) for matrix in vc.plan(scene, **methods).sizes.matrices]
 
     assert names(rolling(friction=0.0)) == [("A_zz", "table")], "no tractions: no tangential blocks"
-    assert not any("z" in name and "t" in name for name, _ in names(rolling())), "K = 0: none between them"
+    assert not any("z" in name and "t" in name for name, _ in names(rolling())), (
+        "K = 0: none between them"
+    )
     assert ("A_zz", "dense") not in names(rolling()), "Hertz: no normal program"
     assert ("A_zz", "dense") in names(rolling(), normal="clarabel"), "unless it is asked for"
     line = vc.plan(rolling(**LINE, motion=vc.Steady(vx=0.05))).sizes
@@ -113,9 +139,17 @@ def test_what_a_scene_does_not_require_is_not_built(rolling):
     [
         (
             {},
-            {"dimension": "three-dimensional", "bodies": "quasi-identical", "surface": "Hertzian", "motion": "steady"},
+            {
+                "dimension": "three-dimensional",
+                "bodies": "quasi-identical",
+                "surface": "Hertzian",
+                "motion": "steady",
+            },
         ),
-        ({**LINE, "motion": vc.Shift(Fx=-0.1)}, {"dimension": "line contact", "motion": "shift", "special": ()}),
+        (
+            {**LINE, "motion": vc.Shift(Fx=-0.1)},
+            {"dimension": "line contact", "motion": "shift", "special": ()},
+        ),
         ({"surface": SAMPLES, "bodies": UNLIKE}, {"bodies": "unlike", "surface": "sampled"}),
         ({"motion": None}, {"motion": "none", "special": ()}),
         ({"friction": np.inf}, {"special": ("no slip",)}),
@@ -136,7 +170,9 @@ def test_a_plan_is_json_and_comes_back(rolling):
         record = json.loads(json.dumps(plan.summary(), allow_nan=False))
         assert set(record) == {field.name for field in dataclasses.fields(vc.Plan)}
         assert record["sizes"]["peak"] == plan.sizes.peak
-        assert vc.Plan.of_record(record) == dataclasses.replace(plan, sizes=None, costs=(), doubts=())
+        assert vc.Plan.of_record(record) == dataclasses.replace(
+            plan, sizes=None, costs=(), doubts=()
+        )
 
 
 @pytest.mark.parametrize(
@@ -146,9 +182,21 @@ def test_a_plan_is_json_and_comes_back(rolling):
         ({}, {"formulation": "complementary"}, ["formulation", "gap"]),
         ({"surface": SAMPLES}, {"normal": "hertz"}, ["Hertz", "norm", "clarabel"]),
         ({"grid": vc.Grid(nx=4, ny=4, dx=0.1, dy=0.1, x0=5.0, y0=5.0)}, {}, ["grid", "contain"]),
-        ({"grid": vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)}, {}, ["grid", "extends to"]),
-        ({"grid": vc.Grid(nx=4, ny=4, dx=9.0, dy=9.0, x0=-18.0, y0=-18.0)}, {}, ["grid", "too coarse"]),
-        ({"surface": SAMPLES, "normal_force": None, "approach": 1e-9, "grid": EXPLICIT}, {}, ["grid", "element"]),
+        (
+            {"grid": vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)},
+            {},
+            ["grid", "extends to"],
+        ),
+        (
+            {"grid": vc.Grid(nx=4, ny=4, dx=9.0, dy=9.0, x0=-18.0, y0=-18.0)},
+            {},
+            ["grid", "too coarse"],
+        ),
+        (
+            {"surface": SAMPLES, "normal_force": None, "approach": 1e-9, "grid": EXPLICIT},
+            {},
+            ["grid", "element"],
+        ),
     ],
 )
 def test_bad_input_is_refused_as_by_solve(rolling, changes, methods, words):
@@ -166,11 +214,15 @@ def test_no_scene_and_no_memory():
 
 def test_a_history_whose_load_is_given_by_step_is_planned(rolling):
     motion = vc.Transient(steps=2, vx=0.04, normal_force=[1.0, 0.8], friction=[0.3, 0.2])
-    plan = vc.plan(rolling(surface=vc.Paraboloids(1.0, 0.8), normal_force=None, friction=None, motion=motion))
+    plan = vc.plan(
+        rolling(surface=vc.Paraboloids(1.0, 0.8), normal_force=None, friction=None, motion=motion)
+    )
     assert (plan.motion, plan.sizes.grid) == ("transient", (14, 14))
 
 
-@pytest.mark.parametrize("changes", [{}, {"bodies": UNLIKE}, {"grid": AROUND}, {"surface": SAMPLES, "grid": EXPLICIT}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"bodies": UNLIKE}, {"grid": AROUND}, {"surface": SAMPLES, "grid": EXPLICIT}]
+)
 def test_a_history_is_planned_by_bounds_of_its_steps(rolling, changes):
     scene = rolling(**changes, motion=vc.Transient(steps=2, vx=0.04, vy=0.01))
     plan, history = vc.plan(scene), vc.solve(scene)

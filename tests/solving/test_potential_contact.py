@@ -20,7 +20,9 @@ def paraboloid(x, y, Rx=1.0, Ry=2.0):
 
 
 def test_a_grid_is_so_many_elements_across_the_ellipse():
-    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(24, 24))
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(24, 24)
+    )
     sol = vc.solve(scene)
     hertz = scene.hertz
     assert sol.grid.shape == (26, 26)
@@ -30,13 +32,17 @@ def test_a_grid_is_so_many_elements_across_the_ellipse():
 
 @pytest.mark.parametrize("grid", [vc.Grid(nx=24, ny=24), vc.Grid(nx=20, ny=16)])
 def test_samples_with_coordinates_find_their_contact(grid):
-    """A paraboloid given by samples, off the middle of a wide field: the same contact as in closed form."""
+    """A paraboloid given by samples, off the middle of a wide field: the same contact as in closed
+    form.
+    """
     x, y = np.linspace(-3.0, 2.0, 61), np.linspace(-2.5, 2.5, 71)
     surface = vc.SampledDistance(paraboloid(x - 0.5, y + 0.2), x, y)
     scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=0.1, grid=grid)
     sol = vc.solve(scene)
     hertz = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1).hertz
-    centre = [np.sum(c * sol.pressure) / sol.pressure.sum() for c in np.meshgrid(sol.grid.x, sol.grid.y)]
+    centre = [
+        np.sum(c * sol.pressure) / sol.pressure.sum() for c in np.meshgrid(sol.grid.x, sol.grid.y)
+    ]
     assert centre == pytest.approx([0.5, -0.2], abs=1e-3)
     assert sol.approach == pytest.approx(hertz.approach, rel=2e-3)
     assert sol.pressure.max() == pytest.approx(hertz.peak_pressure, rel=0.02)
@@ -50,14 +56,20 @@ def test_a_mirrored_surface_has_the_mirrored_grid(centre):
     x = np.linspace(-2.0, 2.0, 81)
     h = paraboloid(x - centre[0], x - centre[1], Ry=0.7) + 0.05 * np.outer(x, x)
     here, along, across = (
-        vc.solve(vc.Scene(bodies=BODIES, surface=vc.SampledDistance(samples, x, x), normal_force=0.05))
+        vc.solve(
+            vc.Scene(bodies=BODIES, surface=vc.SampledDistance(samples, x, x), normal_force=0.05)
+        )
         for samples in (h, h[:, ::-1], h[::-1])
     )
     left, right, bottom, top = here.grid.box
     assert along.grid.box == pytest.approx((-right, -left, bottom, top), abs=1e-12)
     assert across.grid.box == pytest.approx((left, right, -top, -bottom), abs=1e-12)
-    np.testing.assert_allclose(along.pressure[:, ::-1], here.pressure, atol=1e-9 * here.pressure.max())
-    np.testing.assert_allclose(across.pressure[::-1], here.pressure, atol=1e-9 * here.pressure.max())
+    np.testing.assert_allclose(
+        along.pressure[:, ::-1], here.pressure, atol=1e-9 * here.pressure.max()
+    )
+    np.testing.assert_allclose(
+        across.pressure[::-1], here.pressure, atol=1e-9 * here.pressure.max()
+    )
 
 
 @pytest.mark.parametrize("creepage", [0.3, -0.9])
@@ -72,8 +84,12 @@ def test_grid_grows_where_tractions_move_the_contact(creepage):
     dx = sol.grid.sides[0]
     wide = vc.Grid(nx=sol.grid.nx + 40, dx=dx, x0=sol.grid.box[0] - 20 * dx)
     known = vc.solve(replace(soft, grid=wide))
-    np.testing.assert_allclose(sol.pressure, known.pressure[:, 20:-20], atol=1e-6 * known.pressure.max())
-    np.testing.assert_allclose(sol.traction, known.traction[:, :, 20:-20], atol=1e-6 * known.pressure.max())
+    np.testing.assert_allclose(
+        sol.pressure, known.pressure[:, 20:-20], atol=1e-6 * known.pressure.max()
+    )
+    np.testing.assert_allclose(
+        sol.traction, known.traction[:, :, 20:-20], atol=1e-6 * known.pressure.max()
+    )
 
 
 @pytest.mark.parametrize("normal", ["hertz", "clarabel"])
@@ -86,20 +102,32 @@ def test_grid_grows_where_tractions_move_the_contact(creepage):
     ],
 )
 def test_explicit_grid_that_does_not_hold_the_contact(lattice, normal):
-    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.3, grid=vc.Grid(**lattice))
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.3, grid=vc.Grid(**lattice)
+    )
     refused(lambda: vc.solve(scene, normal=normal), "grid", match="does not contain the contact")
 
 
 def test_samples_on_the_grid_that_end_in_the_contact():
     grid = vc.Grid(nx=10, ny=10, dx=0.04, dy=0.04, x0=-0.2, y0=-0.2)
-    scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(grid.x, grid.y)), normal_force=0.3, grid=grid)
+    scene = vc.Scene(
+        bodies=BODIES,
+        surface=vc.SampledDistance(paraboloid(grid.x, grid.y)),
+        normal_force=0.3,
+        grid=grid,
+    )
     refused(lambda: vc.solve(scene), match="does not contain the contact")
 
 
 def test_samples_that_end_in_the_contact():
     x = np.linspace(-0.2, 0.2, 21)
     for grid in ("auto", vc.Grid(nx=10, ny=10)):
-        scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x), x, x), normal_force=0.3, grid=grid)
+        scene = vc.Scene(
+            bodies=BODIES,
+            surface=vc.SampledDistance(paraboloid(x, x), x, x),
+            normal_force=0.3,
+            grid=grid,
+        )
         refused(lambda scene=scene: vc.solve(scene), "surface", match="samples")
 
 
@@ -108,7 +136,9 @@ def test_flat_punch_needs_its_edge():
     grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
     h = np.full((10, 10), 100.0)
     h[1:-1, 1:-1] = 0.0
-    sol = vc.solve(vc.Scene(bodies=BODIES, surface=vc.SampledDistance(h), normal_force=0.1, grid=grid))
+    sol = vc.solve(
+        vc.Scene(bodies=BODIES, surface=vc.SampledDistance(h), normal_force=0.1, grid=grid)
+    )
     assert sol.elements["contact"] == 64
     assert sol.pressure[1, 1] > sol.pressure[4, 4], "pressure peaks at the corners of a punch"
 
@@ -123,25 +153,45 @@ def test_grid_too_coarse(normal):
 def test_samples_beyond_reach_of_the_approach():
     x = np.linspace(-1.0, 1.0, 21)
     with pytest.raises(vc.NoContact):
-        vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + 0.5, x, x), approach=0.4)
+        vc.Scene(
+            bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + 0.5, x, x), approach=0.4
+        )
 
 
 def test_grid_outside_the_samples():
     x = np.linspace(-1.0, 1.0, 21)
     grid = vc.Grid(nx=4, ny=4, dx=1.0, dy=1.0, x0=-2.0, y0=-2.0)
-    scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x), x, x), normal_force=0.1, grid=grid)
+    scene = vc.Scene(
+        bodies=BODIES,
+        surface=vc.SampledDistance(paraboloid(x, x), x, x),
+        normal_force=0.1,
+        grid=grid,
+    )
     refused(lambda: vc.solve(scene), match="within the samples")
 
 
 @pytest.mark.parametrize(
     ("centre", "force", "samples", "cells"),
-    [((0.01, 0.0), 1e-6, 201, (16, 16)), ((0.3, 0.0), 1e-6, 81, (15, 17)), ((0.37, 0.11), 1e-9, 41, (16, 16))],
+    [
+        ((0.01, 0.0), 1e-6, 201, (16, 16)),
+        ((0.3, 0.0), 1e-6, 81, (15, 17)),
+        ((0.37, 0.11), 1e-9, 41, (16, 16)),
+    ],
 )
 def test_small_contact_is_found_and_spread_over_the_cells(centre, force, samples, cells):
-    """A contact of 1/120 to 1/1250 of the samples' width, off the middle: so many elements across as were asked."""
+    """A contact of 1/120 to 1/1250 of the samples' width, off the middle: so many elements across
+    as were asked.
+    """
     x = np.linspace(-1.0, 1.0, samples)
     surface = vc.SampledDistance(paraboloid(x - centre[0], x - centre[1], 1, 1), x, x)
-    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=force, grid=vc.Grid(nx=cells[0], ny=cells[1])))
+    sol = vc.solve(
+        vc.Scene(
+            bodies=BODIES,
+            surface=surface,
+            normal_force=force,
+            grid=vc.Grid(nx=cells[0], ny=cells[1]),
+        )
+    )
     hertz = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1, 1), normal_force=force).hertz
     contact = sol.pressure > 0
     assert contact.any(axis=0).sum() == pytest.approx(cells[0], abs=1)
@@ -151,11 +201,15 @@ def test_small_contact_is_found_and_spread_over_the_cells(centre, force, samples
 
 
 def test_sharp_summit_between_the_centres_of_the_first_look_is_found():
-    """A spike of a few samples on a wide bowl: the first contact, though no centre of 24 x 24 elements meets it."""
+    """A spike of a few samples on a wide bowl: the first contact, though no centre of 24 x 24
+    elements meets it.
+    """
     x = np.linspace(-1.0, 1.0, 401)
     spike = 200.0 * (((x - 0.2) ** 2)[None, :] + ((x + 0.4) ** 2)[:, None]) - 0.02
     surface = vc.SampledDistance(np.minimum(paraboloid(x, x, 1, 1), spike), x, x)
-    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=1e-7, grid=vc.Grid(nx=12, ny=12)))
+    sol = vc.solve(
+        vc.Scene(bodies=BODIES, surface=surface, normal_force=1e-7, grid=vc.Grid(nx=12, ny=12))
+    )
     left, right, bottom, top = sol.grid.box
     assert left < 0.2 < right < 0.25
     assert bottom < -0.4 < top < -0.35
@@ -163,7 +217,9 @@ def test_sharp_summit_between_the_centres_of_the_first_look_is_found():
 
 
 def test_body_with_a_cliff_around_it_touches_everywhere_and_nowhere_else():
-    """A flat square of half side 0.5 that ends in a cliff: no contact beyond it, and all of it in contact."""
+    """A flat square of half side 0.5 that ends in a cliff: no contact beyond it, and all of it in
+    contact.
+    """
     x = np.linspace(-1.0, 1.0, 41)
     inside = (np.abs(x) < 0.51)[None, :] & (np.abs(x) < 0.51)[:, None]
     surface = vc.SampledDistance(np.where(inside, 0.0, 1.0), x, x)
@@ -203,7 +259,9 @@ def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
         vc.certify(scene, np.zeros((2, 1, 1)))
 
 
-@pytest.mark.parametrize("motion", [vc.Steady(Fx=-0.15, vy=0.05, spin=0.1), vc.Shift(ux=0.1, Fy=0.1)])
+@pytest.mark.parametrize(
+    "motion", [vc.Steady(Fx=-0.15, vy=0.05, spin=0.1), vc.Shift(ux=0.1, Fy=0.1)]
+)
 def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_steps(motion):
     scene = make_scene(vc.Ellipse(1.0, 0.7), 1.0, motion, vc.Grid(32, 32), bodies=BODIES)
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))

@@ -1,4 +1,6 @@
-"""The discretisation for forces on coarse grids: a slip difference of second order, and softened edges."""
+"""The discretisation for forces on coarse grids: a slip difference of second order, and softened
+edges.
+"""
 
 import dataclasses
 
@@ -17,12 +19,16 @@ def errors(every, cells, second_order=True):
     found = []
     for numbers, reference in read()[::every]:
         posed = scene(numbers, cells)
-        found.append(np.abs(forces(posed.second_order() if second_order else posed) - reference).max())
+        found.append(
+            np.abs(forces(posed.second_order() if second_order else posed) - reference).max()
+        )
     return np.array(found)
 
 
 def test_differences_are_consistent():
-    """Both are minus the derivative by steps; the second has no error on quadratics either, and a symbol Re d >= 0."""
+    """Both are minus the derivative by steps; the second has no error on quadratics either, and a
+    symbol Re d >= 0.
+    """
     for name, parts in DIFFERENCES.items():
         ahead, weights = np.array(parts).T
         assert weights.sum() == pytest.approx(0, abs=1e-15)
@@ -35,7 +41,9 @@ def test_differences_are_consistent():
 
 
 def test_leading_element_of_a_half_plane():
-    """The weights 5/12 and 7/12: on tractions like the root of the distance from the edge, the first row is exact."""
+    """The weights 5/12 and 7/12: on tractions like the root of the distance from the edge, the
+    first row is exact.
+    """
 
     def strip(x):
         ends = np.array([x + 0.5, x - 0.5])
@@ -55,7 +63,9 @@ def test_leading_element_of_a_half_plane():
 
 
 def test_softening_is_in_the_matrix(rolling):
-    """On the diagonal, of elements that are cut; the same by the matrix, by FFT, and from half a problem."""
+    """On the diagonal, of elements that are cut; the same by the matrix, by FFT, and from half a
+    problem.
+    """
     posed = rolling(grid=vc.Grid(nx=12, ny=12)).second_order()
     disc = discretise(posed, posed.grid.spread((-1.2, 1.2, -0.9, 0.9)))
     problem = disc.tangential_problem(disc.hertz.on_elements(disc.grid))
@@ -75,7 +85,9 @@ def test_softening_is_in_the_matrix(rolling):
 
 
 def test_errors_are_below_those_of_centres():
-    """Ten scenes with 12 and 24 cells: below stated ones, of an order well above one; centres have over three times."""
+    """Ten scenes with 12 and 24 cells: below stated ones, of an order well above one; centres have
+    over three times.
+    """
     coarse, fine = errors(4, 12), errors(4, 24)
     assert np.median(coarse) < 0.006
     assert coarse.max() < 0.015
@@ -88,8 +100,12 @@ def no_slip(ratio, cells):
     """Discrete C11, C22, C23, -C32, C33 of an ellipse with nu = 0."""
     a, b = ratio**0.5, ratio**-0.5
     grid = vc.Grid(nx=cells, ny=cells).spread((-a, a, -b, b))
-    posed = make_scene(vc.Ellipse(a, b), 1.0, vc.Steady(), grid, np.inf, vc.Bodies(G=1.0, nu=0.0)).second_order()
-    units = [dataclasses.replace(posed.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
+    posed = make_scene(
+        vc.Ellipse(a, b), 1.0, vc.Steady(), grid, np.inf, vc.Bodies(G=1.0, nu=0.0)
+    ).second_order()
+    units = [
+        dataclasses.replace(posed.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)
+    ]
     solved = [vc.solve(dataclasses.replace(posed, motion=unit), certify="none") for unit in units]
     F = np.array([[*sol.force, sol.moment] for sol in solved]).T
     return -np.array([F[0, 0], F[1, 1], F[1, 2], -F[2, 1], F[2, 2]])
@@ -98,7 +114,9 @@ def no_slip(ratio, cells):
 @pytest.mark.parametrize("ratio", [0.2, 1.0])
 def test_creepage_coefficients(paper_table, ratio):
     """Within 2.5 % of Table 3, which has three digits, and C23 = -C32 to rounding."""
-    row = next(row for row in paper_table("table3_creepage_coefficients.csv") if row["a_over_b"] == ratio)
+    row = next(
+        row for row in paper_table("table3_creepage_coefficients.csv") if row["a_over_b"] == ratio
+    )
     found = no_slip(ratio, 24)
     expected = [row["C11_nu0"], row["C22_nu0"], row["C23_nu0"], row["C23_nu0"], row["C33_nu0"]]
     np.testing.assert_allclose(found, expected, rtol=0.025)
@@ -117,9 +135,14 @@ def test_carter():
 
 
 def test_computed_pressures():
-    """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells, to 5e-4."""
+    """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells,
+    to 5e-4.
+    """
     limit = np.array([-0.5604, -0.0901, -0.1865])
-    motion, bodies = vc.Steady(vx=0.02, vy=-0.015, spin=0.04), vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
+    motion, bodies = (
+        vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
+        vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)),
+    )
     posed = make_scene(vc.Ellipse(a=1.2, b=0.9), 1.0, motion, vc.Grid(nx=24, ny=24), bodies=bodies)
     off = []
     for each in (posed, posed.second_order()):
@@ -135,7 +158,11 @@ def test_mirror_and_direction(rolling):
     mirrored = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=0.02, spin=-0.05)).second_order())
     np.testing.assert_allclose(mirrored.force, sol.force * [1, -1], rtol=1e-9)
     assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-9)
-    against = vc.solve(rolling(motion=vc.Steady(**{name: -value for name, value in numbers.items()})).second_order())
+    against = vc.solve(
+        rolling(
+            motion=vc.Steady(**{name: -value for name, value in numbers.items()})
+        ).second_order()
+    )
     np.testing.assert_allclose(against.force, -sol.force, rtol=1e-9)
 
 
@@ -165,6 +192,11 @@ def test_refused(rolling):
         rolling(motion=vc.Shift(ux=0.01)).second_order()
     with pytest.raises(vc.SceneError, match='"auto" or "gap" with motion'):
         vc.solve(rolling().second_order(), formulation="marching")
-    unlike = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)), grid=vc.Grid(nx=8, ny=8, edge="softened"))
-    with pytest.raises(vc.SceneError, match=r'grid\.edge = "softened" is for a pressure that tractions do not change'):
+    unlike = rolling(
+        bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)), grid=vc.Grid(nx=8, ny=8, edge="softened")
+    )
+    with pytest.raises(
+        vc.SceneError,
+        match=r'grid\.edge = "softened" is for a pressure that tractions do not change',
+    ):
         vc.solve(unlike)

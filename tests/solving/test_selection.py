@@ -1,4 +1,6 @@
-"""What "auto" stands for: active sets, and Newton's method without a matrix where many elements are in contact."""
+"""What "auto" stands for: active sets, and Newton's method without a matrix where many elements are
+in contact.
+"""
 
 import numpy as np
 import pytest
@@ -22,7 +24,11 @@ SAMPLES = vc.SampledDistance(TWO_ARCS[:, None] + PLACES**2 / 2, x=PLACES, y=PLAC
         {"grid": MANY_CELLS, "motion": vc.Steady(Fx=-0.1)},
         {"grid": vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)},
         {"grid": MANY_CELLS, "friction": np.inf},
-        {"surface": vc.Cylinders(R=1.0), "motion": vc.Steady(vx=0.01), "grid": vc.Grid(nx=2 * MANY + 1)},
+        {
+            "surface": vc.Cylinders(R=1.0),
+            "motion": vc.Steady(vx=0.01),
+            "grid": vc.Grid(nx=2 * MANY + 1),
+        },
     ],
 )
 def test_auto_with_many_elements(rolling, changes):
@@ -36,10 +42,18 @@ def test_auto_with_many_elements(rolling, changes):
 @pytest.mark.parametrize(
     ("changes", "choices", "words"),
     [
-        ({"friction": np.inf}, {}, "infinite friction has no traction bound that follows the pressure"),
+        (
+            {"friction": np.inf},
+            {},
+            "infinite friction has no traction bound that follows the pressure",
+        ),
         ({}, {"normal": "norm"}, 'it needs "newton" for both problems, not normal = "norm"'),
         ({}, {"method": "active-set"}, 'not normal = "norm" and tangential = "tang-safeguarded"'),
-        ({}, {"formulation": "marching", "tangential": "newton", "normal": "newton"}, "a march solves its steps in"),
+        (
+            {},
+            {"formulation": "marching", "tangential": "newton", "normal": "newton"},
+            "a march solves its steps in",
+        ),
     ],
 )
 def test_newton_for_both_is_refused_with_the_reason(rolling, changes, choices, words):
@@ -51,7 +65,10 @@ def test_newton_for_both_is_refused_with_the_reason(rolling, changes, choices, w
 def test_newton_for_both_brings_its_solvers_along(rolling):
     plan = vc.plan(rolling(bodies=UNLIKE), coupling="newton")
     assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "newton")
-    assert "pressure and tractions together; falls back to alternating passes" in plan.reasons["coupling"]
+    assert (
+        "pressure and tractions together; falls back to alternating passes"
+        in plan.reasons["coupling"]
+    )
 
 
 def test_auto_with_many_elements_jointly(rolling):

@@ -27,7 +27,9 @@ def test_hertz_pressure_carries_the_force(rolling):
 
 @pytest.mark.parametrize("part", [0.3, 0.657, 0.9])
 def test_cattaneo(part):
-    """nu = 0, where Cattaneo is exact: shift, traction, and the area of the stick disk, to the grid's error."""
+    """nu = 0, where Cattaneo is exact: shift, traction, and the area of the stick disk, to the
+    grid's error.
+    """
     bodies = vc.Bodies(G=1.0, nu=0.0)
     motion, grid = vc.Shift(Fx=-part * 0.4), vc.Grid(nx=32, ny=32)
     scene = make_scene(vc.Ellipse(1.0, 1.0), 1.0, motion, grid, 0.4, bodies)
@@ -47,7 +49,9 @@ def test_shift_problem_turns_with_the_axes(rolling):
     motion = vc.Shift(ux=0.1, uy=0.03, rotation=0.05)
     turned_motion = vc.Shift(ux=-0.03, uy=0.1, rotation=0.05)
     sol = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=12, ny=10)))
-    turned = vc.solve(rolling(motion=turned_motion, surface=vc.Ellipse(a=0.9, b=1.2), grid=vc.Grid(nx=10, ny=12)))
+    turned = vc.solve(
+        rolling(motion=turned_motion, surface=vc.Ellipse(a=0.9, b=1.2), grid=vc.Grid(nx=10, ny=12))
+    )
     # (x, y) -> (-y, x): rows become columns
     px, py = np.rot90(sol.traction[0], -1), np.rot90(sol.traction[1], -1)
     np.testing.assert_allclose(turned.traction, [-py, px], atol=1e-12)
@@ -70,10 +74,16 @@ def test_full_slip(rolling):
 
 
 def test_swapping_unlike_bodies(rolling):
-    """Seen from the other body, (x, y) -> (x, -y): K and the spin's sense change, tractions keep their mirror."""
-    bodies, swapped = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), vc.Bodies(G=(np.inf, 1.0), nu=(0.3, 0.2))
+    """Seen from the other body, (x, y) -> (x, -y): K and the spin's sense change, tractions keep
+    their mirror.
+    """
+    bodies, swapped = (
+        vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)),
+        vc.Bodies(G=(np.inf, 1.0), nu=(0.3, 0.2)),
+    )
     one = vc.solve(rolling(bodies=bodies, motion=vc.Steady(vx=0.01, vy=0.02, spin=0.03)))
-    # Upside down about the x-axis: body 2 becomes body 1; slip and traction change sign, y and z, too.
+    # Upside down about the x-axis: body 2 becomes body 1; slip and traction change sign, y and z,
+    # too.
     other = vc.solve(rolling(bodies=swapped, motion=vc.Steady(vx=-0.01, vy=0.02, spin=0.03)))
     assert one.scene.bodies.K == pytest.approx(-other.scene.bodies.K)
     flipped = one.traction[:, ::-1] * np.array([-1.0, 1.0])[:, None, None]
@@ -81,7 +91,9 @@ def test_swapping_unlike_bodies(rolling):
     np.testing.assert_allclose(other.pressure, one.pressure[::-1], atol=1e-9)
 
 
-@pytest.mark.parametrize("motion", [vc.Steady(Fx=0.31), vc.Steady(Fx=0.22, Fy=-0.22), vc.Shift(Fx=0.3)])
+@pytest.mark.parametrize(
+    "motion", [vc.Steady(Fx=0.31), vc.Steady(Fx=0.22, Fy=-0.22), vc.Shift(Fx=0.3)]
+)
 def test_saturated(rolling, motion):
     with pytest.raises(vc.Saturated) as failure:
         vc.solve(rolling(motion=motion))
@@ -92,13 +104,17 @@ def test_saturated(rolling, motion):
 
 
 def test_spin_offset_and_reciprocity(rolling):
-    """theta = 0: the discrete C23 = -C32 exactly (no slip); other offsets shift only the spin's share."""
+    """theta = 0: the discrete C23 = -C32 exactly (no slip); other offsets shift only the spin's
+    share.
+    """
     base = {"friction": np.inf}
     lateral = vc.solve(rolling(motion=vc.Steady(vy=1.0), **base))
     spin0 = vc.solve(rolling(motion=vc.Steady(spin=1.0, spin_offset=0.0), **base))
     assert spin0.force[1] == pytest.approx(-lateral.moment, rel=1e-12)
     spin = vc.solve(rolling(motion=vc.Steady(spin=1.0, spin_offset=0.5), **base))
-    np.testing.assert_allclose(spin.force, spin0.force + 0.5 * 0.2 * lateral.force, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(
+        spin.force, spin0.force + 0.5 * 0.2 * lateral.force, rtol=1e-10, atol=1e-12
+    )
 
 
 def test_friction_per_element(rolling):
@@ -123,7 +139,9 @@ def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
     assert np.all(sol.state[contact] == 2)
     x, y = (c[contact] for c in np.meshgrid(sol.grid.x, sol.grid.y))
     offset = sol.grid.sides[0] / 6
-    np.testing.assert_allclose(sol.slip[:, contact], [0.04 - 0.05 * y, -0.02 + 0.05 * (x + offset)], atol=1e-14)
+    np.testing.assert_allclose(
+        sol.slip[:, contact], [0.04 - 0.05 * y, -0.02 + 0.05 * (x + offset)], atol=1e-14
+    )
 
 
 @pytest.mark.parametrize(
@@ -140,7 +158,9 @@ def test_unknown_methods(rolling, arguments, field, words):
 
 
 @pytest.mark.parametrize("options", [{}, {"accuracy": 0.01}, {"tangential": "fastsim"}])
-def test_an_argument_of_an_earlier_version_is_refused_with_what_takes_its_place(rolling, monkeypatch, options):
+def test_an_argument_of_an_earlier_version_is_refused_with_what_takes_its_place(
+    rolling, monkeypatch, options
+):
     monkeypatch.setattr("varcontact.solving.on_grid.solve_contact", None)
     grid = "auto" if "accuracy" in options else vc.Grid(nx=8, ny=8)
     call = partial(vc.solve, rolling(grid=grid), refine="continuum", **options)
@@ -153,9 +173,14 @@ def test_progress_is_a_function():
     for motion in (vc.Transient(steps=2, dq=0.01), vc.Steady()):
         with pytest.raises(vc.SceneError) as refused:
             vc.solve(dataclasses.replace(scene, motion=motion), progress=3)
-        assert str(refused.value) == "progress = 3 is not allowed: must be None, or a function of one string"
+        assert (
+            str(refused.value)
+            == "progress = 3 is not allowed: must be None, or a function of one string"
+        )
         for other in (object, lambda: None):
-            with pytest.raises(vc.SceneError, match=r"progress = .* must be None, or a function of one string"):
+            with pytest.raises(
+                vc.SceneError, match=r"progress = .* must be None, or a function of one string"
+            ):
                 vc.solve(dataclasses.replace(scene, motion=motion), progress=other)
 
 
@@ -167,7 +192,10 @@ def test_what_is_no_scene_is_refused(scene):
 def test_hertz_is_refused_where_it_is_wrong(rolling):
     grid = vc.Grid(nx=4, ny=4, dx=1.0, dy=1.0, x0=-2.0, y0=-2.0)
     samples = rolling(surface=vc.SampledDistance(np.zeros((4, 4))), grid=grid)
-    for scene, reason in ((samples, "paraboloids"), (rolling(bodies=vc.Bodies(G=(1, 2), nu=0.3)), "K")):
+    for scene, reason in (
+        (samples, "paraboloids"),
+        (rolling(bodies=vc.Bodies(G=(1, 2), nu=0.3)), "K"),
+    ):
         with pytest.raises(vc.SceneError, match=reason):
             vc.solve(scene, normal="hertz")
 
@@ -181,21 +209,33 @@ def test_not_converged_keeps_the_best_iterate(rolling):
 
 
 def test_what_would_overflow_is_refused(rolling):
-    """By its own name, where a number is too large for any scene, and where it is too large for this one."""
-    with pytest.raises(vc.SceneError, match=r"motion\.vx = 1e\+308 is not allowed: must be at most 1e\+100 in size"):
+    """By its own name, where a number is too large for any scene, and where it is too large for
+    this one.
+    """
+    with pytest.raises(
+        vc.SceneError, match=r"motion\.vx = 1e\+308 is not allowed: must be at most 1e\+100 in size"
+    ):
         vc.Steady(vx=1e308)
     for friction in (1e300, 1e-300):
-        with pytest.raises(vc.SceneError, match=r"friction = .*: must be 0, between 1e-20 and 1e\+20, or inf"):
+        with pytest.raises(
+            vc.SceneError, match=r"friction = .*: must be 0, between 1e-20 and 1e\+20, or inf"
+        ):
             rolling(friction=friction)
-    stiff = vc.Bodies(G=1e20, nu=0.3)  # the displacements are small, and the shifts many times as large
+    # the displacements are small, and the shifts many times as large
+    stiff = vc.Bodies(G=1e20, nu=0.3)
     with pytest.raises(
-        vc.SceneError, match=r"motion\.vx = 1e\+90 is not allowed: must be smaller: the shift in a step"
+        vc.SceneError,
+        match=r"motion\.vx = 1e\+90 is not allowed: must be smaller: the shift in a step",
     ):
         vc.solve(rolling(motion=vc.Steady(vx=1e90), bodies=stiff))
-    with pytest.raises(vc.SceneError, match=r"motion\.dq = 1e\+50 .* at most 1e\+09 times the element's dx"):
+    with pytest.raises(
+        vc.SceneError, match=r"motion\.dq = 1e\+50 .* at most 1e\+09 times the element's dx"
+    ):
         vc.solve(rolling(motion=vc.Steady(vx=0.1, dq=1e50)))
     scene, field = rolling(), np.full((2, *vc.solve(rolling()).grid.shape), 1e99)
-    with pytest.raises(vc.SceneError, match=r"traction = 1e\+99 .* at most 1e\+50 times the contact's pressures"):
+    with pytest.raises(
+        vc.SceneError, match=r"traction = 1e\+99 .* at most 1e\+50 times the contact's pressures"
+    ):
         vc.certify(scene, field)
 
 
@@ -228,18 +268,25 @@ def long_elements(rolling, ratio, part, cells, **motion):
     ],
 )
 def test_solved_without_a_guarantee(rolling, ratio, part, motion):
-    """S not positive definite: a solution to rounding, no bound, and the report says why there is none."""
+    """S not positive definite: a solution to rounding, no bound, and the report says why there is
+    none.
+    """
     sol = vc.solve(long_elements(rolling, ratio, part, 8, **motion))
     assert sol.certificate.residual < 1e-12
     assert np.all(np.isposinf(sol.certificate.force_bound))
     assert sol.summary()["certificate"]["force_bound"] == [None, None, None]
-    assert "no guaranteed bound: the symmetric part of the problem is not positive definite" in sol.report()
+    assert (
+        "no guaranteed bound: the symmetric part of the problem is not positive definite"
+        in sol.report()
+    )
     assert f"motion.dq = {sol.scene.motion.dq:.3g} is too short for elements" in sol.report()
 
 
 @pytest.mark.parametrize("normal", ["clarabel", "scs", "osqp"])
 def test_no_contact_where_bodies_are_apart(rolling, normal):
-    """Interior points leave small pressures everywhere; elements that are apart are exterior all the same."""
+    """Interior points leave small pressures everywhere; elements that are apart are exterior all
+    the same.
+    """
     scene = rolling(grid=vc.Grid(nx=16, ny=16, dx=0.25, dy=0.25, x0=-2.0, y0=-2.0))
     rough = vc.solve(scene, normal=normal, tangential="tang-safeguarded", polish=False, tol=1e-6)
     exact = vc.solve(scene, normal="norm")
@@ -255,7 +302,15 @@ def test_no_contact_where_bodies_are_apart(rolling, normal):
         ({"bodies": ((5e-324, 1.0), 0.3)}, "bodies.G[0]"),
         ({"surface": (1e308, 1e308)}, "surface.Rx"),
         ({"normal_force": None, "approach": 1e-300}, "approach"),
-        ({"normal_force": None, "approach": 1e-99, "bodies": (1e-99, 0.3), "surface": (1e-90, 1e-90)}, "scene"),
+        (
+            {
+                "normal_force": None,
+                "approach": 1e-99,
+                "bodies": (1e-99, 0.3),
+                "surface": (1e-90, 1e-90),
+            },
+            "scene",
+        ),
     ],
 )
 def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal):
@@ -263,7 +318,9 @@ def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal)
     made = {"bodies": lambda pair: vc.Bodies(*pair), "surface": lambda pair: vc.Paraboloids(*pair)}
 
     def described():
-        changes = {name: made.get(name, lambda value: value)(value) for name, value in change.items()}
+        changes = {
+            name: made.get(name, lambda value: value)(value) for name, value in change.items()
+        }
         return rolling(motion=None, friction=None, **changes)
 
     refused(lambda: vc.solve(described(), normal=normal), field)
@@ -271,12 +328,16 @@ def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal)
 
 @pytest.mark.parametrize("load", [{"approach": 1 + 1e-15}, {"normal_force": 1e-20}])
 def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rolling, load):
-    """Samples that count from far away are a staircase there; counted from the contact they are none."""
+    """Samples that count from far away are a staircase there; counted from the contact they are
+    none.
+    """
     x = np.linspace(-1.0, 1.0, 81)
     near = x**2 / 2 + x[:, None] ** 2 / 2
     changes = {"normal_force": None, "motion": None, "friction": None, "grid": vc.Grid(nx=8, ny=8)}
     refused(
-        lambda: vc.solve(rolling(surface=vc.SampledDistance(1 + near, x, x), **{**changes, **load})),
+        lambda: vc.solve(
+            rolling(surface=vc.SampledDistance(1 + near, x, x), **{**changes, **load})
+        ),
         "surface.h",
         match="counted from a level near the contact",
     )
@@ -286,7 +347,9 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
 
 
 def test_the_program_where_active_sets_fail(check_kkt):
-    """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto goes on."""
+    """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto
+    goes on.
+    """
     motion, bodies = vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5), vc.Bodies(G=1.0, nu=0.5)
     scene = make_scene(vc.Ellipse(a=0.25, b=4.0), 1.0, motion, vc.Grid(nx=12, ny=4), bodies=bodies)
     with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'") as failure:
@@ -296,14 +359,18 @@ def test_the_program_where_active_sets_fail(check_kkt):
     assert (sol.plan.tangential, sol.plan.fallback) == ("tang-safeguarded", "clarabel")
     assert sol.certificate.residual < 1e-10
     check_kkt(sol, 1e-8)
-    np.testing.assert_allclose(sol.traction, vc.solve(scene, tangential="clarabel").traction, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        sol.traction, vc.solve(scene, tangential="clarabel").traction, rtol=0, atol=1e-9
+    )
 
 
 def test_progress_of_newton_tells_grids_steps_and_residuals(rolling):
     told = []
     sol = vc.solve(rolling(grid=vc.Grid(nx=32, ny=32)), tangential="newton", progress=told.append)
     lines = [line for line in told if line.startswith("tangential: ")]
-    coarse, fine = (f"tangential: {size[1]} x {size[0]} elements, step " for size in ((16, 16), (32, 32)))
+    coarse, fine = (
+        f"tangential: {size[1]} x {size[0]} elements, step " for size in ((16, 16), (32, 32))
+    )
     assert lines[0].startswith(coarse + "0, residual 1.0e+00")
     assert lines[-1].startswith(fine) and float(lines[-1].split()[-1]) < 1e-8
     assert sum(line.startswith(fine) for line in lines) <= sol.iterations["tangential"] + 2
@@ -319,5 +386,7 @@ def test_failure_tells_of_a_mesh_that_is_not_monotone_whatever_its_size(rolling,
         grid=vc.Grid(nx=42, ny=42),
     )
     assert vc.solve(scene).certificate.level == "gap"
-    with pytest.raises(vc.NotConverged, match=r"not positive definite, .* motion\.dq = 0\.0102 is too short"):
+    with pytest.raises(
+        vc.NotConverged, match=r"not positive definite, .* motion\.dq = 0\.0102 is too short"
+    ):
         vc.solve(scene, tangential="newton", tol=1e-16)

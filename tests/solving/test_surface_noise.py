@@ -1,4 +1,6 @@
-"""Noise of sampled surfaces: said where it rules the pressure, with a smoothing that helps, and nowhere else."""
+"""Noise of sampled surfaces: said where it rules the pressure, with a smoothing that helps, and
+nowhere else.
+"""
 
 import re
 from dataclasses import replace
@@ -25,7 +27,10 @@ def test_two_micrometres_of_noise_rule_the_pressure_and_the_smoothing_that_is_na
     scene = noisy(2e-6)
     rough = vc.solve(scene)
     (warning,) = rough.warnings
-    assert "noise rules the pressure: without waves of the surface shorter than 0.001, four elements" in warning
+    assert (
+        "noise rules the pressure: without waves of the surface shorter than 0.001, four elements"
+        in warning
+    )
     assert re.search(r"in \d patch(es)? in place of \d\d; smooth the samples", warning)
     assert warning in str(rough) and "WARNING" in str(rough)
     assert rough.summary()["warnings"] == [warning]
@@ -45,7 +50,9 @@ def test_a_smooth_wheel_on_a_rail_is_not_warned_of(amplitude):
 
 
 def test_a_rough_surface_is_not_warned_of_where_it_is_resolved():
-    """Waves of 3 micrometres and 4 mm make summits: 3.2 elements a wave do not resolve them, 16 do."""
+    """Waves of 3 micrometres and 4 mm make summits: 3.2 elements a wave do not resolve them, 16
+    do.
+    """
     waves = 3e-6 * np.cos(2 * np.pi * X / 4e-3 + 0.3) * np.cos(2 * np.pi * Y / 4e-3 + 0.5)[:, None]
     rough = replace(SCENE, surface=vc.SampledDistance(WHEEL_ON_RAIL + waves, X, Y))
     fine = vc.solve(rough)
@@ -65,7 +72,9 @@ def test_where_noise_makes_the_grid_too_coarse_the_message_says_so():
 
 
 def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
-    """What a grid that is too coarse names is the least that may help; what the solution names then helps."""
+    """What a grid that is too coarse names is the least that may help; what the solution names then
+    helps.
+    """
     waves = noisy(5e-6).surface
     np.save(tmp_path / "h.npy", waves.h)
     text = (
@@ -78,7 +87,9 @@ def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
         vc.solve(vc.read_scene(path)[0])
     said = str(refused.value)
     while said:
-        named.append(float(re.search(r"smooth the samples: smoothing = ([\d.e-]+) in the file", said)[1]))
+        named.append(
+            float(re.search(r"smooth the samples: smoothing = ([\d.e-]+) in the file", said)[1])
+        )
         path.write_text(f"{text}smoothing = {named[-1]}\n")
         scene = vc.read_scene(path)[0]
         np.testing.assert_array_equal(scene.surface.h, waves.smoothed(named[-1]).h)

@@ -31,7 +31,9 @@ def rolling(thermal=STEEL, **changes):
 def heated(form, n):
     """Places across a contact of half-width 1, and the temperatures there."""
     x = -1 + (np.arange(n) + 0.5) * 2 / n
-    return x, surface_temperatures(form(x)[None], np.ones((1, n), bool), 2 / n, 1.0, (HALF, HALF))[0, 0]
+    return x, surface_temperatures(form(x)[None], np.ones((1, n), bool), 2 / n, 1.0, (HALF, HALF))[
+        0, 0
+    ]
 
 
 def test_parabolic_heat_converges_to_its_maximum():
@@ -65,9 +67,13 @@ def test_full_sliding_of_a_wheel_has_the_closed_form_maximum():
     hertz = sol.scene.hertz
     q0 = 0.03333 * 3e4 * 0.3 * hertz.peak_pressure
     expected = 1.2346 * q0 / (2 * STEEL.effusivity) * math.sqrt(hertz.a / 3e4)
-    assert sol.temperature.max() == pytest.approx(expected, rel=0.02)  # the elastic slip varies by that
+    # the elastic slip varies by that
+    assert sol.temperature.max() == pytest.approx(expected, rel=0.02)
     hottest = sol.grid.x[sol.temperature[0].max(axis=0).argmax()]
-    assert f"at most {sol.temperature.max():.4g} in the contact, at x = {hottest:.4g}, y = 0" in sol.report()
+    assert (
+        f"at most {sol.temperature.max():.4g} in the contact, at x = {hottest:.4g}, y = 0"
+        in sol.report()
+    )
     assert np.array_equal(sol.to_xarray()["temperature"].sel(body="lower"), sol.temperature[1])
     image = sol.plot("temperature").axes[0].images[0].get_array()
     assert np.allclose(image, sol.temperature[0])
@@ -97,20 +103,26 @@ def test_bodies_of_other_temperatures_meet_at_the_mean_and_part_again():
 @pytest.mark.parametrize("part", [0.7, 1.0, 1.7])
 @pytest.mark.parametrize("started", [False, True])
 def test_history_has_the_temperatures_of_steady_rolling_whatever_its_steps(part, started):
-    """Material is followed between the elements' centres: in histories temperatures have the order of steady ones."""
+    """Material is followed between the elements' centres: in histories temperatures have the order
+    of steady ones.
+    """
     grid = vc.Grid(nx=15, ny=3, dx=1.6, dy=6.0, x0=-15.0, y0=-9.0)
     pair, dq = (STEEL, replace(STEEL, temperature=100.0)), 1.6 * part
     steady = vc.solve(rolling(pair, grid=grid, motion=vc.Steady(vx=-0.03333, dq=dq, speed=3e4)))
     start, steps = (steady, 2) if started else (None, int(2.5 * 15 / part))
     motion = vc.Transient(steps=steps, dq=dq, dt=dq / 3e4, vx=-0.03333, start=start)
     history = vc.solve(rolling(pair, grid=grid, motion=motion))
-    assert np.allclose(history.temperature(), steady.temperature, atol=1e-10 * steady.temperature.max())
+    assert np.allclose(
+        history.temperature(), steady.temperature, atol=1e-10 * steady.temperature.max()
+    )
     assert started or history.temperature(0).max() < 0.9 * steady.temperature.max()
     refused(lambda: history.temperature(1.5), match="k = ")
 
 
 def test_steps_in_place_heat_as_by_hand():
-    """By ``2 q (sqrt(t - t') - sqrt(t - t''))/((beta_1 + beta_2) sqrt(pi))`` of each step; and friction falls."""
+    """By ``2 q (sqrt(t - t') - sqrt(t - t''))/((beta_1 + beta_2) sqrt(pi))`` of each step; and
+    friction falls.
+    """
     distance, beta = np.ones((3, 3)), 2 * STEEL.effusivity
     distance[1, 1] = 0.0
     law = vc.TemperatureFalling(0.5, 0.1, over=200.0)
@@ -126,7 +138,9 @@ def test_steps_in_place_heat_as_by_hand():
     q = [step.friction_work / dt for step, dt in zip(history, np.diff(ends), strict=True)]
     for k in range(3):
         passed = np.sqrt(ends[k + 1] - ends[: k + 2])
-        rise = sum(2 * q[j] * (passed[j] - passed[j + 1]) for j in range(k + 1)) / (beta * np.sqrt(np.pi))
+        rise = sum(2 * q[j] * (passed[j] - passed[j + 1]) for j in range(k + 1)) / (
+            beta * np.sqrt(np.pi)
+        )
         assert history.temperature(k)[0, 1, 1] == pytest.approx(rise, rel=1e-12)
         assert history[k].Fx == pytest.approx(900.0 * law.at(rise), rel=1e-8)
         assert 0 < history[k].Fx < 0.99 * 450.0
@@ -151,7 +165,8 @@ def test_friction_by_temperature_is_a_fixed_point():
     size = np.hypot(*sol.traction)
     assert np.allclose(size[sol.state == 2], (expected * sol.pressure)[sol.state == 2], rtol=1e-7)
     assert np.all(size[contact] <= (expected * sol.pressure)[contact] * (1 + 1e-7))
-    assert sol.Fx / 1e5 == pytest.approx(0.3 * 0.866, rel=0.02)  # CONTACT's, whose temperatures are 9 % too high
+    # CONTACT's, whose temperatures are 9 % too high
+    assert sol.Fx / 1e5 == pytest.approx(0.3 * 0.866, rel=0.02)
     hottest = f"temperature       at most {sol.temperature[0, contact].max():.4g} in the contact"
     assert hottest in sol.report() and "depends on the temperature" in sol.report()
     other = vc.solve(rolling(friction=law, grid=grid), start="slip")

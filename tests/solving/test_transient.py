@@ -16,12 +16,23 @@ LINE = vc.Cylinders(R=100.0)
 
 def ball(**changes):
     """A ball on a plane, with a moving scene's rest."""
-    base = {"bodies": LIKE, "surface": vc.Paraboloids(10.0, 10.0), "normal_force": 0.02, "friction": 0.3}
+    base = {
+        "bodies": LIKE,
+        "surface": vc.Paraboloids(10.0, 10.0),
+        "normal_force": 0.02,
+        "friction": 0.3,
+    }
     return vc.Scene(**{**base, "grid": vc.Grid(nx=10, ny=10), **changes})
 
 
 def cylinder(**changes):
-    base = {"bodies": LIKE, "surface": LINE, "normal_force": 1.0, "friction": 0.3, "grid": vc.Grid(nx=40)}
+    base = {
+        "bodies": LIKE,
+        "surface": LINE,
+        "normal_force": 1.0,
+        "friction": 0.3,
+        "grid": vc.Grid(nx=40),
+    }
     return vc.Scene(**{**base, **changes})
 
 
@@ -73,14 +84,19 @@ def test_longer_steps_are_warned_of_with_the_dq_to_take():
     history = vc.solve(cylinder(motion=motion))
     assert history[0].warnings == () and turns(history[-1]) > 9
     (warning,) = history[-1].warnings
-    assert f"steps of dq = {dq:.4g} are longer than an element" in warning and warning in history.report()
+    assert (
+        f"steps of dq = {dq:.4g} are longer than an element" in warning
+        and warning in history.report()
+    )
     advised = float(warning.rpartition("take dq = ")[2].split()[0])
     assert 0.99 * history.grid.sides[0] <= advised <= history.grid.sides[0]
 
 
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_each_step_meets_its_own_equations(check_kkt, bodies):
-    """All that may change does: direction, creepage and force, load and approach, friction, the distance rolled."""
+    """All that may change does: direction, creepage and force, load and approach, friction, the
+    distance rolled.
+    """
     history = vc.solve(ball(bodies=bodies, motion=WILD), normal="clarabel")
     assert len(history) == WILD.steps
     for before, sol in zip([None, *history], history, strict=False):
@@ -95,15 +111,23 @@ STEADY = {
     "unlike": ball(bodies=UNLIKE, motion=vc.Steady(**CREEPAGES)),
     "line": cylinder(motion=vc.Steady(Fx=-0.2)),
     "line, unlike": cylinder(bodies=UNLIKE, motion=vc.Steady(Fx=-0.2, Fy=0.1)),
-    "line, creepage": cylinder(surface=vc.Cylinders(R=100.0, reference_depth=100.0), motion=vc.Steady(vx=0.01)),
+    "line, creepage": cylinder(
+        surface=vc.Cylinders(R=100.0, reference_depth=100.0), motion=vc.Steady(vx=0.01)
+    ),
 }
 
 
 @pytest.mark.parametrize("name", ["creepages and spin", "unlike", "line"])
 def test_a_long_history_tends_to_the_steady_state(name):
-    """From nothing: after three lengths of the contact a thousandth is left, after ten next to nothing."""
+    """From nothing: after three lengths of the contact a thousandth is left, after ten next to
+    nothing.
+    """
     scene, dx = STEADY[name], vc.solve(STEADY[name]).grid.sides[0]
-    given = {key: value for key, value in vars(scene.motion).items() if value is not None and key != "slip_difference"}
+    given = {
+        key: value
+        for key, value in vars(scene.motion).items()
+        if value is not None and key != "slip_difference"
+    }
     steps, dq = 110, (4.0 if name == "line" else 1.0) * dx
     history = vc.solve(dataclasses.replace(scene, motion=vc.Transient(**given, steps=steps, dq=dq)))
     rolling = dataclasses.replace(scene.motion, dq=dq)
@@ -114,7 +138,9 @@ def test_a_long_history_tends_to_the_steady_state(name):
 
 
 def test_from_cattaneo_to_carter():
-    """A cylinder shifted by 0.75 f Fz, then rolled under it (paper, 6.2.1): the two closed forms at either end."""
+    """A cylinder shifted by 0.75 f Fz, then rolled under it (paper, 6.2.1): the two closed forms at
+    either end.
+    """
     contact = vc.reference.line_contact(100.0, LIKE, force=1.0)
     errors = []
     for cells in (40, 80):
@@ -124,7 +150,10 @@ def test_from_cattaneo_to_carter():
         x = history.grid.x
         cattaneo = vc.reference.cattaneo_line(contact, 0.3, -0.225).traction(x)
         carter = vc.reference.carter(contact, 0.3, force=-0.225)
-        ends = (history[0].traction[0, 0], cattaneo), (history[-1].traction[0, 0], carter.traction(x))
+        ends = (
+            (history[0].traction[0, 0], cattaneo),
+            (history[-1].traction[0, 0], carter.traction(x)),
+        )
         creepage = abs(history.creepage[-1, 0] / carter.creepage - 1) * 0.3 * contact.peak_pressure
         errors.append([*(np.abs(found - exact).mean() for found, exact in ends), creepage])
     rates = np.log2(np.array(errors[0]) / errors[1])
@@ -144,9 +173,17 @@ def test_a_shift_is_one_step_in_place():
 
 
 def test_unloading_follows_mindlin():
-    """With the pressure constant the way back is the way there, twice as large: slip the other way creeps inwards."""
-    force, back, scene = -4e-3, 1e-3, ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=20, ny=20))
-    history = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=2, dq=0, Fx=[force, back])))
+    """With the pressure constant the way back is the way there, twice as large: slip the other way
+    creeps inwards.
+    """
+    force, back, scene = (
+        -4e-3,
+        1e-3,
+        ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=20, ny=20)),
+    )
+    history = vc.solve(
+        dataclasses.replace(scene, motion=vc.Transient(steps=2, dq=0, Fx=[force, back]))
+    )
     shifts = history.creepage[:, 0].cumsum()
     half = vc.solve(dataclasses.replace(scene, motion=vc.Shift(Fx=(force - back) / 2)))
     assert shifts[1] == pytest.approx(shifts[0] - 2 * half.creepage[0], rel=1e-7)
@@ -161,7 +198,9 @@ def test_unloading_follows_mindlin():
 
 
 def test_the_order_in_time_is_one():
-    """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes is about halved."""
+    """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes
+    is about halved.
+    """
     grid = vc.solve(ball(motion=None)).grid
     length = 3 * grid.sides[0]
     counts = np.array([6, 12, 24, 48])
@@ -178,7 +217,9 @@ def mirrored(sol):
 
 
 def test_compression_tends_to_spence_with_order_one():
-    """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those of the contact."""
+    """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those
+    of the contact.
+    """
     bodies, counts = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), np.array([25, 50, 100])
     errors, half_an_element = np.zeros((2, counts.size)), np.zeros(counts.size)
     for (i, friction), (j, n) in itertools.product(enumerate((0.25, 0.3)), enumerate(counts)):
@@ -186,9 +227,15 @@ def test_compression_tends_to_spence_with_order_one():
         widths = a * np.arange(1, n + 1) / n
         motion = vc.Transient(steps=int(n), dq=0.0, normal_force=(widths / a) ** 2, Fx=0.0)
         grid = vc.Grid(nx=int(n), dx=2.1 * a / n, x0=-1.05 * a)
-        history = vc.solve(cylinder(bodies=bodies, friction=friction, motion=motion, grid=grid), coupling="johnson")
-        ratios = [sol.areas["stick"] / 2 / width for sol, width in zip(history, widths, strict=True)]
-        errors[i, j] = np.mean(ratios[n // 2 :]) - vc.reference.spence_ratio(bodies, friction, "line")
+        history = vc.solve(
+            cylinder(bodies=bodies, friction=friction, motion=motion, grid=grid), coupling="johnson"
+        )
+        ratios = [
+            sol.areas["stick"] / 2 / width for sol, width in zip(history, widths, strict=True)
+        ]
+        errors[i, j] = np.mean(ratios[n // 2 :]) - vc.reference.spence_ratio(
+            bodies, friction, "line"
+        )
         half_an_element[j] = np.mean(grid.dx / 2 / widths[n // 2 :])
     assert np.all(np.abs(errors) < half_an_element)
     sizes = np.sqrt(np.mean(errors**2, axis=0))
@@ -198,7 +245,9 @@ def test_compression_tends_to_spence_with_order_one():
 
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_rolling_backwards_is_the_mirror_image(bodies):
-    motion = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=3e-3, vy=1e-3, spin=4e-3, ux=[1e-4, 0, 0, 0])
+    motion = vc.Transient(
+        steps=4, dq=[0, 0.05, 0.1, 0.1], vx=3e-3, vy=1e-3, spin=4e-3, ux=[1e-4, 0, 0, 0]
+    )
     other = dataclasses.replace(motion, direction=-1, vx=-3e-3, spin=-4e-3, ux=[-1e-4, 0, 0, 0])
     forward, backward = (vc.solve(ball(bodies=bodies, motion=each)) for each in (motion, other))
     for one, two in zip(forward, backward, strict=True):
@@ -209,7 +258,9 @@ def test_rolling_backwards_is_the_mirror_image(bodies):
 
 NUMBERS = st.floats(-1, 1, allow_nan=False)
 STEPS = st.lists(
-    st.tuples(NUMBERS, NUMBERS, NUMBERS, st.floats(0, 1), st.sampled_from([-1, 1])), min_size=1, max_size=4
+    st.tuples(NUMBERS, NUMBERS, NUMBERS, st.floats(0, 1), st.sampled_from([-1, 1])),
+    min_size=1,
+    max_size=4,
 )
 
 
@@ -228,45 +279,61 @@ def test_friction_never_gives_work(given, bodies):
         normal_force=[0.0 if F < 0.1 else 0.02 * F for F in load],
     )
     hypothesis.assume(any(motion.normal_force))
-    history = vc.solve(ball(bodies=bodies, grid=vc.Grid(nx=6, ny=6), motion=motion), normal="clarabel")
+    history = vc.solve(
+        ball(bodies=bodies, grid=vc.Grid(nx=6, ny=6), motion=motion), normal="clarabel"
+    )
     for sol in history:
-        assert np.all(np.sum(sol.traction * sol.slip, axis=0) * sol.grid.area <= 1e-12 * 0.3 * 0.02 * 1e-3)
+        assert np.all(
+            np.sum(sol.traction * sol.slip, axis=0) * sol.grid.area <= 1e-12 * 0.3 * 0.02 * 1e-3
+        )
 
 
 def test_a_contact_that_vanishes_and_returns():
     loads = [0.02, 0.02, 0.0, 0.01, 0.01]
     motion = vc.Transient(steps=5, vx=3e-3, vy=1e-3, normal_force=loads)
     history = vc.solve(ball(motion=motion))
-    again = vc.solve(ball(grid=history.grid, motion=vc.Transient(steps=2, vx=3e-3, vy=1e-3, normal_force=0.01)))
+    again = vc.solve(
+        ball(grid=history.grid, motion=vc.Transient(steps=2, vx=3e-3, vy=1e-3, normal_force=0.01))
+    )
     assert not history[2].pressure.any()
     assert not history[2].traction.any()
     assert history[2].elements == {"contact": 0, "stick": 0, "slip": 0}
     assert history[2].distance.min() == 0.0
     for one, two in zip(history[3:], again, strict=True):
         np.testing.assert_array_equal(one.traction, two.traction)
-    lifted = vc.solve(ball(motion=vc.Transient(steps=3, vx=3e-3, approach=[0.02, -0.01, 0.01], normal_force=None)))
+    lifted = vc.solve(
+        ball(motion=vc.Transient(steps=3, vx=3e-3, approach=[0.02, -0.01, 0.01], normal_force=None))
+    )
     assert lifted.normal_force[1] == 0
     assert lifted[1].distance.min() == pytest.approx(0.01, rel=0.05)
     assert lifted.approach == pytest.approx([0.02, -0.01, 0.01])
 
 
 def test_a_contact_that_moves_over_the_grid():
-    """A hill that goes an element further in each step, frictionless and in place: the pressure goes with it."""
+    """A hill that goes an element further in each step, frictionless and in place: the pressure
+    goes with it.
+    """
     grid = vc.Grid(nx=30, ny=12, dx=0.1, dy=0.1, x0=-1.5, y0=-0.6)
 
     def hill(steps):
         return vc.SampledDistance((grid.x - 0.1 * steps) ** 2 / 20 + grid.y[:, None] ** 2 / 20)
 
     hills = [hill(k) for k in range(4)]
-    scene = ball(surface=hills[0], grid=grid, friction=0.0, motion=vc.Transient(steps=4, dq=0, surface=hills))
+    scene = ball(
+        surface=hills[0], grid=grid, friction=0.0, motion=vc.Transient(steps=4, dq=0, surface=hills)
+    )
     history = vc.solve(scene)
     for k, sol in enumerate(history):
-        assert sol.pressure == pytest.approx(np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max())
+        assert sol.pressure == pytest.approx(
+            np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max()
+        )
 
 
 def test_the_slopes_of_a_step_are_those_of_differences():
     def last_force(vx, spin):
-        return vc.solve(ball(motion=vc.Transient(steps=3, vx=[3e-3, 3e-3, vx], vy=1e-3, spin=[0, 0, spin])))[-1]
+        return vc.solve(
+            ball(motion=vc.Transient(steps=3, vx=[3e-3, 3e-3, vx], vy=1e-3, spin=[0, 0, spin]))
+        )[-1]
 
     sol, h = last_force(3e-3, 0.01), 1e-8
     by_vx = (last_force(3e-3 + h, 0.01).force - last_force(3e-3 - h, 0.01).force) / (2 * h)
@@ -279,7 +346,13 @@ def test_the_slopes_of_a_step_are_those_of_differences():
 @pytest.mark.parametrize("stored", [False, True])
 @pytest.mark.parametrize(
     ("friction", "steps"),
-    [(0.0, None), (np.zeros((8, 8)), None), (None, 0.0), (None, [0.3, 0.0, 0.3]), (0.3, [None, 0.0, None])],
+    [
+        (0.0, None),
+        (np.zeros((8, 8)), None),
+        (None, 0.0),
+        (None, [0.3, 0.0, 0.3]),
+        (0.3, [None, 0.0, None]),
+    ],
     ids=["number", "array", "history", "one step", "one step of the scene's"],
 )
 def test_a_force_without_friction_is_refused_before_any_work(friction, steps, stored, tmp_path):
@@ -290,7 +363,9 @@ def test_a_force_without_friction_is_refused_before_any_work(friction, steps, st
     for force in ({"Fx": [0.0, 1e-4, 0.0]}, {"Fy": [None, -1e-4, None]}):
         motion = vc.Transient(steps=3, friction=steps, **force)
         slippery = ball(friction=friction, grid=grid, motion=motion)
-        with pytest.raises(vc.Saturated, match=r"step 1 of the history: .* 0.0001 cannot be carried") as failure:
+        with pytest.raises(
+            vc.Saturated, match=r"step 1 of the history: .* 0.0001 cannot be carried"
+        ) as failure:
             vc.solve(slippery, store=store, progress=told.append)
         assert (failure.value.step, failure.value.limit, failure.value.history) == (1, 0.0, None)
     assert told == []

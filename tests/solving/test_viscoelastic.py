@@ -1,4 +1,6 @@
-"""Viscoelastic bodies that roll steadily: Hunter's closed form, CONTACT, limits of the speed, two solvers."""
+"""Viscoelastic bodies that roll steadily: Hunter's closed form, CONTACT, limits of the speed, two
+solvers.
+"""
 
 import json
 from dataclasses import replace
@@ -26,10 +28,16 @@ def roller(bodies=SOLID, speed=1.0, cells=30, line=True, friction=0.3, **motion)
 
 @pytest.mark.parametrize(
     ("length", "force", "moment"),
-    [(0.1, 0.8250766609, 0.0463491206), (1.0, 1.1536781873, 0.2331290558), (30.0, 1.5672984851, 0.0626657685)],
+    [
+        (0.1, 0.8250766609, 0.0463491206),
+        (1.0, 1.1536781873, 0.2331290558),
+        (30.0, 1.5672984851, 0.0626657685),
+    ],
 )
 def test_hunter(length, force, moment):
-    """Load and moment against integrated pressures of an independent computation; resistance on two grids."""
+    """Load and moment against integrated pressures of an independent computation; resistance on two
+    grids.
+    """
     exact = hunter(a=1.0, R=1.0, G=2.0, nu=0.0, part=1.0, relaxation_length=length)
     assert exact.force == pytest.approx(force, rel=1e-9)
     assert exact.moment / exact.force == pytest.approx(moment, rel=1e-8)
@@ -46,9 +54,15 @@ def test_hunter(length, force, moment):
 
 @pytest.mark.parametrize("tag", ["own_1", "own_3", "example_case_1", "example_case_3"])
 def test_contact_of_cylinders(tag):
-    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others."""
+    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the
+    others.
+    """
     case = CASES[tag]
-    tau = case["inputs"]["tc1"] if "inputs" in case else {"example_case_1": 1e-12, "example_case_3": 0.045}[tag]
+    tau = (
+        case["inputs"]["tc1"]
+        if "inputs" in case
+        else {"example_case_1": 1e-12, "example_case_3": 0.045}[tag]
+    )
     x = -7.92 + 0.16 * np.arange(99)
     apart = np.full(99, 1e4)
     motion = vc.Steady(Fx=-0.18 * case["Fn"], speed=1000.0)
@@ -64,7 +78,9 @@ def test_contact_of_cylinders(tag):
     assert sol.approach == pytest.approx(case["pen"], rel=1e-9)
     assert sol.vx == pytest.approx(case["vx"], rel=1e-8)
     assert sol.Fx == pytest.approx(case["Fx"], abs=1e-7 * 0.3 * case["Fn"])
-    assert sol.rolling_resistance == pytest.approx(-0.02 * case["My"], rel=1e-8, abs=1e-10 * case["Fn"])
+    assert sol.rolling_resistance == pytest.approx(
+        -0.02 * case["My"], rel=1e-8, abs=1e-10 * case["Fn"]
+    )
 
 
 @pytest.mark.parametrize("options", [{}, {"coupling": "panagiotopoulos", "method": "active-set"}])
@@ -90,7 +106,9 @@ def test_slow_and_fast_rolling_are_elastic(line):
     """Relaxed bodies, and glassy ones."""
     for speed, G in ((1e-7, 0.4), (1e7, 1.0)):
         sol = vc.solve(roller(speed=speed, cells=12, line=line, vx=0.01))
-        scene = replace(sol.scene, bodies=vc.Bodies(G, 0.3), motion=vc.Steady(vx=0.01), grid=sol.grid)
+        scene = replace(
+            sol.scene, bodies=vc.Bodies(G, 0.3), motion=vc.Steady(vx=0.01), grid=sol.grid
+        )
         elastic = vc.solve(scene, normal="norm")
         np.testing.assert_allclose(sol.pressure, elastic.pressure, atol=1e-4 * elastic.max_pressure)
         assert sol.Fx == pytest.approx(elastic.Fx, rel=1e-4)
@@ -100,7 +118,9 @@ def test_slow_and_fast_rolling_are_elastic(line):
 @pytest.mark.parametrize("line", [True, False])
 @pytest.mark.parametrize("load", ["force", "approach"])
 def test_solvers_agree(line, load):
-    """NORM by LU, Newton's method without a matrix, and the one convex program, whose optimal value is zero."""
+    """NORM by LU, Newton's method without a matrix, and the one convex program, whose optimal value
+    is zero.
+    """
     scene = roller(cells=14 if line else 10, line=line, friction=0.0)
     first = vc.solve(scene)
     if load == "approach":
@@ -123,11 +143,14 @@ SOFTENS = vc.Scene(
     motion=vc.Steady(vx=0.0222, vy=0.0084, spin=-0.0456, speed=1.0),
     grid=vc.Grid(nx=96, ny=96),
 )
-"""A solid that becomes a hundred times as soft: its kernel is as skew as that of a step of rolling."""
+"""A solid that becomes a hundred times as soft: its kernel is as skew as that of a step of
+rolling."""
 
 
 def test_a_large_relaxation_on_many_elements():
-    """Approach and largest pressure of NORM in dense matrices, vc.solve(SOFTENS, normal="norm"), in 85 s."""
+    """Approach and largest pressure of NORM in dense matrices, vc.solve(SOFTENS, normal="norm"), in
+    85 s.
+    """
     sol = vc.solve(SOFTENS)
     assert sol.approach == pytest.approx(0.3020286012055, rel=1e-8)
     assert sol.max_pressure == pytest.approx(0.1155694040715, rel=1e-8)
@@ -135,7 +158,9 @@ def test_a_large_relaxation_on_many_elements():
 
 
 def test_a_pressure_that_is_not_found_is_no_contact_area(monkeypatch):
-    """Newton's method without coarse grids and steps finds none, on too many elements for active sets."""
+    """Newton's method without coarse grids and steps finds none, on too many elements for active
+    sets.
+    """
     monkeypatch.setattr(driver, "LEAST_SIDE", 1000)
     monkeypatch.setattr(driver, "MAX_STEPS", 0)
     with pytest.raises(vc.NotConverged, match="newton gave no pressure"):
@@ -147,7 +172,11 @@ def test_a_pressure_that_is_not_found_is_no_contact_area(monkeypatch):
 def test_a_body_cut_into_layers(line, other):
     """Layers and a base of one solid are a homogeneous body of it."""
     relaxations = [(1.0, 0.1), (0.5, 1.0)]
-    cut = vc.Layered([vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 1.0, 0.3)], base=(1.0, 0.3), relaxations=relaxations)
+    cut = vc.Layered(
+        [vc.Layer(0.05, 1.0, 0.3), vc.Layer(0.2, 1.0, 0.3)],
+        base=(1.0, 0.3),
+        relaxations=relaxations,
+    )
     pair, whole = (cut, SOLID) if other is None else ((cut, other), (SOLID, other))
     scene = roller(whole, cells=12 if line else 8, line=line, vx=0.01)
     expected = vc.solve(scene)
@@ -163,31 +192,48 @@ def test_a_viscoelastic_layer_on_a_rigid_base(line):
     layers, found = [vc.Layer(0.1, 1.0, 0.45)], []
     soft = vc.Layered(layers, base="rigid", relaxations=[(1.0, 0.1)])
     for speed, G in ((1e-6, 0.5), (1.0, None), (1e6, 1.0)):
-        sol = vc.solve(roller(("rigid", soft), speed=speed, cells=12 if line else 8, line=line, vx=0.01))
+        sol = vc.solve(
+            roller(("rigid", soft), speed=speed, cells=12 if line else 8, line=line, vx=0.01)
+        )
         assert sol.certificate.normal_relative_gap < 1e-9
         found.append(sol.rolling_resistance / sol.normal_force)
         if G is not None:
             stiff = vc.Layered([vc.Layer(0.1, G, 0.45)], base="rigid")
-            elastic = vc.solve(replace(sol.scene, bodies=("rigid", stiff), motion=vc.Steady(vx=0.01), grid=sol.grid))
-            np.testing.assert_allclose(sol.pressure, elastic.pressure, atol=1e-3 * elastic.max_pressure)
+            elastic = vc.solve(
+                replace(
+                    sol.scene, bodies=("rigid", stiff), motion=vc.Steady(vx=0.01), grid=sol.grid
+                )
+            )
+            np.testing.assert_allclose(
+                sol.pressure, elastic.pressure, atol=1e-3 * elastic.max_pressure
+            )
             assert sol.Fx == pytest.approx(elastic.Fx, rel=1e-3)
-            by_tractions = np.sum(elastic.pressure * elastic.grid.x) * elastic.grid.area / elastic.normal_force
+            by_tractions = (
+                np.sum(elastic.pressure * elastic.grid.x) * elastic.grid.area / elastic.normal_force
+            )
             assert found[-1] == pytest.approx(by_tractions, abs=1e-4)
     assert found[1] > 3 * max(abs(found[0]), abs(found[2]))
 
 
-LINED = vc.Layered([vc.Layer(0.05, 3.0, 0.3), vc.Layer(0.1, 1.0, 0.45, [(1.0, 0.1)])], base=(2.0, 0.3, [(0.5, 1.0)]))
+LINED = vc.Layered(
+    [vc.Layer(0.05, 3.0, 0.3), vc.Layer(0.1, 1.0, 0.45, [(1.0, 0.1)])],
+    base=(2.0, 0.3, [(0.5, 1.0)]),
+)
 """A stiff elastic skin on a soft layer that relaxes fast, and a base that relaxes slowly."""
 
 
 @pytest.mark.parametrize("line", [True, False])
 def test_what_rolling_costs_is_what_relaxations_dissipate(line):
-    """By tractions P that the particles remember, ``sum f (p - P) A (p - P)/(V tau)``, in line contact and beyond."""
+    """By tractions P that the particles remember, ``sum f (p - P) A (p - P)/(V tau)``, in line
+    contact and beyond.
+    """
     off = []
     for cells in (12, 24):
         sol, lost = vc.solve(roller(cells=cells, line=line, vx=0.02, vy=0.01)), 0.0
         dx, behind = sol.grid.sides[0], int(12 / sol.grid.sides[0])
-        now = np.pad(np.concatenate([sol.traction, sol.pressure[None]]), ((0, 0), (0, 0), (behind, 0)))
+        now = np.pad(
+            np.concatenate([sol.traction, sol.pressure[None]]), ((0, 0), (0, 0), (behind, 0))
+        )
         wide = sol.grid.window(-behind, sol.grid.nx, 0, sol.grid.rows)
         operator = influence_operator(wide, "xyz", "xyz", nu=0.3, depth=40.0)
         for part, tau in SOLID.relaxations:
@@ -196,21 +242,30 @@ def test_what_rolling_costs_is_what_relaxations_dissipate(line):
                 decay = np.exp(-dx / tau)
                 middle = (now[..., i] + now[..., i + 1]) / 2
                 past[..., i] = decay * past[..., i + 1] + (1 - decay) * middle
-            lost += part / tau * float(np.sum((now - past) * operator.apply(now - past))) * sol.grid.area
+            lost += (
+                part
+                / tau
+                * float(np.sum((now - past) * operator.apply(now - past)))
+                * sol.grid.area
+            )
         off.append(abs(lost / (sol.power - sol.friction_work) - 1))
     assert off[1] < 0.6 * off[0] < 0.6 * 0.06
 
 
 @pytest.mark.parametrize("line", [True, False])
 def test_a_grid_across_samples(line):
-    """Contact is found from the samples; those behind, which are still down, do not count as contact."""
+    """Contact is found from the samples; those behind, which are still down, do not count as
+    contact.
+    """
     paraboloid = vc.solve(roller(line=line, cells=16, vx=0.01))
     x = np.linspace(-0.8, 0.8, 161)
     if line:
         surface = vc.SampledDistance(h=x**2 / 2, x=x, reference_depth=8.0)
     else:
         surface = vc.SampledDistance(h=(x**2 + x[:, None] ** 2) / 2, x=x, y=x)
-    sol = vc.solve(replace(paraboloid.scene, surface=surface, grid=vc.Grid(nx=16, ny=None if line else 16)))
+    sol = vc.solve(
+        replace(paraboloid.scene, surface=surface, grid=vc.Grid(nx=16, ny=None if line else 16))
+    )
     assert sol.grid.nx * sol.grid.sides[0] < 1.5 * np.ptp(sol.grid.x[sol.pressure.any(axis=0)])
     assert sol.Fx == pytest.approx(paraboloid.Fx, rel=0.03)
     assert sol.rolling_resistance == pytest.approx(paraboloid.rolling_resistance, rel=0.03)

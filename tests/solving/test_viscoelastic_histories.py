@@ -1,4 +1,6 @@
-"""Viscoelastic bodies in time: closed forms of creep and relaxation, steady rolling, limits of time, energy."""
+"""Viscoelastic bodies in time: closed forms of creep and relaxation, steady rolling, limits of
+time, energy.
+"""
 
 from dataclasses import replace
 
@@ -16,11 +18,22 @@ NUMBERS = ("approach", "rolling_resistance", "Fx", "Fy")
 LINE, BALL = vc.Cylinders(R=1.0, reference_depth=8.0), vc.Paraboloids(1.0, 1.0)
 
 
-def scene(bodies=SOLID, surface=BALL, cells=10, friction=0.3, grid=None, normal_force=0.1, approach=None, **motion):
+def scene(
+    bodies=SOLID,
+    surface=BALL,
+    cells=10,
+    friction=0.3,
+    grid=None,
+    normal_force=0.1,
+    approach=None,
+    **motion,
+):
     line = isinstance(surface, vc.Cylinders)
     grid = grid or (vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells))
     load = None if approach else normal_force
-    return make_scene(surface, load, vc.Transient(**motion), grid, friction, bodies, approach=approach)
+    return make_scene(
+        surface, load, vc.Transient(**motion), grid, friction, bodies, approach=approach
+    )
 
 
 def furthest(one, other):
@@ -30,7 +43,9 @@ def furthest(one, other):
 
 @pytest.mark.parametrize("surface", [LINE, BALL])
 def test_creep_under_a_step_of_load(surface):
-    """The contact grows as the elastic one of compliance J(t) (Lee and Radok 1960), by long steps as by short ones."""
+    """The contact grows as the elastic one of compliance J(t) (Lee and Radok 1960), by long steps
+    as by short ones.
+    """
     time = np.array([0.0, *np.geomspace(0.05, 4.0, 9)])
     steps = np.diff(time, prepend=0.0)
     history = vc.solve(scene(surface=surface, cells=61, friction=0.0, steps=10, dq=0, dt=steps))
@@ -45,7 +60,9 @@ def test_creep_under_a_step_of_load(surface):
 
 @pytest.mark.parametrize("surface", [LINE, BALL])
 def test_relaxation_under_a_step_of_approach(surface):
-    """The force falls by the relaxation modulus, to second order in the step; so does that of a shift without slip."""
+    """The force falls by the relaxation modulus, to second order in the step; so does that of a
+    shift without slip.
+    """
     off = []
     for count in (8, 16):
         steps = [0.0] + [3 * TAU / count] * count
@@ -57,14 +74,20 @@ def test_relaxation_under_a_step_of_approach(surface):
     assert off[1] < 0.3 * off[0] < 0.3 * 0.015
 
 
-@pytest.mark.parametrize(("surface", "bodies"), [(LINE, (SOLID, OTHER)), (BALL, SOLID)], ids=["line", "ball"])
+@pytest.mark.parametrize(
+    ("surface", "bodies"), [(LINE, (SOLID, OTHER)), (BALL, SOLID)], ids=["line", "ball"]
+)
 def test_a_long_history_tends_to_steady_rolling(bodies, surface):
-    """To that by influence numbers that lag: resistance and approach to second order in the step."""
+    """To that by influence numbers that lag: resistance and approach to second order in the
+    step.
+    """
     off, rolled = [], 12 if surface is LINE else 4
     for cells in (8, 16):
         grid = vc.solve(scene(bodies, surface, cells, friction=0.0, steps=1, dt=1.0)).grid
         dx, given = grid.sides[0], {"vx": 0.02, "vy": 0.01}
-        last = vc.solve(scene(bodies, surface, grid=grid, steps=int(rolled / dx), dt=dx, **given))[-1]
+        last = vc.solve(scene(bodies, surface, grid=grid, steps=int(rolled / dx), dt=dx, **given))[
+            -1
+        ]
         steady = vc.solve(replace(last.scene, motion=vc.Steady(speed=1.0, **given)))
         assert last.certificate.residual < 1e-7
         off.append([abs(getattr(last, name) / getattr(steady, name) - 1) for name in NUMBERS])
@@ -77,9 +100,12 @@ def test_a_long_history_tends_to_steady_rolling(bodies, surface):
 
 @pytest.mark.parametrize("surface", [LINE, BALL], ids=["line", "ball"])
 def test_steps_that_take_no_time_or_ages_are_elastic(surface):
-    """Those of glassy bodies, and of relaxed ones; what takes no time knows nothing of the bodies' relaxations."""
+    """Those of glassy bodies, and of relaxed ones; what takes no time knows nothing of the bodies'
+    relaxations.
+    """
     grid = vc.solve(scene(SOLID, surface, friction=0.0, steps=1, dt=1.0)).grid
-    dq = [grid.sides[0]] * 3 + [0.0] * 3  # whole elements: between them what is remembered is interpolated
+    # whole elements: between them what is remembered is interpolated
+    dq = [grid.sides[0]] * 3 + [0.0] * 3
     moves = {"steps": 6, "vx": 0.02, "vy": 0.01, "dq": dq, "ux": [0.0] * 3 + [1e-3] * 3}
     for dt, G, allowed in ((0.0, 1.0, 1e-9), (1e9 * TAU, 1 / (1 + PART), 1e-6)):
         slow = vc.solve(scene(SOLID, surface, grid=grid, dt=dt, **moves))
@@ -95,23 +121,34 @@ def test_rolling_the_other_way_is_the_mirror_image():
     one = vc.solve(scene((SOLID, OTHER), grid=grid, vx=0.02, spin=0.01, **given))
     two = vc.solve(scene((SOLID, OTHER), grid=grid, vx=-0.02, spin=-0.01, direction=-1, **given))
     for sol, image in zip(one, two, strict=True):
-        np.testing.assert_allclose(image.pressure[:, ::-1], sol.pressure, atol=1e-7 * sol.max_pressure)
+        np.testing.assert_allclose(
+            image.pressure[:, ::-1], sol.pressure, atol=1e-7 * sol.max_pressure
+        )
         mirrored = image.traction[..., ::-1] * [[[-1.0]], [[1.0]]]
         np.testing.assert_allclose(mirrored, sol.traction, atol=1e-7 * sol.max_pressure)
         assert image.friction_work == pytest.approx(sol.friction_work, rel=1e-6)
 
 
 def energy(sol):
-    """Stored by tangential tractions, and lost by their relaxation in a unit of time; of like bodies."""
+    """Stored by tangential tractions, and lost by their relaxation in a unit of time; of like
+    bodies.
+    """
     grid, ahead = sol.grid, (sol.memory.shape[-1] - sol.grid.nx) // 2
-    operator = influence_operator(grid.window(-ahead, grid.nx + ahead, -1, grid.rows + 1), "xy", "xy", nu=NU)
+    operator = influence_operator(
+        grid.window(-ahead, grid.nx + ahead, -1, grid.rows + 1), "xy", "xy", nu=NU
+    )
     now, then = np.pad(sol.traction, ((0, 0), (1, 1), (ahead, ahead))), sol.memory[0, :2]
-    work = [float(np.sum(field * operator.apply(field))) * grid.area for field in (now, then, now - then)]
+    work = [
+        float(np.sum(field * operator.apply(field))) * grid.area
+        for field in (now, then, now - then)
+    ]
     return (work[0] + PART * work[1]) / 2, PART * work[2] / TAU
 
 
 def test_what_is_put_in_is_lost_or_stored():
-    """From rest to rolling with spin: by friction, by relaxation, which is never negative, and in both springs."""
+    """From rest to rolling with spin: by friction, by relaxation, which is never negative, and in
+    both springs.
+    """
     off = []
     for cells in (10, 20):
         dx = vc.solve(scene(cells=cells, friction=0.0, steps=1, dt=1.0)).grid.sides[0]
@@ -146,8 +183,12 @@ def test_two_solvers_agree_while_loads_change(bodies):
 
 
 def test_a_dent_recovers():
-    """Bodies that were pressed together are apart at a lesser approach, and touch again when the dent has risen."""
-    loads = vc.Transient(steps=4, dq=0, dt=[0.0, 2 * TAU, 0.0, 4 * TAU], approach=[0.05, 0.05, 0.025, 0.025])
+    """Bodies that were pressed together are apart at a lesser approach, and touch again when the
+    dent has risen.
+    """
+    loads = vc.Transient(
+        steps=4, dq=0, dt=[0.0, 2 * TAU, 0.0, 4 * TAU], approach=[0.05, 0.05, 0.025, 0.025]
+    )
     grid = vc.Grid(nx=14, ny=14, dx=0.08, dy=0.08, x0=-0.56, y0=-0.56)
     history = vc.solve(replace(scene(grid=grid, steps=1, dt=0.0), normal_force=None, motion=loads))
     assert [sol.normal_force > 0 for sol in history] == [True, True, False, True]
@@ -179,7 +220,10 @@ def test_files_keep_what_bodies_remember(tmp_path):
 
 
 ROLLS = replace(scene(steps=1, dt=1.0, cells=6), motion=vc.Steady(speed=1.0))
-SHALLOW, SAMPLES = vc.Cylinders(1.0, 2.0), vc.SampledDistance(np.ones((2, 2)), [0.0, 1.0], [0.0, 1.0])
+SHALLOW, SAMPLES = (
+    vc.Cylinders(1.0, 2.0),
+    vc.SampledDistance(np.ones((2, 2)), [0.0, 1.0], [0.0, 1.0]),
+)
 
 
 @pytest.mark.parametrize(
@@ -191,8 +235,14 @@ SHALLOW, SAMPLES = vc.Cylinders(1.0, 2.0), vc.SampledDistance(np.ones((2, 2)), [
         (lambda: scene(vc.Bodies(1.0, NU), steps=2, dt=0.1), "motion.dt"),
         (lambda: scene(steps=2, dt=0.1, grid=vc.Grid(nx=9, ny=9, edge="touched")), "grid.edge"),
         (lambda: scene(steps=2, dt=0.1, grid=vc.Grid(nx=9, ny=9, edge="softened")), "grid.edge"),
-        (lambda: vc.solve(replace(scene(steps=2, dq=0.1, dt=0.1), grid="auto"), accuracy=0.01), "bodies"),
-        (lambda: vc.solve(scene(surface=SHALLOW, steps=60, dt=1e-3, vx=0.01)), "surface.reference_depth"),
+        (
+            lambda: vc.solve(replace(scene(steps=2, dq=0.1, dt=0.1), grid="auto"), accuracy=0.01),
+            "bodies",
+        ),
+        (
+            lambda: vc.solve(scene(surface=SHALLOW, steps=60, dt=1e-3, vx=0.01)),
+            "surface.reference_depth",
+        ),
         (lambda: vc.solve(scene(steps=2, dt=0.1, start=vc.solve(ROLLS))), "motion.start"),
         (lambda: scene(surface=SAMPLES, steps=2, dt=0.1), "surface.x"),
     ],

@@ -24,7 +24,9 @@ def small_bank():
 
 
 def test_exact_methods_agree(small_bank):
-    """Forces to 1e-6 of the largest friction force, tractions to 1e-5 of the bound, each with its gap."""
+    """Forces to 1e-6 of the largest friction force, tractions to 1e-5 of the bound, each with its
+    gap.
+    """
     solved = small_bank[small_bank["outcome"] == "solved"]
     assert set(solved["method"]) == set(EXACT)
     assert solved["force_distance"].max() < 1e-6
@@ -41,7 +43,10 @@ def test_newton_solves_every_scene():
     assert table["traction_distance"].max() < 1e-7
     called = table.set_index(["scene", "method"])["calls"]
     assert called["pure vx", "newton"] == "normal: hertz 1; tangential: newton 1"
-    assert re.fullmatch(r"normal: newton 1; tangential: newton \d+; both: newton 1", called["unlike bodies", "newton"])
+    assert re.fullmatch(
+        r"normal: newton 1; tangential: newton \d+; both: newton 1",
+        called["unlike bodies", "newton"],
+    )
 
 
 def test_what_is_not_solved_says_so(small_bank):
@@ -53,8 +58,12 @@ def test_what_is_not_solved_says_so(small_bank):
 
 
 def test_theories_are_approximate_and_near(small_bank):
-    """The paper: FASTSIM is wrong by 10-15 % of the largest force; this coarse grid adds its own."""
-    fastsim = small_bank[(small_bank["method"] == "fastsim") & (small_bank["outcome"] == "approximate")]
+    """The paper: FASTSIM is wrong by 10-15 % of the largest force; this coarse grid adds its
+    own.
+    """
+    fastsim = small_bank[
+        (small_bank["method"] == "fastsim") & (small_bank["outcome"] == "approximate")
+    ]
     assert len(fastsim) == 11
     forces_given = fastsim["scene"] == "Fx and Fy near saturation"
     assert fastsim["force_distance"][~forces_given].between(1e-3, 0.25).all()
@@ -64,11 +73,15 @@ def test_theories_are_approximate_and_near(small_bank):
 
 
 def test_every_answer_is_judged_by_our_own_numbers(rolling):
-    """Measures of a theory's tractions are those of `certify`, the distances those of the exact solution."""
+    """Measures of a theory's tractions are those of `certify`, the distances those of the exact
+    solution.
+    """
     scene = rolling()
     table = vc.compare(scene, ["tang-safeguarded", "fastsim"]).set_index("method")
     theory, exact = vc.solve(scene, tangential="fastsim"), vc.solve(scene)
-    assert table.loc["fastsim", "relative_gap"] == pytest.approx(vc.certify(scene, theory.traction).relative_gap)
+    assert table.loc["fastsim", "relative_gap"] == pytest.approx(
+        vc.certify(scene, theory.traction).relative_gap
+    )
     bound = exact.traction_bound
     away = np.hypot(*(theory.traction - exact.traction)).max() / bound.max()
     assert table.loc["fastsim", "traction_distance"] == pytest.approx(away, rel=1e-9)
@@ -77,7 +90,9 @@ def test_every_answer_is_judged_by_our_own_numbers(rolling):
 
 
 def test_methods_that_cannot(rolling):
-    table = vc.compare(rolling(), ["osqp", "clarabel/potential", "tang+polish", "cvxpy:CVXOPT"]).set_index("method")
+    table = vc.compare(
+        rolling(), ["osqp", "clarabel/potential", "tang+polish", "cvxpy:CVXOPT"]
+    ).set_index("method")
     assert table["outcome"].tolist() == ["refused", "refused", "refused", "unavailable"]
     assert "osqp|clarabel" in table.loc["osqp", "reason"]
     assert "no energy formulation" in table.loc["clarabel/potential", "reason"]
@@ -123,7 +138,12 @@ def test_unknown_names_are_refused_before_any_work(rolling, name, hint):
 def test_a_history_is_refused_before_any_work(rolling, tmp_path):
     history = rolling(surface=vc.Paraboloids(Rx=1.0, Ry=1.0), motion=vc.Transient(steps=2, dq=0.01))
     with pytest.raises(vc.SceneError) as refused:
-        vc.compare({"one": rolling(), "two": history}, ["tang"], store=tmp_path / "t.csv", progress=pytest.fail)
+        vc.compare(
+            {"one": rolling(), "two": history},
+            ["tang"],
+            store=tmp_path / "t.csv",
+            progress=pytest.fail,
+        )
     words = "scenes['two'].motion is Transient: it must be Steady, Shift or none"
     assert str(refused.value) == words
     assert not list(tmp_path.iterdir())
@@ -188,7 +208,10 @@ def test_json_keeps_all_digits(rolling):
 
 def test_an_interrupted_comparison_goes_on_with_the_next_scene(rolling, tmp_path):
     """By an executor, too: the same table as in one go, but for seconds."""
-    scenes = {name: rolling(motion=vc.Steady(vx=vx), grid=vc.Grid(nx=6, ny=6)) for name, vx in (("b", 0.1), ("a", 0.3))}
+    scenes = {
+        name: rolling(motion=vc.Steady(vx=vx), grid=vc.Grid(nx=6, ny=6))
+        for name, vx in (("b", 0.1), ("a", 0.3))
+    }
     methods, store, told = ["tang", "fastsim", "linear"], tmp_path / "table.csv", []
     here = vc.compare(scenes, methods)
 
@@ -220,7 +243,13 @@ def test_without_a_grid_methods_are_compared_on_that_of_the_default_accuracy(rol
 
 
 def test_lists_of_scenes_are_numbered():
-    one = make_scene(vc.Ellipse(1.0, 1.0), 1.0, vc.Steady(vx=0.1), vc.Grid(nx=6, ny=6), bodies=vc.Bodies(1.0, 0.3))
+    one = make_scene(
+        vc.Ellipse(1.0, 1.0),
+        1.0,
+        vc.Steady(vx=0.1),
+        vc.Grid(nx=6, ny=6),
+        bodies=vc.Bodies(1.0, 0.3),
+    )
     other = dataclasses.replace(one, friction=0.2)
     table = vc.compare([one, other], ["tang"])
     assert table["scene"].tolist() == ["0", "1"]

@@ -1,4 +1,6 @@
-"""Studies of convergence against closed forms, and what happens when they are stopped, resumed or ill-posed."""
+"""Studies of convergence against closed forms, and what happens when they are stopped, resumed or
+ill-posed.
+"""
 
 import dataclasses
 import json
@@ -19,7 +21,9 @@ from varcontact.reference import cattaneo_mindlin
 from varcontact.study import converge as module
 from varcontact.study.extrapolate import extrapolate
 
-SPHERES = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=0.5), normal_force=1e-3)
+SPHERES = vc.Scene(
+    bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=0.5), normal_force=1e-3
+)
 
 SCENE_FILE = """
 normal_force = 1e-3
@@ -30,7 +34,12 @@ surface = {kind = "paraboloids", Rx = 1.0, Ry = 0.5}
 
 def shift(part, nu=0.0):
     """Cattaneo's shift by so much of the limit of friction; nu = 0: the closed form is exact."""
-    return make_scene(vc.Paraboloids(Rx=1.0, Ry=1.0), 1e-3, vc.Shift(Fx=-part * 0.3e-3), bodies=vc.Bodies(G=1.0, nu=nu))
+    return make_scene(
+        vc.Paraboloids(Rx=1.0, Ry=1.0),
+        1e-3,
+        vc.Shift(Fx=-part * 0.3e-3),
+        bodies=vc.Bodies(G=1.0, nu=nu),
+    )
 
 
 @pytest.mark.parametrize("method", ["norm", "clarabel"])
@@ -54,16 +63,22 @@ def test_carter():
 
 
 def test_closed_forms_are_within_the_error_bars():
-    """In 11 of 12 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's force."""
+    """In 11 of 12 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's
+    force.
+    """
     rng, inside, ratios = np.random.default_rng(6), [], []
     for case in range(12):
         cells = np.sort(rng.choice(np.arange(6, 17), size=4, replace=False))
         part = rng.uniform(0.5, 0.9)
         if case % 4 == 0:
-            scene = dataclasses.replace(SPHERES, surface=vc.Paraboloids(Rx=1.0, Ry=rng.uniform(0.1, 1.0)))
+            scene = dataclasses.replace(
+                SPHERES, surface=vc.Paraboloids(Rx=1.0, Ry=rng.uniform(0.1, 1.0))
+            )
             quantity, exact = "approach", scene.hertz.approach
         elif case % 4 == 1:
-            scene = dataclasses.replace(SPHERES, normal_force=None, approach=rng.uniform(0.001, 0.01))
+            scene = dataclasses.replace(
+                SPHERES, normal_force=None, approach=rng.uniform(0.001, 0.01)
+            )
             quantity, exact = "normal_force", scene.hertz.force
         elif case % 4 == 2:
             scene, quantity = shift(part), "vx"
@@ -96,7 +111,9 @@ def test_grids_and_offsets(rolling):
 
 
 def test_staircase_has_mean_zero(rolling):
-    """Over all positions of the lattice the elements whose centres an ellipse holds have its area and moments."""
+    """Over all positions of the lattice the elements whose centres an ellipse holds have its area
+    and moments.
+    """
     scene, box, steps = rolling(), (-1.2, 1.2, -0.9, 0.9), np.arange(40) / 40
     places = [(u, v) for u in steps for v in steps if (u, v) != (0, 0)]
     grids = [module.lattice(scene, box, 6, place) for place in places]
@@ -108,7 +125,9 @@ def test_staircase_has_mean_zero(rolling):
 def test_sampled_distance_converges_to_the_paraboloids(rolling):
     x, y = np.linspace(-0.3, 0.3, 201), np.linspace(-0.25, 0.25, 201)
     surface = vc.SampledDistance(x[None, :] ** 2 / 2 + y[:, None] ** 2, x=x, y=y)
-    row = vc.converge(dataclasses.replace(SPHERES, surface=surface), [8, 10, 12, 16]).limit("approach")
+    row = vc.converge(dataclasses.replace(SPHERES, surface=surface), [8, 10, 12, 16]).limit(
+        "approach"
+    )
     assert row["value"] == pytest.approx(SPHERES.hertz.approach, rel=2e-3)
 
 
@@ -134,7 +153,9 @@ def test_a_method_that_cannot_is_recorded_and_the_rest_go_on(rolling):
 
 
 def test_one_grid_that_fails_is_left_out(rolling):
-    """A given step is too short for the long elements of the coarsest grid: refused there, the others count."""
+    """A given step is too short for the long elements of the coarsest grid: refused there, the
+    others count.
+    """
     scene = rolling(surface=vc.Ellipse(a=5.0, b=1.0), motion=vc.Steady(vx=0.04, dq=0.6))
     study = vc.converge(scene, [4, 8, 9, 10], "clarabel/gap", offsets=2, tol=1e-5)
     outcomes = study.runs.groupby("cells")["outcome"].agg(set).to_dict()
@@ -187,7 +208,9 @@ def test_a_full_disk(tmp_path):
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500))\n"
         "vc.converge(vc.read_scene('scene.toml')[0], [6, 8, 10], store='study.csv')\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert "OutputError: store = 'study.csv': cannot be written" in done.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"scene.toml", "study.csv"}
     kept = pd.read_csv(tmp_path / "study.csv")
@@ -195,11 +218,14 @@ def test_a_full_disk(tmp_path):
 
 
 def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
-    """The tables, JSON and picture; an interrupt at a terminal prints what there is, and says where it is kept."""
+    """The tables, JSON and picture; an interrupt at a terminal prints what there is, and says where
+    it is kept.
+    """
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
         "import signal, varcontact.cli as cli\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs begin deaf to it
+        # a shell's background jobs begin deaf to it
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from varcontact.study import converge\n"
         "solve, left = converge.attempted, [4]\n"
         "def counted(*arguments):\n"
@@ -210,9 +236,14 @@ def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
         "import sys; sys.argv[1:] = ['converge', 'scene.toml', '--cells', '6,8,10', '--store', 'study.csv']\n"
         "cli.main()\n"
     )
-    stopped = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    stopped = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert stopped.returncode == 130, stopped.stderr
-    assert "after 3 of 12 solves; finished solves are kept in study.csv, and the same command resumes" in stopped.stderr
+    assert (
+        "after 3 of 12 solves; finished solves are kept in study.csv, and the same command resumes"
+        in stopped.stderr
+    )
     assert "approach" in stopped.stdout
     rest = ("--store", "study.csv", "--json", "--plot", "order.png")
     done = run("converge", "scene.toml", "--cells", "6,8,10", *rest, folder=tmp_path)
@@ -254,7 +285,9 @@ def test_scenes_tied_to_one_grid_are_refused(rolling):
     with pytest.raises(vc.SceneError, match="friction"):
         vc.converge(rolling(grid=grid, friction=np.full((4, 4), 0.3)), [8, 12])
     with pytest.raises(vc.SceneError, match=r"surface\.x"):
-        vc.converge(dataclasses.replace(SPHERES, grid=grid, surface=vc.SampledDistance(np.eye(4))), [8, 12])
+        vc.converge(
+            dataclasses.replace(SPHERES, grid=grid, surface=vc.SampledDistance(np.eye(4))), [8, 12]
+        )
 
 
 def test_by_an_executor_it_is_the_same_study():
@@ -265,7 +298,9 @@ def test_by_an_executor_it_is_the_same_study():
     assert len(told) == 6 and all("6:" in words for words in told)
     # threads share a process, whose memory is not traced
     assert here.runs["memory"].notna().sum() == 3 and there.runs["memory"].isna().all()
-    assert there.limit("approach")["value"] == pytest.approx(here.limit("approach")["value"], rel=1e-12)
+    assert there.limit("approach")["value"] == pytest.approx(
+        here.limit("approach")["value"], rel=1e-12
+    )
     with pytest.raises(vc.SceneError, match="workers = 0 is not allowed"):
         vc.converge(SPHERES, [6, 8, 10], workers=0)
 
@@ -276,7 +311,12 @@ def test_by_an_executor_it_is_the_same_study():
 CELLS = np.repeat([8.0, 12.0, 16.0, 24.0, 32.0], 4)
 
 
-@given(st.floats(0.7, 2.4), st.floats(-5, 5), st.sampled_from([-3.0, -0.2, 0.5, 4.0]), st.floats(1e-6, 1e6))
+@given(
+    st.floats(0.7, 2.4),
+    st.floats(-5, 5),
+    st.sampled_from([-3.0, -0.2, 0.5, 4.0]),
+    st.floats(1e-6, 1e6),
+)
 def test_a_power_is_found(order, limit, coefficient, unit):
     """Whatever the unit of the values and of h."""
     h = 1 / np.unique(CELLS)
@@ -288,7 +328,9 @@ def test_a_power_is_found(order, limit, coefficient, unit):
 @pytest.mark.parametrize("order", [1.0, 1.5, 2.0])
 @pytest.mark.parametrize("steps", [False, True])
 def test_error_bars_hold_what_they_promise(order, steps):
-    """Of 200 noisy studies about 95 % hold the limit (190; fewer than 182 comes once in 500), order and bar alike."""
+    """Of 200 noisy studies about 95 % hold the limit (190; fewer than 182 comes once in 500), order
+    and bar alike.
+    """
     rng = np.random.default_rng(1)
     h, holds, orders, errors = 1 / CELLS, 0, 0, []
     for _ in range(200):

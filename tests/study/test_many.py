@@ -15,7 +15,9 @@ KINDS = ("steady", "second-order", "forces", "force", "shift", "shift by force",
 
 
 def scene(kind, rng, grid="auto", unit=1.0):
-    """A Hertzian contact of any shape, stiffness and size, from nearly full adhesion to full slip."""
+    """A Hertzian contact of any shape, stiffness and size, from nearly full adhesion to full
+    slip.
+    """
     G, length = np.exp(rng.uniform(0, 20)) * unit, np.exp(rng.uniform(-5, 5)) * unit
     ratio, friction = np.exp(rng.uniform(-1, 1)), rng.uniform(0.05, 0.6)
     load = rng.uniform(0.5e-3, 2e-3) * G * length**2
@@ -41,7 +43,14 @@ def scene(kind, rng, grid="auto", unit=1.0):
         surface, sides = vc.Ellipse(a, b), {"dx": 2.2 * a / grid.nx, "dy": 2.4 * b / grid.ny}
         grid = replace(grid, **sides, x0=-1.15 * a, y0=-1.1 * b)
     bodies = vc.Bodies(G, rng.uniform(0, 0.5))
-    return vc.Scene(bodies=bodies, surface=surface, normal_force=load, friction=friction, motion=motion, grid=grid)
+    return vc.Scene(
+        bodies=bodies,
+        surface=surface,
+        normal_force=load,
+        friction=friction,
+        motion=motion,
+        grid=grid,
+    )
 
 
 def check_same(found, i, sol):
@@ -52,7 +61,10 @@ def check_same(found, i, sol):
     if not sol.grid.line:
         assert abs(float(found.Mz[i]) - sol.Mz) < 1e-8 * limit * dx * sol.grid.nx
     np.testing.assert_allclose(
-        [found.vx[i], found.vy[i]], [sol.vx, sol.vy], rtol=0, atol=3e-8 * abs(sol.vx) + abs(sol.vy) * 3e-8
+        [found.vx[i], found.vy[i]],
+        [sol.vx, sol.vy],
+        rtol=0,
+        atol=3e-8 * abs(sol.vx) + abs(sol.vy) * 3e-8,
     )
     assert float(found.normal_force[i]) == pytest.approx(sol.normal_force)
     for name, count in sol.elements.items():
@@ -105,7 +117,9 @@ def test_neighbours_order_and_units_change_nothing():
     limit = np.array([each.friction * each.normal_force for each in scenes])
     order = rng.permutation(60)
     shuffled = vc.solve_many([scenes[i] for i in order])
-    np.testing.assert_allclose(shuffled.Fx / limit[order], (together.Fx / limit)[order], rtol=0, atol=2e-8)
+    np.testing.assert_allclose(
+        shuffled.Fx / limit[order], (together.Fx / limit)[order], rtol=0, atol=2e-8
+    )
     for i in (7, 8, 9):
         alone = vc.solve_many(scenes[i : i + 1], fields=True)
         assert float(alone.Mz[0]) == pytest.approx(float(together.Mz[i]), abs=2e-8 * limit[i])
@@ -128,7 +142,10 @@ def test_what_fits_no_batch_is_solved_by_itself():
         replace(plain, motion=None),
         replace(plain, motion=replace(plain.motion, dq=plain.hertz.a / 3)),
         replace(
-            plain, bodies=vc.Bodies(G=(1.0, 2.0), nu=(0.0, 0.4)), surface=vc.Paraboloids(1.0, 1.0), normal_force=1e-3
+            plain,
+            bodies=vc.Bodies(G=(1.0, 2.0), nu=(0.0, 0.4)),
+            surface=vc.Paraboloids(1.0, 1.0),
+            normal_force=1e-3,
         ),
         replace(plain, friction=vc.StaticKinetic(0.4, 0.3, memory_distance=plain.hertz.a)),
         replace(plain, bodies=vc.Bodies(1.0, 0.3), surface=sampled, normal_force=1e-3),
@@ -145,7 +162,10 @@ def test_what_fits_no_batch_is_solved_by_itself():
 @pytest.mark.parametrize("kind", ["steady", "second-order", "force", "shift"])
 def test_laws_of_friction(kind):
     """The ends of the passes of single solves, from stick; with edges that are soft in rolling."""
-    rng, grid = np.random.default_rng(7), vc.Grid(nx=9, ny=8, edge="centres" if kind == "shift" else "softened")
+    rng, grid = (
+        np.random.default_rng(7),
+        vc.Grid(nx=9, ny=8, edge="centres" if kind == "shift" else "softened"),
+    )
     plain = [scene(kind, rng, grid) for _ in range(4)]
     laws = [vc.StaticKinetic, vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
     scenes = []
@@ -204,7 +224,9 @@ def test_guaranteed_bounds_hold():
     for i, each in enumerate(scenes):
         exact, limit = vc.solve(each), each.friction * float(found.normal_force[i])
         bound = found[["Fx_bound", "Fy_bound", "Mz_bound"]].isel(scene=i).to_array().values
-        errors = np.abs(found[["Fx", "Fy", "Mz"]].isel(scene=i).to_array().values - [*exact.force, exact.Mz])
+        errors = np.abs(
+            found[["Fx", "Fy", "Mz"]].isel(scene=i).to_array().values - [*exact.force, exact.Mz]
+        )
         assert (errors <= bound + 1e-10 * limit).all()
         assert bound[0] < 0.1 * limit
     assert (found.by.values == "batched").sum() == 12
@@ -212,14 +234,20 @@ def test_guaranteed_bounds_hold():
 
 def history(rng, grid, **motion):
     """Of a load that changes; with `dq` for an element or more of rolling, in place without."""
-    v, ratio, part = 4e-4 * rng.normal(size=(3, 4)), np.exp(rng.uniform(-0.5, 0.5)), rng.uniform(-0.5, 0.5, size=4)
+    v, ratio, part = (
+        4e-4 * rng.normal(size=(3, 4)),
+        np.exp(rng.uniform(-0.5, 0.5)),
+        rng.uniform(-0.5, 0.5, size=4),
+    )
     load = 1e-3 * rng.uniform(0.6, 1.2, size=4)
     given = [
         {"vx": v[0], "vy": v[1], "spin": 3 * v[2], "rotation": 1e-5, "ux": 1e-5},
         {"Fx": 0.3 * part * load, "vy": v[1], "spin": 3e-4},
     ][rng.integers(2)]
     bodies = vc.Bodies(1.0, rng.uniform(0, 0.5))
-    motion = vc.Transient(steps=4, normal_force=load, friction=[None, 0.4, 0.3, None], **given, **motion)
+    motion = vc.Transient(
+        steps=4, normal_force=load, friction=[None, 0.4, 0.3, None], **given, **motion
+    )
     return make_scene(vc.Paraboloids(ratio, 1 / ratio), None, motion, grid, bodies=bodies)
 
 
@@ -236,7 +264,9 @@ def test_histories_side_by_side(motion):
         for name in ("Fx", "Fy", "Mz"):
             expected = np.array([getattr(step, name) for step in steps])
             np.testing.assert_allclose(found[name][i] / limit, expected / limit, rtol=0, atol=1e-8)
-        np.testing.assert_allclose(found.vx[i], [step.creepage[0] for step in steps], rtol=1e-7, atol=1e-11)
+        np.testing.assert_allclose(
+            found.vx[i], [step.creepage[0] for step in steps], rtol=1e-7, atol=1e-11
+        )
         assert [int(n) for n in found.slip[i]] == [step.elements["slip"] for step in steps]
 
 
@@ -247,16 +277,22 @@ def test_histories_of_other_lengths_and_other_motions_are_refused_by_name():
         with pytest.raises(vc.SceneError, match=r"scenes\[1\].motion"):
             vc.solve_many([history(rng, grid), *others])
     with pytest.raises(vc.SceneError, match=r"scenes\[0\]"):
-        vc.solve_many([replace(rolling, friction=np.inf, motion=vc.Harmonic(wave_number=1.0, vx=1e-3))])
+        vc.solve_many(
+            [replace(rolling, friction=np.inf, motion=vc.Harmonic(wave_number=1.0, vx=1e-3))]
+        )
     refused(lambda: vc.solve_many([history(rng, grid)], fields=True), match="fields")
     with pytest.raises(vc.Saturated, match=r"scenes\[0\]"):
-        vc.solve_many([replace(rolling, motion=vc.Transient(steps=2, Fx=[0.0, rolling.normal_force]))])
+        vc.solve_many(
+            [replace(rolling, motion=vc.Transient(steps=2, Fx=[0.0, rolling.normal_force]))]
+        )
     with pytest.raises(vc.NoContact, match=r"scenes\[0\]"):
         vc.solve_many([replace(rolling, motion=vc.Transient(steps=4, normal_force=0.0))])
 
 
 def test_no_creepage_no_force():
-    still = replace(scene("steady", np.random.default_rng(7), vc.Grid(nx=8, ny=8)), motion=vc.Steady())
+    still = replace(
+        scene("steady", np.random.default_rng(7), vc.Grid(nx=8, ny=8)), motion=vc.Steady()
+    )
     found = vc.solve_many([still])
     assert found.ok.all()
     assert float(found.Fx[0]) == float(found.Fy[0]) == float(found.residual[0]) == 0.0
@@ -273,17 +309,29 @@ def test_a_warm_start_ends_at_the_same_tractions():
     np.testing.assert_allclose(warm.traction / most, cold.traction / most, rtol=0, atol=1e-6)
     sol = vc.solve(later[0])
     np.testing.assert_allclose(cold.traction[0], sol.traction, rtol=0, atol=1e-7 * float(most[0]))
-    np.testing.assert_allclose(cold.traction_bound[0], sol.traction_bound, rtol=1e-12, atol=1e-12 * float(most[0]))
+    np.testing.assert_allclose(
+        cold.traction_bound[0], sol.traction_bound, rtol=1e-12, atol=1e-12 * float(most[0])
+    )
     np.testing.assert_allclose(cold.x_centre[0], sol.grid.x, rtol=1e-12)
 
 
 def test_starts_that_do_not_do_are_refused_in_words():
     coarse, fine = (scene("steady", np.random.default_rng(8), vc.Grid(nx=n, ny=n)) for n in (6, 10))
     before = vc.solve_many([coarse], fields=True)
-    turned = vc.solve_many([coarse], fields=True, start=before.transpose("y", "x", "component", "scene"))
+    turned = vc.solve_many(
+        [coarse], fields=True, start=before.transpose("y", "x", "component", "scene")
+    )
     assert float(abs(turned.Fx[0] - before.Fx[0])) < 1e-8 * coarse.friction * coarse.normal_force
-    without = before.drop_vars("traction_bound"), before.rename(scene="other"), before.drop_vars("vx")
-    for scenes, start in (([fine], before), ([coarse] * 2, before), *(([coarse], each) for each in (5, {}, *without))):
+    without = (
+        before.drop_vars("traction_bound"),
+        before.rename(scene="other"),
+        before.drop_vars("vx"),
+    )
+    for scenes, start in (
+        ([fine], before),
+        ([coarse] * 2, before),
+        *(([coarse], each) for each in (5, {}, *without)),
+    ):
         with pytest.raises(vc.SceneError, match="start"):
             vc.solve_many(scenes, start=start)
     with pytest.raises(vc.SceneError, match="start"):
@@ -308,12 +356,17 @@ def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
     ny, nx, n = 11, 17, 4
     dx, dy, nu = rng.uniform(0.1, 0.3, n), rng.uniform(0.1, 0.3, n), rng.uniform(0, 0.5, n)
     bound = np.exp(0.5 * rng.normal(size=(ny, nx, n))) * (rng.uniform(size=(ny, nx, n)) < 0.6)
-    shift, covered = 0.1 * rng.normal(size=(2, 1, 1, n)) + np.zeros((2, ny, nx, n)), rng.uniform(0.3, 1.0, (ny, nx))
+    shift, covered = (
+        0.1 * rng.normal(size=(2, 1, 1, n)) + np.zeros((2, ny, nx, n)),
+        rng.uniform(0.3, 1.0, (ny, nx)),
+    )
     compliance = edge_compliance(covered)
     force = np.full((2, n), np.nan)
     force[0, 0] = 0.3 * bound[..., 0].sum()
     shift[0, ..., 0] = 0.0
-    found = solve_batch(BatchedProblem(dx, dy, nu, shift, bound, force, difference, compliance=compliance), 1e-9)
+    found = solve_batch(
+        BatchedProblem(dx, dy, nu, shift, bound, force, difference, compliance=compliance), 1e-9
+    )
     assert found.converged.all()
     for i in range(n):
         grid = vc.Grid(nx=nx, ny=ny, dx=dx[i], dy=dy[i], x0=0.0, y0=0.0)
@@ -324,18 +377,26 @@ def test_bounds_with_holes_and_noise_against_the_dense_matrix(difference):
         E = shift[..., i] + found.rigid[:, i, None, None] + operator.apply(p) + own * compliance * p
         size, slip = np.hypot(*p), np.hypot(*E)
         assert (size <= bound[..., i] * (1 + 1e-12)).all()
-        assert np.sum(bound[..., i] * slip + np.sum(p * E, axis=0)) < 1e-8 * np.sum(bound[..., i] * slip.max())
+        assert np.sum(bound[..., i] * slip + np.sum(p * E, axis=0)) < 1e-8 * np.sum(
+            bound[..., i] * slip.max()
+        )
     assert found.traction[0, ..., 0].sum() == pytest.approx(force[0, 0], rel=1e-8)
     broken = bound.copy()
     broken[5, 8, 1] = np.nan
-    spoilt = solve_batch(BatchedProblem(dx, dy, nu, shift, broken, force, difference, compliance=compliance), 1e-9)
+    spoilt = solve_batch(
+        BatchedProblem(dx, dy, nu, shift, broken, force, difference, compliance=compliance), 1e-9
+    )
     assert spoilt.converged.tolist() == [True, False, True, True]
     others = [0, 2, 3]
-    np.testing.assert_allclose(spoilt.traction[..., others], found.traction[..., others], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        spoilt.traction[..., others], found.traction[..., others], rtol=0, atol=1e-7
+    )
 
 
 def test_grids_that_do_not_hold_the_contact():
-    """One on which it goes on outside, and one whose elements are too large for it: refused in the words of `solve`."""
+    """One on which it goes on outside, and one whose elements are too large for it: refused in the
+    words of `solve`.
+    """
     ball = scene("steady", np.random.default_rng(5), vc.Grid(nx=16, ny=16))
     a, b = ball.hertz.a, ball.hertz.b
     beside = vc.Grid(nx=16, ny=16, dx=a / 8, dy=b / 6, x0=-0.5 * a, y0=-1.3 * b)

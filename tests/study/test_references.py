@@ -1,4 +1,6 @@
-"""References: the bank, its error bars judged by closed forms, the file, and the command that makes it."""
+"""References: the bank, its error bars judged by closed forms, the file, and the command that makes
+it.
+"""
 
 import json
 import math
@@ -20,7 +22,9 @@ FRICTION = 0.3
 
 
 def cattaneo_without_poisson(name, part):
-    """For nu = 0 tangential and normal flexibility are the same, and Cattaneo's shift is exact in any ellipse."""
+    """For nu = 0 tangential and normal flexibility are the same, and Cattaneo's shift is exact in
+    any ellipse.
+    """
     full = FRICTION * BANK[name].scene.hertz.approach
     return full * (1 - (1 - part) ** (2 / 3))
 
@@ -69,7 +73,9 @@ def test_hertz_lies_within_the_error_bars_of_computed_pressures(value, exact):
 def test_cattaneos_shift_with_poissons_ratio_is_nearly_exact():
     """The lateral traction that it neglects changes the shift by less than half a per cent."""
     reference = BANK["from Cattaneo to Carter"]
-    shift = cattaneo_mindlin(reference.scene.hertz, reference.scene.bodies, FRICTION, -0.6 * FRICTION).shift
+    shift = cattaneo_mindlin(
+        reference.scene.hertz, reference.scene.bodies, FRICTION, -0.6 * FRICTION
+    ).shift
     assert reference.values["ux[0]"] == pytest.approx(shift, rel=5e-3)
 
 
@@ -106,7 +112,9 @@ def test_fresh_solves_agree_with_the_file():
     coarse = list(islice(solves(BANK[name].scene), 6))
     cells = np.array([n for n, _, _ in coarse])
     for value in BANK[name].units:
-        fresh, bar = extrapolate_series(1 / cells, np.array([found[value] for _, _, found in coarse]))
+        fresh, bar = extrapolate_series(
+            1 / cells, np.array([found[value] for _, _, found in coarse])
+        )
         assert abs(fresh - BANK[name].values[value]) < bar + BANK[name].bars[value] + 1e-9
 
 
@@ -119,7 +127,9 @@ def test_the_command_goes_on_from_its_runs(tmp_path, capsys):
     assert capsys.readouterr().out == ""  # nothing was solved again
     entry = first["references"][name]
     assert entry["values"]["Fx"] == pytest.approx(BANK[name].values["Fx"], abs=1e-8)
-    assert f"{len(series_of(one[name]).cells)} solves with 100 to 1600 elements across" in entry["how"]
+    assert (
+        f"{len(series_of(one[name]).cells)} solves with 100 to 1600 elements across" in entry["how"]
+    )
 
 
 def test_another_folder_than_there_is_is_refused(tmp_path, capsys):
@@ -160,7 +170,12 @@ def test_long_series_are_extrapolated_within_their_bars():
     for _ in range(40):
         h = 1 / np.array([32, 40, 48, 64, 80, 96, 128, 160, 192, 256])
         first, second = rng.normal(size=2)
-        values = 1 + first * h + second * h ** rng.choice([1.5, 2.0]) + 3e-2 * rng.normal(size=h.size) * h**1.5
+        values = (
+            1
+            + first * h
+            + second * h ** rng.choice([1.5, 2.0])
+            + 3e-2 * rng.normal(size=h.size) * h**1.5
+        )
         value, bar = extrapolate_series(h, values)
         inside += abs(value - 1) < bar
         assert bar < 0.02

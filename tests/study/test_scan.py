@@ -18,7 +18,13 @@ from varcontact.solvers.newton.kernel import Kernel
 from varcontact.study.scan import scanned
 
 GRID = vc.Grid(nx=8, ny=8)
-CREEPAGES = [(0.01, 0.0, 0.0), (0.05, -0.02, 0.03), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0), (-0.03, 0.01, 0.1)]
+CREEPAGES = [
+    (0.01, 0.0, 0.0),
+    (0.05, -0.02, 0.03),
+    (0.2, 0.1, 0.0),
+    (0.0, 0.0, 0.0),
+    (-0.03, 0.01, 0.1),
+]
 METHODS = [
     ({"tangential": "clarabel"}, 1e-11),
     ({"tangential": "scs", "polish": False, "tol": 1e-4}, 1e-4),
@@ -42,7 +48,9 @@ def test_a_scan_is_its_single_solves(rolling, kind, arguments, tol):
         assert sol.scene.motion == moved
         assert sol.converged
         # Both are within the tolerance asked for of the same solution; polished, both at rounding.
-        np.testing.assert_allclose(sol.traction, single.traction, atol=10 * tol * sol.traction_bound.max())
+        np.testing.assert_allclose(
+            sol.traction, single.traction, atol=10 * tol * sol.traction_bound.max()
+        )
         np.testing.assert_array_equal(sol.pressure, single.pressure)
 
 
@@ -85,7 +93,10 @@ def test_a_scan_by_others_is_the_scan_here(rolling):
     with ThreadPoolExecutor(2) as pool:
         threads = vc.scan(scene, creepages, executor=pool, progress=told.append)
     processes = vc.scan(scene, creepages, workers=2)
-    assert sorted(told) in (["11 of 11 creepages", "8 of 11 creepages"], ["11 of 11 creepages", "3 of 11 creepages"])
+    assert sorted(told) in (
+        ["11 of 11 creepages", "8 of 11 creepages"],
+        ["11 of 11 creepages", "3 of 11 creepages"],
+    )
     for one, other, here in zip(threads, processes, vc.scan(scene, creepages), strict=True):
         np.testing.assert_array_equal(one.traction, other.traction)
         np.testing.assert_allclose(one.traction, here.traction, rtol=0, atol=1e-10)
@@ -94,16 +105,26 @@ def test_a_scan_by_others_is_the_scan_here(rolling):
 
 
 def test_a_failure_elsewhere_is_that_failure(rolling):
-    with ThreadPoolExecutor(1) as pool, pytest.raises(vc.NotConverged, match="the residual is not below tol"):
-        vc.scan(rolling(grid=GRID), CREEPAGES, tangential="scs", polish=False, tol=1e-15, executor=pool)
+    with (
+        ThreadPoolExecutor(1) as pool,
+        pytest.raises(vc.NotConverged, match="the residual is not below tol"),
+    ):
+        vc.scan(
+            rolling(grid=GRID), CREEPAGES, tangential="scs", polish=False, tol=1e-15, executor=pool
+        )
 
 
 @pytest.mark.parametrize("options", [{}, {"accuracy": 0.03}])
 def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, options):
     scene = rolling(grid="auto")
-    here, elsewhere = vc.scan(scene, CREEPAGES, **options), vc.scan(scene, CREEPAGES, workers=2, **options)
+    here, elsewhere = (
+        vc.scan(scene, CREEPAGES, **options),
+        vc.scan(scene, CREEPAGES, workers=2, **options),
+    )
     for (vx, vy, spin), one, other in zip(CREEPAGES, here, elsewhere, strict=True):
-        alone = vc.solve(dataclasses.replace(scene, motion=vc.Steady(vx=vx, vy=vy, spin=spin)), **options)
+        alone = vc.solve(
+            dataclasses.replace(scene, motion=vc.Steady(vx=vx, vy=vy, spin=spin)), **options
+        )
         assert one.force.tolist() == other.force.tolist() == alone.force.tolist()
         assert one.error_estimate.largest <= options.get("accuracy", 0.01)
     with pytest.raises(vc.SceneError, match="left out: it is chosen for the accuracy"):
@@ -113,9 +134,21 @@ def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, opt
 @pytest.mark.parametrize(
     ("motion", "creepages", "words"),
     [
-        (vc.Steady(), [0.1, 0.0, 0.0], r"has shape \(3,\).*a row of vx, vy, spin.*\[\[vx, vy, spin\]\]"),
-        (vc.Shift(), [0.1, 0.0, 0.0], r"a row of ux, uy, rotation for each.*\[\[ux, uy, rotation\]\]"),
-        (vc.Steady(), [0.1, 0.2], r"has shape \(2,\); it must be .*a row of vx, vy, spin for each solution$"),
+        (
+            vc.Steady(),
+            [0.1, 0.0, 0.0],
+            r"has shape \(3,\).*a row of vx, vy, spin.*\[\[vx, vy, spin\]\]",
+        ),
+        (
+            vc.Shift(),
+            [0.1, 0.0, 0.0],
+            r"a row of ux, uy, rotation for each.*\[\[ux, uy, rotation\]\]",
+        ),
+        (
+            vc.Steady(),
+            [0.1, 0.2],
+            r"has shape \(2,\); it must be .*a row of vx, vy, spin for each solution$",
+        ),
         (vc.Steady(), [[0.1, 0.2]], r"creepages has shape \(1, 2\)"),
         (vc.Steady(), np.zeros((0, 3)), r"creepages has shape \(0, 3\)"),
         (vc.Steady(), 0.1, r"creepages has shape \(\)"),
@@ -133,7 +166,9 @@ def test_creepages_are_rows_of_three_of_a_motion_without_forces(rolling, motion,
 def test_a_method_that_cannot_treat_one_of_them_is_refused_at_once(rolling):
     stages = []
     with pytest.raises(vc.SceneError, match="without spin"):
-        vc.scan(rolling(grid=GRID), CREEPAGES, tangential="vermeulen-johnson", progress=stages.append)
+        vc.scan(
+            rolling(grid=GRID), CREEPAGES, tangential="vermeulen-johnson", progress=stages.append
+        )
     assert not stages
     with pytest.raises(vc.SceneError, match="progress = 3 is not allowed"):
         vc.scan(rolling(grid=GRID), CREEPAGES, progress=3)
@@ -188,7 +223,9 @@ def test_each_row_is_its_methods(rolling):
     np.testing.assert_allclose(curve.Fx.sel(theory="fastsim"), exact.Fx, rtol=1e-12)
     np.testing.assert_allclose(curve.Mz.sel(theory="fastsim"), exact.Mz, rtol=1e-12)
     solved = vc.scan(scene, [(vx, -0.02, 0.05) for vx in VX], tangential="newton")
-    np.testing.assert_allclose(curve.Fy.sel(theory="newton"), [sol.force[1] for sol in solved], atol=1e-9)
+    np.testing.assert_allclose(
+        curve.Fy.sel(theory="newton"), [sol.force[1] for sol in solved], atol=1e-9
+    )
     assert np.isnan(curve.Mz.sel(theory="polach")).all()
 
 
@@ -218,7 +255,17 @@ def test_the_command(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene_file("", axes=(1.2, 0.9), cells=10))
     out, picture = tmp_path / "curve.nc", tmp_path / "curve.png"
-    command = ["curve", str(path), "--vx", "0:0.2:3", "--methods", "newton,polach", "--out", str(out), "--plot"]
+    command = [
+        "curve",
+        str(path),
+        "--vx",
+        "0:0.2:3",
+        "--methods",
+        "newton,polach",
+        "--out",
+        str(out),
+        "--plot",
+    ]
     done = run(*command, str(picture), "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     rows = json.loads(done.stdout)

@@ -1,4 +1,6 @@
-"""Stores under two writers, and killed at random moments: what was in a store stays, and the whole is as if alone."""
+"""Stores under two writers, and killed at random moments: what was in a store stays, and the whole
+is as if alone.
+"""
 
 import os
 import random
@@ -46,7 +48,9 @@ def compare(store, progress):
 
 
 def converge(store, progress):
-    return vc.converge(scene(vc.Steady(vx=0.02)), [4, 5, 6], offsets=2, store=store, progress=progress)
+    return vc.converge(
+        scene(vc.Steady(vx=0.02)), [4, 5, 6], offsets=2, store=store, progress=progress
+    )
 
 
 STUDIES = {"history": history, "compare": compare, "converge": converge}
@@ -61,9 +65,15 @@ def name_of(study):
 def contents(store):
     """The finished pieces, but for what takes another time or memory each time."""
     if store.suffix == ".nc":
-        return [np.stack([sol.pressure, *sol.traction, *sol.slip]).tobytes() for sol in vc.load(store)]
+        return [
+            np.stack([sol.pressure, *sol.traction, *sol.slip]).tobytes() for sol in vc.load(store)
+        ]
     table = pd.read_csv(store)
-    return list(table[[name for name in table if "seconds" not in name and name != "memory"]].astype(str).agg(tuple, 1))
+    return list(
+        table[[name for name in table if "seconds" not in name and name != "memory"]]
+        .astype(str)
+        .agg(tuple, 1)
+    )
 
 
 @pytest.fixture(params=STUDIES)
@@ -131,7 +141,11 @@ def test_what_others_did_to_the_store_is_not_written_over(study, tmp_path):
         if len(told) == 5:
             shutil.copy(tmp_path / "older", store)
 
-    words = "has 2 steps where this run has written 4" if study == "history" else "has been changed by something else"
+    words = (
+        "has 2 steps where this run has written 4"
+        if study == "history"
+        else "has been changed by something else"
+    )
     refused(lambda: STUDIES[study](store, meddle), match=words, error=vc.OutputError)
     assert store.read_bytes() == (tmp_path / "older").read_bytes()
     assert len(contents(store)) == 2
@@ -151,8 +165,15 @@ def test_the_process_itself_is_refused_as_well(tmp_path):
 
 
 def killed(study, folder):
-    """Kill a study at random moments, in a process that is forked from this one, then let it end."""
-    store, log, draw, before = Path(folder) / name_of(study), Path(folder) / "log", random.Random(1), []
+    """Kill a study at random moments, in a process that is forked from this one, then let it
+    end.
+    """
+    store, log, draw, before = (
+        Path(folder) / name_of(study),
+        Path(folder) / "log",
+        random.Random(1),
+        [],
+    )
     begun = time.time()
     STUDIES[study](store.with_stem("alone"), None)
     seconds = time.time() - begun
@@ -170,13 +191,17 @@ def killed(study, folder):
         assert all(piece in after for piece in before), "lost"
         before = after
     assert contents(store) == contents(store.with_stem("alone"))
-    assert len(log.read_text().splitlines()) <= PIECES + KILLS, "nothing is done twice but what a kill cut short"
+    assert len(log.read_text().splitlines()) <= PIECES + KILLS, (
+        "nothing is done twice but what a kill cut short"
+    )
     assert set(os.listdir(folder)) == {store.name, log.name, store.with_stem("alone").name}
 
 
 def test_killed_at_random_nothing_finished_is_lost(study, tmp_path):
     command = [sys.executable, "-c", KILLED, study, str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -185,7 +210,11 @@ TEXTS = ["=1+1", "+1", "-1", "@sum", "'=quoted", "'", "plain", "a=1", ""]
 
 def test_no_text_of_a_table_is_a_formula(tmp_path):
     """A quote keeps spreadsheets from running it, and the table has the texts as they were."""
-    store, columns, rows = tmp_path / "store.csv", ["name", "Fx"], [{"name": text, "Fx": -1.5} for text in TEXTS]
+    store, columns, rows = (
+        tmp_path / "store.csv",
+        ["name", "Fx"],
+        [{"name": text, "Fx": -1.5} for text in TEXTS],
+    )
     with Table.opened(store, columns, ["name"], "a table") as table:
         table.write(rows)
     names = pd.read_csv(store, keep_default_na=False)["name"].tolist()

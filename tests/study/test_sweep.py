@@ -69,21 +69,40 @@ def check_areas_and_work(found, sol):
 @pytest.mark.parametrize("by", ["batches", "single solves"])
 def test_areas_pressure_and_work_in_shifts(rolling, by):
     """Of a shift by force the work is no product of force and shift."""
-    scene = rolling(grid=GRID, motion=vc.Shift(Fx=-0.1, uy=0.02, rotation=0.05), units=vc.Units(length="mm", force="N"))
-    swept = vc.sweep(scene, {"motion.Fx": [-0.1, 0.2]}, tangential="auto" if by == "batches" else "newton")
+    scene = rolling(
+        grid=GRID,
+        motion=vc.Shift(Fx=-0.1, uy=0.02, rotation=0.05),
+        units=vc.Units(length="mm", force="N"),
+    )
+    swept = vc.sweep(
+        scene, {"motion.Fx": [-0.1, 0.2]}, tangential="auto" if by == "batches" else "newton"
+    )
     for Fx in (-0.1, 0.2):
         sol = vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, Fx=Fx)))
         check_areas_and_work(swept.sel({"motion.Fx": Fx}), sol)
         assert 0 < sol.friction_work < 0.99 * sol.power
-    units = {name: swept[name].units for name in ("slip_area", "max_pressure", "friction_work", "vx", "motion.Fx")}
-    expected = {"slip_area": "mm^2", "max_pressure": "N/mm^2", "friction_work": "N mm", "vx": "mm", "motion.Fx": "N"}
+    units = {
+        name: swept[name].units
+        for name in ("slip_area", "max_pressure", "friction_work", "vx", "motion.Fx")
+    }
+    expected = {
+        "slip_area": "mm^2",
+        "max_pressure": "N/mm^2",
+        "friction_work": "N mm",
+        "vx": "mm",
+        "motion.Fx": "N",
+    }
     assert units == expected
 
 
 def test_bounds_where_they_are_asked_for(scene, alone):
     over = {"motion.vx": OVER["motion.vx"]}
     plain, full = vc.sweep(scene, over), vc.sweep(scene, over, certify="full")
-    assert plain["Fx_bound"].isnull().all() and (full["Fx_bound"] < 1e-6).all() and (full["Mz_bound"] > 0).all()
+    assert (
+        plain["Fx_bound"].isnull().all()
+        and (full["Fx_bound"] < 1e-6).all()
+        and (full["Mz_bound"] > 0).all()
+    )
     np.testing.assert_allclose(full["Fx"], plain["Fx"], rtol=0, atol=1e-8 * scene.friction)
     creepages = [[0.04, -0.02, 0.05]]
     (quick,), (exact,) = vc.scan(scene, creepages), vc.scan(scene, creepages, certify="full")
@@ -105,13 +124,20 @@ ENTRIES = {
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_any_entry_can_vary(scene, name):
-    """In batches, and one by one behind a scene that keeps what only another motion may use again."""
+    """In batches, and one by one behind a scene that keeps what only another motion may use
+    again.
+    """
     value, (part, _, entry) = ENTRIES[name], name.rpartition(".")
     changed = dataclasses.replace(getattr(scene, part), **{entry: value}) if part else value
     sol = vc.solve(dataclasses.replace(scene, **{part or entry: changed}))
     before = functools.reduce(getattr, name.split("."), scene)
-    for swept in (vc.sweep(scene, {name: [value]}), vc.sweep(scene, {name: [before, value]}, tangential="newton")):
-        np.testing.assert_allclose([swept["Fx"][-1], swept["Fy"][-1]], sol.force, rtol=1e-7, atol=1e-9)
+    for swept in (
+        vc.sweep(scene, {name: [value]}),
+        vc.sweep(scene, {name: [before, value]}, tangential="newton"),
+    ):
+        np.testing.assert_allclose(
+            [swept["Fx"][-1], swept["Fy"][-1]], sol.force, rtol=1e-7, atol=1e-9
+        )
 
 
 def test_entries_of_one_part_change_together(scene):
@@ -126,7 +152,9 @@ def test_scenes_by_name_and_by_number(scene):
     assert named["Fx"].dims == ("scene", "friction")
     assert named["scene"].values.tolist() == ["like", "unlike"]
     single = vc.solve(other).force[0]
-    np.testing.assert_allclose(named["Fx"].sel(scene="unlike", friction=0.3), single, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(
+        named["Fx"].sel(scene="unlike", friction=0.3), single, rtol=0, atol=1e-8
+    )
     numbered = vc.sweep([scene, other])
     np.testing.assert_allclose(numbered["Fx"], named["Fx"].sel(friction=0.3), rtol=0, atol=1e-8)
 
@@ -141,7 +169,9 @@ def client():
     """That of a cluster of two worker processes, which makes itself dask's default."""
     from distributed import Client, LocalCluster
 
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
+    cluster = LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    )
     with cluster, Client(cluster) as client:
         assert len(client.scheduler_info()["workers"]) == 2
         yield client
@@ -150,7 +180,9 @@ def client():
 def test_all_executors_give_the_same_bytes(scene, alone, client, tmp_path):
     """Own processes, threads, and a cluster."""
     expected, swept = alone[0].read_bytes(), alone[1]
-    assert vc.sweep(scene, OVER, chunk=4, workers=2, store=tmp_path / "processes.nc").identical(swept)
+    assert vc.sweep(scene, OVER, chunk=4, workers=2, store=tmp_path / "processes.nc").identical(
+        swept
+    )
     with ThreadPoolExecutor(2) as pool:
         vc.sweep(scene, OVER, chunk=4, executor=pool, store=tmp_path / "threads.nc")
         assert pool.submit(int).result() == 0, "it stays open"
@@ -167,7 +199,14 @@ def test_a_worker_of_the_cluster_dies(scene, alone, client, tmp_path):
         if standing.done == 4:
             os.kill(pids[0], signal.SIGKILL)
 
-    vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "sweep.nc", progress=kill)
+    vc.sweep(
+        scene,
+        OVER,
+        chunk=4,
+        executor=client.get_executor(),
+        store=tmp_path / "sweep.nc",
+        progress=kill,
+    )
     assert (tmp_path / "sweep.nc").read_bytes() == alone[0].read_bytes()
 
 
@@ -197,7 +236,9 @@ def test_influence_numbers_are_made_once_in_a_chunk(rolling, built):
 def test_neighbours_begin_from_each_other(rolling):
     scene = rolling(grid=vc.Grid(nx=14, ny=14))
     over = {"friction": [0.3, 0.300001, 0.300002, 0.300003]}
-    near, alone = (vc.sweep(scene, over, tangential="newton", chunk=chunk)["iterations"] for chunk in (4, 1))
+    near, alone = (
+        vc.sweep(scene, over, tangential="newton", chunk=chunk)["iterations"] for chunk in (4, 1)
+    )
     assert int(near[1:].sum()) < 0.7 * int(alone[1:].sum())
 
 
@@ -248,7 +289,9 @@ def test_ctrl_c_keeps_what_is_finished_and_the_sweep_goes_on(scene, alone, tmp_p
         assert plain["friction_work"].isnull().values.ravel().tolist() == 4 * [False] + 6 * [True]
     again = []
     assert vc.sweep(scene, OVER, chunk=4, store=store, progress=again.append).identical(alone[1])
-    assert [standing.done for standing in again] == [4, 8, 10], "the first chunk is not solved again"
+    assert [standing.done for standing in again] == [4, 8, 10], (
+        "the first chunk is not solved again"
+    )
     assert store.read_bytes() == alone[0].read_bytes()
     vc.sweep(scene, OVER, chunk=4, store=store, workers=3, progress=again.append)
     assert again[-1].done == 10 and len(again) == 4, "nothing is left to do"
@@ -329,10 +372,15 @@ def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
         ({"over": {**OVER, "friction": [0.2, 0.31]}}, ""),
         ({"scenes": dataclasses.replace(scene, normal_force=1.1)}, ""),
         ({"chunk": 5}, r" \(chunk = 4, not 5\)"),
-        ({"tol": 1e-7, "certify": "full"}, r" \(tol = 1e-08, not 1e-07, certify = 'gap', not 'full'\)"),
+        (
+            {"tol": 1e-7, "certify": "full"},
+            r" \(tol = 1e-08, not 1e-07, certify = 'gap', not 'full'\)",
+        ),
     ]
     for changes, difference in others:
-        with pytest.raises(vc.OutputError, match=f"holds another sweep{difference}; name a new file"):
+        with pytest.raises(
+            vc.OutputError, match=f"holds another sweep{difference}; name a new file"
+        ):
             vc.sweep(**{"scenes": scene, "over": OVER, "chunk": 4, "store": store, **changes})
     assert store.read_bytes() == alone[0].read_bytes()
 
@@ -349,7 +397,10 @@ def test_another_file_is_refused_and_stays(scene, alone, tmp_path):
         (b"\x89HDF\r\n\x1a\n" + bytes(40), no_sweep),
         (netcdf, r"is damaged \(its index is missing\)"),
         (netcdf.replace(b"sweep 3", b"sweep 2"), "is a sweep of an earlier version: .*"),
-        ((ROOT / "tests" / "data" / "sweep_format_1.nc").read_bytes(), "is a sweep of an earlier version: .*"),
+        (
+            (ROOT / "tests" / "data" / "sweep_format_1.nc").read_bytes(),
+            "is a sweep of an earlier version: .*",
+        ),
     ):
         store.write_bytes(content)
         with pytest.raises(vc.OutputError, match=rf"path = .*run\.nc.*: {words}$"):
@@ -363,7 +414,9 @@ def test_a_store_of_an_earlier_version_is_read_as_its_message_says(scene):
     with xr.open_dataset(ROOT / "tests" / "data" / "sweep_format_1.nc") as flat:
         np.testing.assert_allclose(flat["vx"], [0.02, 0.1])
         motion = vc.Steady(vx=0.02)
-        np.testing.assert_allclose(flat["Fx"][0], vc.solve(dataclasses.replace(scene, motion=motion)).Fx, rtol=1e-7)
+        np.testing.assert_allclose(
+            flat["Fx"][0], vc.solve(dataclasses.replace(scene, motion=motion)).Fx, rtol=1e-7
+        )
 
 
 @pytest.mark.parametrize("name", ["normal_force", "Mz", "iterations", "reason", "outcome", "check"])
@@ -373,7 +426,9 @@ def test_a_damaged_record_is_solved_again(scene, alone, name, tmp_path):
         content[file[name].id.get_offset() + 5 * RECORD[name].itemsize] ^= 64
     store.write_bytes(content)
     found = vc.read_sweep(store)
-    assert (found["outcome"].values.ravel() == "solved").tolist() == 5 * [True] + [False] + 4 * [True]
+    assert (found["outcome"].values.ravel() == "solved").tolist() == 5 * [True] + [False] + 4 * [
+        True
+    ]
     assert np.isnan(found["Fx"].values.ravel()[5])
     told = []
     vc.sweep(scene, OVER, chunk=4, store=store, progress=told.append)
@@ -403,7 +458,9 @@ def test_a_full_disk_is_found_before_any_work(tmp_path):
         "resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))\n"
         "vc.sweep(scene, {'friction': [0.01 * k for k in range(1, 30)]}, store='sweep.nc', progress=print)"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert "OutputError: store = 'sweep.nc': cannot be written (File too large)" in done.stderr
     assert done.stdout == ""
     assert os.listdir(tmp_path) == []
@@ -418,14 +475,18 @@ def test_plain_xarray_opens_the_store(alone):
         assert {name: found.attrs[name] for name in swept.attrs} == swept.attrs
 
 
-@pytest.mark.parametrize("over", [{}, {"grid.edge": ["centres", "touched"]}, {"normal_force": [1.0, 2.0]}])
+@pytest.mark.parametrize(
+    "over", [{}, {"grid.edge": ["centres", "touched"]}, {"normal_force": [1.0, 2.0]}]
+)
 def test_stores_over_words_loads_and_nothing(scene, over, tmp_path):
     swept = vc.sweep({"one": scene, "\u00e9": scene}, over, store=tmp_path / "sweep.nc")
     assert vc.read_sweep(tmp_path / "sweep.nc").identical(swept)
     with xr.open_dataset(tmp_path / "sweep.nc") as found:
         assert found.drop_vars("check").equals(swept)
     single = vc.sweep(scene, store=tmp_path / "single.nc")
-    assert vc.sweep(scene, store=tmp_path / "single.nc").identical(single) and single["Fx"].shape == ()
+    assert (
+        vc.sweep(scene, store=tmp_path / "single.nc").identical(single) and single["Fx"].shape == ()
+    )
 
 
 @pytest.mark.parametrize(
@@ -451,27 +512,60 @@ def test_errors_come_whole_out_of_other_processes(error):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda s: vc.sweep(3), "scenes = 3 .* must be a Scene, a list of them, or a dict of them by name"),
+        (
+            lambda s: vc.sweep(3),
+            "scenes = 3 .* must be a Scene, a list of them, or a dict of them by name",
+        ),
         (lambda s: vc.sweep([]), "scenes = .* at least one"),
         (lambda s: vc.sweep([s, 3]), r"scenes\[1\] = 3 is not allowed: must be a Scene"),
         (lambda s: vc.sweep({1: s}), "scenes = 1 is not allowed: must be named by strings"),
-        (lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1))), "scenes.motion is Transient"),
+        (
+            lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1))),
+            "scenes.motion is Transient",
+        ),
         (lambda s: vc.sweep(s, [1.0]), "over = .* must be a dict of values by entry"),
-        (lambda s: vc.sweep(s, {"motion.spni": [1.0]}), r'the scene has no "motion.spni" \(did you mean spin\?\)'),
+        (
+            lambda s: vc.sweep(s, {"motion.spni": [1.0]}),
+            r'the scene has no "motion.spni" \(did you mean spin\?\)',
+        ),
         (lambda s: vc.sweep(s, {"mu": [1.0]}), 'over: the scene has no "mu"'),
-        (lambda s: vc.sweep(s, {"friction.static": [1.0]}), 'no "friction.static": friction is float'),
-        (lambda s: vc.sweep(s, {"motion": [1.0]}), r'over: "motion" is no number \(as "motion.vx"\)'),
-        (lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}), "motion is missing"),
+        (
+            lambda s: vc.sweep(s, {"friction.static": [1.0]}),
+            'no "friction.static": friction is float',
+        ),
+        (
+            lambda s: vc.sweep(s, {"motion": [1.0]}),
+            r'over: "motion" is no number \(as "motion.vx"\)',
+        ),
+        (
+            lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}),
+            "motion is missing",
+        ),
         (lambda s: vc.sweep(s, {"motion.vx": []}), r"over\['motion.vx'\] = .* at least one value"),
-        (lambda s: vc.sweep(s, {"motion.vx": 0.1}), r"over\['motion.vx'\] = 0.1 is not allowed: must be a list of"),
-        (lambda s: vc.sweep(s, {"motion.vx": [0.1, None]}), r"over\['motion.vx'\] = None .* a list of numbers"),
-        (lambda s: vc.sweep(s, {"motion.vx": [0.1, 0.1]}), r"over\['motion.vx'\] = .* different values"),
+        (
+            lambda s: vc.sweep(s, {"motion.vx": 0.1}),
+            r"over\['motion.vx'\] = 0.1 is not allowed: must be a list of",
+        ),
+        (
+            lambda s: vc.sweep(s, {"motion.vx": [0.1, None]}),
+            r"over\['motion.vx'\] = None .* a list of numbers",
+        ),
+        (
+            lambda s: vc.sweep(s, {"motion.vx": [0.1, 0.1]}),
+            r"over\['motion.vx'\] = .* different values",
+        ),
         (lambda s: vc.sweep(s, {"motion.vx": [0.1, np.nan]}), r"motion\.vx = nan is not allowed"),
         (lambda s: vc.sweep(s, {"friction": [0.1, -0.1]}), r"friction = -0\.1 is not allowed"),
         (lambda s: vc.sweep(s, tangential="tangg"), "tangential = 'tangg' .*did you mean"),
-        (lambda s: vc.sweep(s, chunk=0), "chunk = 0 is not allowed: must be a whole number, 1 or more"),
+        (
+            lambda s: vc.sweep(s, chunk=0),
+            "chunk = 0 is not allowed: must be a whole number, 1 or more",
+        ),
         (lambda s: vc.sweep(s, workers=0), "workers = 0 is not allowed"),
-        (lambda s: vc.sweep(s, executor=3), r"executor = 3 .* None or a concurrent\.futures\.Executor$"),
+        (
+            lambda s: vc.sweep(s, executor=3),
+            r"executor = 3 .* None or a concurrent\.futures\.Executor$",
+        ),
         (lambda s: vc.sweep(s, tol=0.0), "tol = 0.0 is not allowed"),
         (lambda s: vc.sweep(s, progress=3), "progress = 3 is not allowed"),
         (lambda s: vc.sweep(s, store=3), "store = 3 is not allowed"),
@@ -485,7 +579,10 @@ def test_bad_input_is_refused_by_name(scene, call, words):
 def test_a_dask_client_is_no_executor_and_the_message_says_what_is(scene):
     with pytest.raises(vc.SceneError, match=r"of a dask client: client\.get_executor\(\)"):
         vc.sweep(scene, executor=SimpleNamespace(get_executor=None))
-    with ThreadPoolExecutor(1) as pool, pytest.raises(vc.SceneError, match="workers = 2 must be left out"):
+    with (
+        ThreadPoolExecutor(1) as pool,
+        pytest.raises(vc.SceneError, match="workers = 2 must be left out"),
+    ):
         vc.sweep(scene, executor=pool, workers=2)
 
 
@@ -505,7 +602,9 @@ def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
         sol = vc.solve(rolling(grid="auto", motion=motion), **options)
         estimate = sol.error_estimate
         found = swept.sel({"motion.vx": vx})
-        assert float(found["Fx"]) == pytest.approx(estimate.values["Fx"], abs=1e-5 * rolling().friction)
+        assert float(found["Fx"]) == pytest.approx(
+            estimate.values["Fx"], abs=1e-5 * rolling().friction
+        )
         assert float(found["Fx_error"]) == pytest.approx(estimate.bars["Fx"], rel=1e-3)
         assert float(found["friction_work"]) == pytest.approx(sol.friction_work, rel=1e-4)
         assert float(found["slip_area"]) == pytest.approx(sol.areas["slip"], rel=1e-12)

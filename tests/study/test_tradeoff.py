@@ -1,4 +1,6 @@
-"""Tradeoff: errors against closed forms, fronts by their definition, the store, the command line."""
+"""Tradeoff: errors against closed forms, fronts by their definition, the store, the command
+line.
+"""
 
 import json
 from dataclasses import replace
@@ -37,8 +39,18 @@ def test_errors_are_those_against_the_continuum(measured):
 
 def rows(*points):
     """Made-up measurements: (way, error, seconds) of one scene."""
-    known = {"scene": "one", "kind": "shift", "family": "f", "cells": 8, "outcome": "answered", "reason": ""}
-    return [{**known, "way": str(way), "error": error, "processor_seconds": seconds} for way, error, seconds in points]
+    known = {
+        "scene": "one",
+        "kind": "shift",
+        "family": "f",
+        "cells": 8,
+        "outcome": "answered",
+        "reason": "",
+    }
+    return [
+        {**known, "way": str(way), "error": error, "processor_seconds": seconds}
+        for way, error, seconds in points
+    ]
 
 
 def test_the_front_is_what_nothing_else_beats():
@@ -61,7 +73,9 @@ def test_labels_of_the_picture_do_not_lie_over_each_other():
 
 def test_an_accuracy_is_advised_for_what_it_was_asked_for():
     ways = [Way(accuracy=0.1), Way(cells=8), Way(accuracy=0.03)]
-    found = Tradeoff.of(rows(*zip(ways, (0.02, 0.025, 0.009), (1e-3, 2e-3, 3e-3), strict=True)), ["one"], ways)
+    found = Tradeoff.of(
+        rows(*zip(ways, (0.02, 0.025, 0.009), (1e-3, 2e-3, 3e-3), strict=True)), ["one"], ways
+    )
     assert found.front("shift")["way"].tolist() == ["accuracy 0.1", "accuracy 0.03"]
     advice = found.advice().set_index("target")["way"]
     assert [advice[target] for target in TARGETS[:2]] == ["accuracy 0.1", "centres 8"]
@@ -71,7 +85,10 @@ def test_an_accuracy_is_advised_for_what_it_was_asked_for():
 def test_a_way_that_leaves_many_scenes_unanswered_is_not_on_the_front():
     ways = [Way(cells=2), Way(cells=4)]
     made = rows((ways[0], 0.001, 1e-3), (ways[1], 0.01, 2e-3))
-    made += [{**made[0], "scene": "two", "outcome": "refused", "error": np.nan}, {**made[1], "scene": "two"}]
+    made += [
+        {**made[0], "scene": "two", "outcome": "refused", "error": np.nan},
+        {**made[1], "scene": "two"},
+    ]
     found = Tradeoff.of(made, ["one", "two"], ways)
     assert found.front("shift")["way"].tolist() == ["centres 4"]
     answered = found.classes.set_index("way")
@@ -121,13 +138,27 @@ def test_the_default_ways_have_names_of_their_own():
 
 def test_accuracies_stand_beside_grids():
     found = vc.tradeoff(CARTER, ["auto", "accuracy"], cells=[4])
-    assert found.runs["way"].tolist() == ["centres 4", *(f"accuracy {target:g}" for target in TARGETS)]
+    assert found.runs["way"].tolist() == [
+        "centres 4",
+        *(f"accuracy {target:g}" for target in TARGETS),
+    ]
     on_demand = found.runs[found.runs["family"] == "accuracy"]
     assert (on_demand["error"].to_numpy() < TARGETS).all() and (on_demand["memory"] > 1000).all()
 
 
 def test_the_command(tmp_path):
-    arguments = ("tradeoff", "--class", "shift", "--methods", "auto", "--cells", "4", "--json", "--plot", "front.png")
+    arguments = (
+        "tradeoff",
+        "--class",
+        "shift",
+        "--methods",
+        "auto",
+        "--cells",
+        "4",
+        "--json",
+        "--plot",
+        "front.png",
+    )
     done = run(*arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     printed = json.loads(done.stdout)
@@ -142,7 +173,11 @@ def test_the_command(tmp_path):
 
 
 def test_a_theory_without_a_moment_has_no_error():
-    name = next(name for name, each in BANK.items() if each.kind == "steady, circular" and "Mz" in each.units)
+    name = next(
+        name
+        for name, each in BANK.items()
+        if each.kind == "steady, circular" and "Mz" in each.units
+    )
     way = Way(cells=8, options=(("tangential", "polach"),))
     found = vc.tradeoff({name: BANK[name]}, [way, Way(cells=8)])
     assert found.runs["outcome"].tolist() == ["refused", "answered"]

@@ -26,7 +26,11 @@ scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.2, b=0
 def run(code):
     """What a program prints that ends well."""
     done = subprocess.run(
-        [sys.executable, "-c", START + code], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", START + code],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -146,7 +150,14 @@ with mock.patch.object({package}.{solver}, "solve", pressed):
     package, solver, at, tol = ("scs", "SCS", 2, 1e-3)
     if method.startswith("osqp"):
         package, solver, at, tol = ("osqp", "OSQP", 1, 1e-12)
-    names = {"package": package, "solver": solver, "method": method, "at": at, "tol": tol, "back": back}
+    names = {
+        "package": package,
+        "solver": solver,
+        "method": method,
+        "at": at,
+        "tol": tol,
+        "back": back,
+    }
     told = run(SCENE.format(cells=20) + code.format(**names))
     last = told.splitlines()[-1]  # the solvers themselves say a word before
     assert last == "interrupted after 0 of 1 scenes []"
@@ -184,6 +195,10 @@ sys.meta_path.insert(0, Pressing())
 main()
 """
     done = subprocess.run(
-        [sys.executable, "-c", START + code], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", START + code],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -28,7 +28,9 @@ with only_writer("store", Path("run.nc")):
 @pytest.fixture
 def holder(tmp_path):
     """Another process that holds the lock of ``run.nc``."""
-    process = subprocess.Popen([sys.executable, "-c", HOLDER], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER], cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout.readline() == "held\n"
     yield process
     process.kill()
@@ -54,7 +56,9 @@ def test_the_lock_of_a_killed_process_is_free(holder, tmp_path):
 
 
 def test_one_thread_at_a_time(tmp_path):
-    """Four threads count in a file, reading and writing in two steps: without a lock they lose some."""
+    """Four threads count in a file, reading and writing in two steps: without a lock they lose
+    some.
+    """
     path = tmp_path / "count"
     path.write_text("0")
 
@@ -90,7 +94,7 @@ def test_an_exception_frees_the_lock(tmp_path):
         assert os.listdir(tmp_path) == [".run.nc.lock"]
 
 
-# ----------------------------------------------------------------------------- The memory that is left
+# -------------------------------------------------------------------------- The memory that is left
 
 
 def tree(root, files):

@@ -28,7 +28,9 @@ def counts():
     """Threads of the BLAS libraries, NumPy's and SciPy's; those of solvers may have one only."""
     libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
     return {
-        each["num_threads"] for each in libraries if {"numpy.libs", "scipy.libs"} & set(Path(each["filepath"]).parts)
+        each["num_threads"]
+        for each in libraries
+        if {"numpy.libs", "scipy.libs"} & set(Path(each["filepath"]).parts)
     }
 
 
@@ -37,7 +39,10 @@ def two_threads(monkeypatch):
     """As on a machine of two cores, of which no environment variable tells otherwise."""
     for name in VARIABLES:
         monkeypatch.delenv(name, raising=False)
-    vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0))  # imports
+    # imports
+    vc.solve(
+        vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0)
+    )
     with threadpool_limits(2, user_api="blas"):
         yield
         assert counts() == {2}
@@ -55,12 +60,18 @@ def test_threads_are_restored_after_an_error_and_between_the_scenes_of_a_scan(ro
         vc.solve(rolling(motion=vc.Steady(Fx=1.0)))
     assert counts() == {2}
     seen = []
-    vc.scan(rolling(), np.array([[0.01, 0.0, 0.0], [0.02, 0.0, 0.0]]), progress=lambda stage: seen.append(counts()))
+    vc.scan(
+        rolling(),
+        np.array([[0.01, 0.0, 0.0], [0.02, 0.0, 0.0]]),
+        progress=lambda stage: seen.append(counts()),
+    )
     assert {1} in seen and counts() == {2}
 
 
 def test_two_solves_at_once(two_threads):
-    """The first to come ends before the second: one thread until both have ended, then as many as before."""
+    """The first to come ends before the second: one thread until both have ended, then as many as
+    before.
+    """
     first, second = one_blas_thread(), one_blas_thread()
     first.__enter__()
     second.__enter__()
@@ -79,23 +90,33 @@ def test_an_environment_variable_has_its_way(two_threads, monkeypatch, name):
 
 @cache
 def multiplies(code):
-    """Whether a function of the package has a matrix product in it, or is one of NumPy's or SciPy's linear algebra."""
+    """Whether a function of the package has a matrix product in it, or is one of NumPy's or SciPy's
+    linear algebra.
+    """
     if any(f"/{package}/linalg/" in code.co_filename for package in ("numpy", "scipy")):
         return True
-    return "/varcontact/" in code.co_filename and any(step.argrepr == "@" for step in dis.get_instructions(code))
+    return "/varcontact/" in code.co_filename and any(
+        step.argrepr == "@" for step in dis.get_instructions(code)
+    )
 
 
 @contextmanager
 def threads_of_products():
-    """A dictionary: threads that BLAS has in each function that multiplies or factors matrices within the block."""
+    """A dictionary: threads that BLAS has in each function that multiplies or factors matrices
+    within the block.
+    """
     libraries = [
-        each for each in ThreadpoolController().lib_controllers if Path(each.filepath).parent.stem in ("numpy", "scipy")
+        each
+        for each in ThreadpoolController().lib_controllers
+        if Path(each.filepath).parent.stem in ("numpy", "scipy")
     ]
     seen = {}
 
     def look(frame, event, _):
         if event == "call" and multiplies(frame.f_code):
-            seen.setdefault(frame.f_code.co_qualname, set()).update(each.num_threads for each in libraries)
+            seen.setdefault(frame.f_code.co_qualname, set()).update(
+                each.num_threads for each in libraries
+            )
 
     sys.setprofile(look)
     try:
@@ -128,24 +149,39 @@ LATER = {
     "gap": lambda sol, *_: energy.gap(
         energy.posed(sol).tangential, energy.posed(sol).traction, energy.posed(sol).rigid
     ),
-    "energy": lambda sol, *_: energy.potential_energy(energy.posed(sol).normal, energy.posed(sol).pressure),
-    "certify": lambda sol, *_: vc.certify(dataclasses.replace(sol.scene, grid=sol.grid), sol.traction),
+    "energy": lambda sol, *_: energy.potential_energy(
+        energy.posed(sol).normal, energy.posed(sol).pressure
+    ),
+    "certify": lambda sol, *_: vc.certify(
+        dataclasses.replace(sol.scene, grid=sol.grid), sol.traction
+    ),
     "load": lambda sol, folder, _: vc.load(stored(sol, folder)),
-    "scan": lambda sol, *_: [one.certificate.force_bound for one in vc.scan(sol.scene, [[0.02, 0.0, 0.0]])],
+    "scan": lambda sol, *_: [
+        one.certificate.force_bound for one in vc.scan(sol.scene, [[0.02, 0.0, 0.0]])
+    ],
     "sweep": lambda sol, *_: vc.sweep(sol.scene, {"friction": [0.2, 0.3]}, certify="full"),
-    "product": lambda sol, *_: discretise(sol.scene, sol.grid).operators.normal.apply(sol.pressure[None]),
+    "product": lambda sol, *_: discretise(sol.scene, sol.grid).operators.normal.apply(
+        sol.pressure[None]
+    ),
     "wheel on rail": lambda *given: given[-1].solve(),
     "patches": lambda *given: given[-1].patches(0.05),
     "no slip": lambda *_: no_slip_ellipse(1.3, 0.28),
-    "table book": lambda *_: make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=2, degree=3),
+    "table book": lambda *_: make_table_book(
+        0.3, least=0.9, greatest=1.1, ratios=2, steps=2, degree=3
+    ),
     "smoothed": lambda *_: smoothed(np.ones(60), np.arange(60.0), 8.0),
 }
-"""What computes after a solve or without one, from a solution, an empty folder and a wheel on its rail."""
+"""What computes after a solve or without one, from a solution, an empty folder and a wheel on its
+rail."""
 
 
 @pytest.mark.parametrize("name", LATER)
-def test_one_thread_in_all_that_computes_after_a_solve_or_without_one(rolling, wheel, two_threads, tmp_path, name):
-    """Newton's method leaves the bounds to when they are asked for, and a file's fields are measured again."""
+def test_one_thread_in_all_that_computes_after_a_solve_or_without_one(
+    rolling, wheel, two_threads, tmp_path, name
+):
+    """Newton's method leaves the bounds to when they are asked for, and a file's fields are
+    measured again.
+    """
     sol = vc.solve(rolling(), tangential="newton")
     with threads_of_products() as seen:
         LATER[name](sol, tmp_path, wheel)
@@ -184,12 +220,16 @@ if __name__ == "__main__":
 
 
 def test_the_same_digits_wherever_a_scene_is_solved(tmp_path):
-    """After solves in the parent, whose solvers may have left threads and locks that a fork does not take along."""
+    """After solves in the parent, whose solvers may have left threads and locks that a fork does
+    not take along.
+    """
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     done = subprocess.run([sys.executable, program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.splitlines() == [f"{way} the same" for way in ("fork", "spawn", "forkserver", "threads")]
+    assert done.stdout.splitlines() == [
+        f"{way} the same" for way in ("fork", "spawn", "forkserver", "threads")
+    ]
 
 
 def test_no_thread_is_left_behind(tmp_path):
@@ -251,13 +291,19 @@ os._exit(0)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_processes_forked_while_threads_solve_end():
     """Threads solve, processes are forked from between, and solve in threads of their own."""
-    done = subprocess.run([sys.executable, "-c", FORKS], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", FORKS], capture_output=True, text=True, check=False
+    )
     assert (done.stdout, done.stderr) == ("0 children hang\n", "")
 
 
 def test_no_attribute_has_a_lock():
     """`lazy_property` is for what the package computes once."""
-    with_lock = [path for path in Path(vc.__file__).parent.rglob("*.py") if "@cached_property" in path.read_text()]
+    with_lock = [
+        path
+        for path in Path(vc.__file__).parent.rglob("*.py")
+        if "@cached_property" in path.read_text()
+    ]
     assert with_lock == []
 
 

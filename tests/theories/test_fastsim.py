@@ -91,10 +91,17 @@ def test_coulomb_in_every_point(kind):
     ahead = np.zeros_like(field.traction)
     ahead[:, :, :-1] = field.traction[:, :, 1:]
     middle, q = field.x + field.dx[:, None] / 2, field.dx[:, None]
-    by_L, built = rigid_slip(creepage / divisors(creepage, kind), middle, field.y), (ahead - field.traction) / q
+    by_L, built = (
+        rigid_slip(creepage / divisors(creepage, kind), middle, field.y),
+        (ahead - field.traction) / q,
+    )
     L = flexibility(A, B, G, creepage, TABLE) if kind == "weighted" else mean_flexibility(creepage)
     np.testing.assert_allclose(by_L - built, field.slip / L, atol=1e-12 * slip.max() / L)
-    assert flexibilities(A, B, G, TABLE).min() < mean_flexibility(creepage) < flexibilities(A, B, G, TABLE).max()
+    assert (
+        flexibilities(A, B, G, TABLE).min()
+        < mean_flexibility(creepage)
+        < flexibilities(A, B, G, TABLE).max()
+    )
 
 
 def rigid_slip(creepage, x, y):
@@ -104,8 +111,11 @@ def rigid_slip(creepage, x, y):
 
 
 def mean_flexibility(creepage):
-    """Root mean square of the rigid slip over the ellipse, by that of the rigid slip divided by L; by quadrature."""
-    radius, angle = np.meshgrid(np.sqrt((np.arange(400) + 0.5) / 400), np.arange(16) * np.pi / 8)  # equal areas
+    """Root mean square of the rigid slip over the ellipse, by that of the rigid slip divided by L;
+    by quadrature.
+    """
+    # equal areas
+    radius, angle = np.meshgrid(np.sqrt((np.arange(400) + 0.5) / 400), np.arange(16) * np.pi / 8)
     x, y = A * radius * np.cos(angle), B * radius * np.sin(angle)
     mean = [
         np.sqrt(np.mean((vx - spin * y) ** 2 + (vy + spin * x) ** 2))
@@ -119,14 +129,20 @@ def mean_flexibility(creepage):
 @given(part, part, part)
 @settings(max_examples=20)
 def test_friction_never_gives_power(kind, bound, xi, eta, psi):
-    """Not in a point, where slip opposes traction; nor in all, where the creepages' power is what friction takes."""
+    """Not in a point, where slip opposes traction; nor in all, where the creepages' power is what
+    friction takes.
+    """
     creepage = UNITS * (xi, eta, psi)
     field = fastsim_field(*CONTACT, creepage, TABLE, m=40, n=12, bound=bound, flexibility=kind)
-    power, size = np.sum(field.traction * field.slip, axis=0), np.hypot(*field.traction) * np.hypot(*field.slip)
+    power, size = (
+        np.sum(field.traction * field.slip, axis=0),
+        np.hypot(*field.traction) * np.hypot(*field.slip),
+    )
     np.testing.assert_allclose(power, -size, rtol=1e-9, atol=1e-12 * size.max())
     middle = field.x + field.dx[:, None] / 2
     by_L = rigid_slip(creepage / divisors(creepage, kind), middle, field.y)
-    spent = np.sum(field.traction * by_L, axis=(0, 2))  # elastic energy is stored only: strip by strip it is 0 or less
+    # elastic energy is stored only: strip by strip it is 0 or less
+    spent = np.sum(field.traction * by_L, axis=(0, 2))
     assert np.all(spent <= 1e-12 * np.abs(by_L).max() * LIMIT / (A * B))
     total = field.force @ creepage[:2] + field.moment * creepage[2]
     assert total <= 1e-12 * LIMIT * np.abs(UNITS[0])
@@ -135,7 +151,9 @@ def test_friction_never_gives_power(kind, bound, xi, eta, psi):
 @kinds
 @bounds
 def test_converges_to_the_analytic_solution(kind, bound):
-    """No spin: the error falls with m at order 2 (parabolic: its traction has no jump), and with n beyond 1.4."""
+    """No spin: the error falls with m at order 2 (parabolic: its traction has no jump), and with n
+    beyond 1.4.
+    """
     creepage = UNITS * (0.4, 0.3, 0.0)
     vx, vy, _ = creepage / divisors(creepage, kind)
     exact = simplified_force(A, B, 1.0, LIMIT, vx, vy, bound)
@@ -143,7 +161,12 @@ def test_converges_to_the_analytic_solution(kind, bound):
     def order(counts, varied, **fixed):
         options = {"bound": bound, "flexibility": kind}
         errors = [
-            np.hypot(*(fastsim(*CONTACT, creepage, TABLE, **options, **{varied: k}, **fixed).force - exact))
+            np.hypot(
+                *(
+                    fastsim(*CONTACT, creepage, TABLE, **options, **{varied: k}, **fixed).force
+                    - exact
+                )
+            )
             for k in counts
         ]
         return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
@@ -154,14 +177,24 @@ def test_converges_to_the_analytic_solution(kind, bound):
     np.testing.assert_allclose(fine, exact, rtol=1e-4)
 
 
-MIXED = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, -2), (0, -1, 1), (1, -2, 3), (-2, 1, 0.5)]
+MIXED = [
+    (1, 0, 0),
+    (0, 1, 0),
+    (0, 0, 1),
+    (1, 1, 0),
+    (1, 0, -2),
+    (0, -1, 1),
+    (1, -2, 3),
+    (-2, 1, 0.5),
+]
 
 
 @bounds
 @kinds
 @pytest.mark.parametrize("mixture", MIXED)
 def test_linear_limit(bound, kind, mixture):
-    """The linear theory, however creepages are mixed; by the weighted L in place of the three, (157)-(158), its own.
+    """The linear theory, however creepages are mixed; by the weighted L in place of the three,
+    (157)-(158), its own.
 
     Slip at the edge goes with first order. The weighted one is right where a creepage acts alone.
     """
@@ -172,11 +205,15 @@ def test_linear_limit(bound, kind, mixture):
     found = fastsim(*CONTACT, creepage, TABLE, m=1000, n=400, bound=bound, flexibility=kind).force
     assert np.hypot(*(found - expected)) < 2e-3 * np.hypot(*expected)
     alone = np.count_nonzero(mixture) == 1
-    assert (np.hypot(*(expected - right)) < 1e-12 * np.hypot(*right)) == (alone or kind == "separate")
+    assert (np.hypot(*(expected - right)) < 1e-12 * np.hypot(*right)) == (
+        alone or kind == "separate"
+    )
 
 
 @kinds
-@pytest.mark.parametrize(("count", "m", "n"), [(1, 10, 10), (3, 10, 20), (777, 5, 13), (600, 2, 1), (0, 10, 10)])
+@pytest.mark.parametrize(
+    ("count", "m", "n"), [(1, 10, 10), (3, 10, 20), (777, 5, 13), (600, 2, 1), (0, 10, 10)]
+)
 def test_many_in_one_call_are_single_calls(kind, count, m, n):
     """To the last bit, whatever the number and the place in it."""
     creepages = np.random.default_rng(1).normal(size=(count, 3)) * UNITS
@@ -189,12 +226,13 @@ def test_many_in_one_call_are_single_calls(kind, count, m, n):
 
 
 def test_fig_21():
-    """Pure spin (N, mm). The paper prints Fx = 0 and Fy = -1.812e4, and neither G, nu nor the division.
+    """Pure spin (N, mm). The paper prints Fx = 0 and Fy = -1.812e4, and neither G, nu nor the
+    division.
 
-    E = 2e5, nu = 0.25 and the usual 10 x 10 under the parabolic bound give it to the printed digits with C23 = 1.5195,
-    as interpolated in Kalker's table; the computed 1.5171 gives -1.810e4. Refined, the same contact gives -1.804e4;
-    E = 2.1e5 and nu = 0.28 would give -1.873e4 with 10 x 10. The printed flexibility (164) and the separate ones are
-    the same where only spin is there.
+    E = 2e5, nu = 0.25 and the usual 10 x 10 under the parabolic bound give it to the printed digits
+    with C23 = 1.5195, as interpolated in Kalker's table; the computed 1.5171 gives -1.810e4.
+    Refined, the same contact gives -1.804e4; E = 2.1e5 and nu = 0.28 would give -1.873e4 with 10 x
+    10. The printed flexibility (164) and the separate ones are the same where only spin is there.
     """
     contact, creepage = (6.8, 6.5, 2e5 / 2.5, 45000.0), (0.0, 0.0, 0.00054)
     computed = creepage_coefficients(6.8, 6.5, 0.25)
@@ -207,15 +245,25 @@ def test_fig_21():
     refined = fastsim(*contact, creepage, table, m=400, n=400).force
     assert refined[1] == pytest.approx(-1.804e4, rel=1e-3)
     field = fastsim_field(*contact, creepage, table)
-    assert np.all(field.state[4] == 1) and np.all(field.state[0] == 2) and list(field.state[2]) == [2, 2] + [1] * 7
+    assert (
+        np.all(field.state[4] == 1)
+        and np.all(field.state[0] == 2)
+        and list(field.state[2]) == [2, 2] + [1] * 7
+    )
 
 
 @kinds
 @pytest.mark.parametrize("creepage", [(0.5, 0.0, 0.0), (0.2, -0.3, 0.4), (0.0, 0.0, 1.0)])
 def test_on_a_grid(kind, creepage):
-    """The sum of its tractions tends to that of the strips as both are refined, at about the first order."""
+    """The sum of its tractions tends to that of the strips as both are refined, at about the first
+    order.
+    """
     creepage = UNITS * creepage
-    L = divisors(creepage, kind) if kind == "separate" else float(flexibility(A, B, G, creepage, TABLE))
+    L = (
+        divisors(creepage, kind)
+        if kind == "separate"
+        else float(flexibility(A, B, G, creepage, TABLE))
+    )
     exact = fastsim(*CONTACT, creepage, TABLE, m=1500, n=1500, flexibility=kind).force
     counts, errors = np.array([20, 40, 80, 160]), []
     for cells in counts:
@@ -250,7 +298,8 @@ def test_inverse(kind, xi, eta, psi, prescribed):
     assert found[2] == spin
 
 
-TURNED = vc.reference.CreepageCoefficients(1.3, 2.5, -0.07, 30.0)  # as in a wide contact with nu = -0.9
+# as in a wide contact with nu = -0.9
+TURNED = vc.reference.CreepageCoefficients(1.3, 2.5, -0.07, 30.0)
 GRID = vc.Grid(nx=3, ny=2, dx=4.0, dy=4.0, x0=-6.0, y0=-4.0)
 NONE, ONES = (0, 0, 0), np.ones((2, 3))
 
@@ -266,18 +315,39 @@ test_bad_input = refusals(
     (lambda: fastsim(*CONTACT, NONE, TABLE, n=0), "n = 0 .* 1 or more"),
     (lambda: fastsim(*CONTACT, NONE, TABLE, n=2.5), r"n = 2\.5"),
     (lambda: fastsim(*CONTACT, NONE, TABLE, bound="elipse"), "bound = 'elipse'"),
-    (lambda: fastsim(*CONTACT, NONE, TABLE, flexibility="weigted"), "flexibility = .*did you mean weighted"),
-    (lambda: fastsim_field(*CONTACT, NONE, TABLE, flexibility=3), "flexibility = 3 .*separate, weighted"),
+    (
+        lambda: fastsim(*CONTACT, NONE, TABLE, flexibility="weigted"),
+        "flexibility = .*did you mean weighted",
+    ),
+    (
+        lambda: fastsim_field(*CONTACT, NONE, TABLE, flexibility=3),
+        "flexibility = 3 .*separate, weighted",
+    ),
     (lambda: fastsim(*CONTACT, (1, 0, 1), TURNED), r"C23 = -0\.07 .*take an exact method"),
-    (lambda: fastsim(*CONTACT, (1, 0, 1), TURNED, flexibility="weighted"), r"C23 = -0\.07 .*take an exact method"),
-    (lambda: fastsim_on_grid(GRID, A, B, (1.0, 1.0, -1.0), ONES, (0, 0, 1)), r"flexibility\[2\] = -1"),
+    (
+        lambda: fastsim(*CONTACT, (1, 0, 1), TURNED, flexibility="weighted"),
+        r"C23 = -0\.07 .*take an exact method",
+    ),
+    (
+        lambda: fastsim_on_grid(GRID, A, B, (1.0, 1.0, -1.0), ONES, (0, 0, 1)),
+        r"flexibility\[2\] = -1",
+    ),
     (lambda: fastsim_on_grid(GRID, A, B, (1.0, 1.0), ONES, NONE), r"flexibility has shape \(2,\)"),
     (lambda: fastsim_on_grid(GRID, A, B, 0.0, ONES, NONE), "flexibility = 0"),
-    (lambda: fastsim_on_grid(GRID, A, B, 1.0, ONES.T, NONE), r"bound has shape \(3, 2\); .*of shape \(2, 3\)"),
-    (lambda: fastsim_on_grid(GRID, A, B, 1.0, -ONES, NONE), r"bound\[0, 0\] = -1\.0 .*zero or positive"),
+    (
+        lambda: fastsim_on_grid(GRID, A, B, 1.0, ONES.T, NONE),
+        r"bound has shape \(3, 2\); .*of shape \(2, 3\)",
+    ),
+    (
+        lambda: fastsim_on_grid(GRID, A, B, 1.0, -ONES, NONE),
+        r"bound\[0, 0\] = -1\.0 .*zero or positive",
+    ),
     (lambda: fastsim_on_grid(GRID, A, B, 1.0, ONES, (0, 0)), "creepage has shape .*three numbers"),
     (lambda: fastsim_on_grid(vc.Grid(nx=3, ny=2), A, B, 1.0, ONES, NONE), "must be explicit"),
-    (lambda: fastsim_field(*CONTACT, np.zeros((2, 3)), TABLE), "creepage has shape .*three numbers"),
+    (
+        lambda: fastsim_field(*CONTACT, np.zeros((2, 3)), TABLE),
+        "creepage has shape .*three numbers",
+    ),
     (lambda: fastsim_field(*CONTACT, (0, 0), TABLE), r"creepages? has shape \(2,\)"),
     (lambda: creepage_for_force(*CONTACT, TABLE, flexibility="all"), "flexibility = 'all'"),
     (lambda: creepage_for_force(*CONTACT, TABLE, vx=0.0, Fx=1.0), "vx and Fx are both given"),

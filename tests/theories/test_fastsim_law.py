@@ -20,7 +20,9 @@ def field(law, creepage=(1.0, 0.0, 0.0), **options):
 
 
 def closed_form(v, static, kinetic):
-    """Force of the simplified theory: stick from the leading edge to the static bound, the kinetic bound behind."""
+    """Force of the simplified theory: stick from the leading edge to the static bound, the kinetic
+    bound behind.
+    """
     L = float(flexibility(A, B, G, (v, 0.0, 0.0), TABLE))
     peak = 2 * FZ / (np.pi * A * B)
 
@@ -37,7 +39,10 @@ def closed_form(v, static, kinetic):
 def test_closed_form(v):
     """The error goes down with the number of points, to the first order or better."""
     law = vc.StaticKinetic(0.36, 0.3)
-    errors = [abs(-field(law, (v, 0.0, 0.0), m=m, n=m).force[0] / closed_form(v, 0.36, 0.3) - 1) for m in (20, 60, 180)]
+    errors = [
+        abs(-field(law, (v, 0.0, 0.0), m=m, n=m).force[0] / closed_form(v, 0.36, 0.3) - 1)
+        for m in (20, 60, 180)
+    ]
     assert errors[2] < 2e-3
     assert np.log(errors[0] / errors[2]) / np.log(9) > 0.9
 
@@ -78,7 +83,9 @@ def test_law_holds_at_every_point(law, start, flexibility):
     np.testing.assert_allclose(np.sum(found.traction * found.slip, axis=0), -size * slip, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"])
+@pytest.mark.parametrize(
+    "name", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"]
+)
 def test_as_a_method(name):
     """On the grid of a scene: from slip it is FASTSIM for the kinetic coefficient."""
     round_contact = {"bodies": vc.Bodies(G=1.0, nu=0.25), "motion": vc.Steady(vx=0.1, spin=0.05)}

@@ -20,7 +20,9 @@ def test_the_papers_formulas():
     np.testing.assert_allclose(found.force[0], [-G * ab * TABLE.C11, 0], rtol=1e-14)
     np.testing.assert_allclose(found.force[1], [0, -G * ab * TABLE.C22], rtol=1e-14)
     np.testing.assert_allclose(found.force[2], [0, -G * ab**1.5 * TABLE.C23], rtol=1e-14)
-    np.testing.assert_allclose(found.moment, [0, G * ab**1.5 * TABLE.C23, -G * ab**2 * TABLE.C33], rtol=1e-14)
+    np.testing.assert_allclose(
+        found.moment, [0, G * ab**1.5 * TABLE.C23, -G * ab**2 * TABLE.C33], rtol=1e-14
+    )
 
 
 @given(small, small, small)

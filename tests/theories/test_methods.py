@@ -1,4 +1,6 @@
-"""The theories as methods of `solve`: against their own functions, and as solutions like any others."""
+"""The theories as methods of `solve`: against their own functions, and as solutions like any
+others.
+"""
 
 import dataclasses
 
@@ -8,7 +10,13 @@ import pytest
 import varcontact as vc
 from tests.scenes import refused
 from varcontact.reference.creepage_coefficients import creepage_coefficients
-from varcontact.theories import fastsim, fastsim_on_grid, flexibilities, flexibility, vermeulen_johnson
+from varcontact.theories import (
+    fastsim,
+    fastsim_on_grid,
+    flexibilities,
+    flexibility,
+    vermeulen_johnson,
+)
 from varcontact.theories.on_grid import THEORIES as EVERY
 from varcontact.theories.on_grid import why_not
 
@@ -36,7 +44,11 @@ def options_of(name):
 
 @pytest.mark.parametrize(
     ("name", "motion"),
-    [*((name, STEADY) for name in FASTSIM), (FASTSIM[0], vc.Steady(vx=0.1)), (FASTSIM[2], vc.Steady(spin=0.2))],
+    [
+        *((name, STEADY) for name in FASTSIM),
+        (FASTSIM[0], vc.Steady(vx=0.1)),
+        (FASTSIM[2], vc.Steady(spin=0.2)),
+    ],
 )
 def test_fastsim_on_the_grid_tends_to_fastsim(rolling, name, motion):
     (a, b, G, limit), table = contact(rolling())
@@ -51,7 +63,8 @@ def test_fastsim_on_the_grid_tends_to_fastsim(rolling, name, motion):
     assert errors[-1] < 0.5 * errors[0], errors
 
 
-SLENDER = {"bodies": vc.Bodies(G=1.0, nu=0.0), "surface": vc.Ellipse(12.0, 1.0)}  # beyond Kalker's table
+# beyond Kalker's table
+SLENDER = {"bodies": vc.Bodies(G=1.0, nu=0.0), "surface": vc.Ellipse(12.0, 1.0)}
 
 
 @pytest.mark.parametrize("changes", [
@@ -76,12 +89,20 @@ def test_linear_is_infinite_friction(rolling):
         np.testing.assert_allclose(linear.traction, sticking.traction, rtol=1e-11, atol=1e-13)
         assert linear.creepage == pytest.approx(sticking.creepage, rel=1e-12)
         assert linear.elements["slip"] == 0
-        assert linear.certificate.tangential_residual > 1e-2, "beyond the bound, and the certificate says so"
+        assert linear.certificate.tangential_residual > 1e-2, (
+            "beyond the bound, and the certificate says so"
+        )
 
 
 @pytest.mark.parametrize("name", [*FASTSIM, "linear", *WITHOUT_FLEXIBILITY])
 @pytest.mark.parametrize(
-    "motion", [vc.Steady(Fx=-0.1), vc.Steady(Fy=0.15), vc.Steady(Fx=-0.2, Fy=0.1), vc.Steady(Fx=-0.1, vy=0.01)]
+    "motion",
+    [
+        vc.Steady(Fx=-0.1),
+        vc.Steady(Fy=0.15),
+        vc.Steady(Fx=-0.2, Fy=0.1),
+        vc.Steady(Fx=-0.1, vy=0.01),
+    ],
 )
 def test_prescribed_forces_are_met(rolling, name, motion):
     sol = vc.solve(rolling(motion=motion), tangential=name)
@@ -101,7 +122,9 @@ def test_more_than_friction_carries_is_refused(rolling, name):
 
 @pytest.mark.parametrize("name", [*FASTSIM, "vermeulen-johnson"])
 def test_full_slip(rolling, name):
-    """Only one flexibility turns the force against the creepage; else it has the direction of the linear theory's."""
+    """Only one flexibility turns the force against the creepage; else it has the direction of the
+    linear theory's.
+    """
     sol = vc.solve(rolling(motion=vc.Steady(vx=300.0, vy=-400.0)), tangential=name)
     against = np.array([-0.18, 0.24])
     if "weighted" not in name:
@@ -119,7 +142,9 @@ def test_tractions_are_admissible_and_the_certificate_tells_the_rest(rolling, na
     assert sol.converged, "as posed: a theory has no tolerance"
     assert sol.certificate.residual > 1e-3
     assert sol.certificate.relative_gap > 100 * exact.certificate.relative_gap
-    assert np.all(np.abs(sol.force - exact.force) <= sol.certificate.force_bound[:2]), "the bound holds"
+    assert np.all(np.abs(sol.force - exact.force) <= sol.certificate.force_bound[:2]), (
+        "the bound holds"
+    )
     if name == "fastsim-elliptic":
         assert np.all(np.hypot(*sol.traction) <= sol.traction_bound * (1 + 1e-12))
 
@@ -142,7 +167,10 @@ def test_more_that_they_cannot_treat(rolling):
         vc.solve(rolling(), tangential="vermeulen-johnson")
     for name in FASTSIM:
         with pytest.raises(vc.SceneError, match="creepages are needed, not forces"):
-            vc.solve(rolling(friction=vc.StaticKinetic(0.3, 0.2), motion=vc.Steady(Fx=-0.1)), tangential=name)
+            vc.solve(
+                rolling(friction=vc.StaticKinetic(0.3, 0.2), motion=vc.Steady(Fx=-0.1)),
+                tangential=name,
+            )
     for name in (*FASTSIM, "vermeulen-johnson"):
         with pytest.raises(vc.SceneError, match="one finite coefficient of friction"):
             vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=0.1)), tangential=name)
@@ -151,9 +179,18 @@ def test_more_that_they_cannot_treat(rolling):
 @pytest.mark.parametrize("name", FASTSIM)
 @pytest.mark.parametrize("nu", [0.0, -0.9])
 def test_fastsim_of_slender_contacts(rolling, name, nu):
-    """Beyond the ratios of Kalker's table, also where nu = 0 and nothing couples: as on the grid by hand."""
-    bodies, motion, grid = vc.Bodies(G=1.0, nu=nu), vc.Steady(vx=1.2e-3, vy=6e-4, spin=2e-4), vc.Grid(nx=24, ny=8)
-    sol = vc.solve(rolling(bodies=bodies, surface=vc.Ellipse(12.0, 1.0), motion=motion, grid=grid), tangential=name)
+    """Beyond the ratios of Kalker's table, also where nu = 0 and nothing couples: as on the grid by
+    hand.
+    """
+    bodies, motion, grid = (
+        vc.Bodies(G=1.0, nu=nu),
+        vc.Steady(vx=1.2e-3, vy=6e-4, spin=2e-4),
+        vc.Grid(nx=24, ny=8),
+    )
+    sol = vc.solve(
+        rolling(bodies=bodies, surface=vc.Ellipse(12.0, 1.0), motion=motion, grid=grid),
+        tangential=name,
+    )
     table = vc.no_slip_coefficients(12.0, nu)
     L = flexibilities(12.0, 1.0, 1.0, table)
     if "weighted" in name:
@@ -170,9 +207,13 @@ def test_fastsim_of_slender_contacts(rolling, name, nu):
 
 @pytest.mark.parametrize("name", FASTSIM)
 def test_fastsim_cannot_be_fitted_to_a_negative_coefficient(rolling, name):
-    """In a wide contact with nu = -0.9, C23 < 0: no flexibility is right for spin; without spin nothing is amiss."""
+    """In a wide contact with nu = -0.9, C23 < 0: no flexibility is right for spin; without spin
+    nothing is amiss.
+    """
     wide = {"bodies": vc.Bodies(G=1.0, nu=-0.9), "surface": vc.Ellipse(0.1, 10.0)}
-    with pytest.raises(vc.SceneError, match=r"C23 = -0\.063.* not allowed: must be positive.*take an exact method"):
+    with pytest.raises(
+        vc.SceneError, match=r"C23 = -0\.063.* not allowed: must be positive.*take an exact method"
+    ):
         vc.solve(rolling(**wide, motion=vc.Steady(vx=0.04, spin=0.01)), tangential=name)
     sol = vc.solve(rolling(**wide, motion=vc.Steady(vx=300.0)), tangential=name)
     np.testing.assert_allclose(sol.force, [-0.3, 0.0], atol=1e-9)
@@ -196,16 +237,26 @@ def quantities(found):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_signs_over_the_bank_are_those_of_the_exact_theory(name):
-    """Of all that the theory has; what it does not have is NaN by `solve` and by `creep_forces` alike."""
+    """Of all that the theory has; what it does not have is NaN by `solve` and by `creep_forces`
+    alike.
+    """
     seen = 0
     for label, scene in vc.standard_bank().items():
         if why_not(name, scene):
             continue
-        exact = vc.solve(dataclasses.replace(scene, friction=np.inf) if name == "linear" else scene, certify=None)
+        exact = vc.solve(
+            dataclasses.replace(scene, friction=np.inf) if name == "linear" else scene, certify=None
+        )
         sol = vc.solve(scene, tangential=name, certify=None)
         a, b, limit = scene.hertz.a, scene.hertz.b, scene.friction * scene.normal_force
         vx, vy, spin = sol.creepage
-        contact = {"a": a, "b": b, "bodies": scene.bodies, "normal_force": scene.normal_force, "friction": 0.3}
+        contact = {
+            "a": a,
+            "b": b,
+            "bodies": scene.bodies,
+            "normal_force": scene.normal_force,
+            "friction": 0.3,
+        }
         by_formula = vc.creep_forces(name, **contact, vx=vx, vy=vy, spin=spin)
         expected = quantities(exact) / (limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
         counts = np.abs(expected) > (1e-3 if label.startswith("pure") else 0.2)
@@ -213,18 +264,25 @@ def test_signs_over_the_bank_are_those_of_the_exact_theory(name):
             has = ~np.isnan(quantities(found))
             np.testing.assert_array_equal(has, [True, True, name != "polach"])
             along = quantities(found)[has & counts] * np.sign(expected[has & counts])
-            assert np.all(along > -1e-9), (label, quantities(found), expected)  # strips in pure spin: no force at all
+            # strips in pure spin: no force at all
+            assert np.all(along > -1e-9), (label, quantities(found), expected)
             seen += np.count_nonzero(has & counts)
     assert seen >= (10 if name == "vermeulen-johnson" else 25)
 
 
 def test_what_a_theory_without_a_moment_has(rolling, tmp_path):
-    """Neither a moment nor what follows from it, in no table, file, report or picture; all else is finite."""
+    """Neither a moment nor what follows from it, in no table, file, report or picture; all else is
+    finite.
+    """
     sol = vc.solve(rolling(), tangential="polach")
     sol.save(tmp_path / "polach.nc")
     again = vc.load(tmp_path / "polach.nc")
     assert again.note == ""
-    for each in (sol, again, vc.scan(rolling(), [STEADY.rigid], tangential="polach", certify="full")[0]):
+    for each in (
+        sol,
+        again,
+        vc.scan(rolling(), [STEADY.rigid], tangential="polach", certify="full")[0],
+    ):
         assert np.isnan([each.moment, each.normalised.Mz, each.power, each.friction_work]).all()
         np.testing.assert_array_equal(np.isnan(each.certificate.force_bound), [False, False, True])
         assert np.isfinite(each.traction).all()

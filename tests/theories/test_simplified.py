@@ -18,7 +18,9 @@ A, B, L, LIMIT = 1.3, 0.7, 0.4, 2.0
 
 
 def integral(vx: float, vy: float, bound: str, points: int = 800) -> np.ndarray:
-    """Total of the tractions by the midpoint rule along strips, strips by Gauss in the angle of y = b sin."""
+    """Total of the tractions by the midpoint rule along strips, strips by Gauss in the angle of y =
+    b sin.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(80)
     angle = nodes * np.pi / 2
     y, width = B * np.sin(angle), weights * np.pi / 2 * B * np.cos(angle)
@@ -41,7 +43,9 @@ def test_linear_limit(bound):
     """(157)-(158) to the first order, whatever the bound."""
     small = 1e-7
     force = simplified_force(A, B, L, LIMIT, small, -2 * small, bound)
-    np.testing.assert_allclose(force, simplified_linear_force(A, B, L, (small, -2 * small, 0.0)), rtol=1e-5)
+    np.testing.assert_allclose(
+        force, simplified_linear_force(A, B, L, (small, -2 * small, 0.0)), rtol=1e-5
+    )
     tiny = simplified_force(A, B, L, LIMIT, 1e-200, 0.0, bound)
     assert tiny[0] == pytest.approx(-8 * A**2 * B * 1e-200 / (3 * L), rel=1e-12)
 
@@ -49,7 +53,9 @@ def test_linear_limit(bound):
 def test_full_slip():
     np.testing.assert_array_equal(simplified_force(A, B, L, LIMIT, 100.0, 0.0), [-LIMIT, 0.0])
     np.testing.assert_array_equal(simplified_force(A, B, L, LIMIT, 0.0, 0.0), [0.0, 0.0])
-    assert simplified_force(A, B, L, LIMIT, 1e6, 0.0, "elliptic")[0] == pytest.approx(-LIMIT, rel=1e-12)
+    assert simplified_force(A, B, L, LIMIT, 1e6, 0.0, "elliptic")[0] == pytest.approx(
+        -LIMIT, rel=1e-12
+    )
 
 
 def test_linear_force_with_spin_by_quadrature():
@@ -82,15 +88,28 @@ def test_flexibility_is_a_mean_of_three():
     L1, L2, L3 = (float(flexibility(A, B, 3.0, creepage, table)) for creepage in np.eye(3))
     creepage = np.array([3.0, -4.0, 12.0 / np.sqrt(A * B)])
     for size in (1.0, 1e-170, 1e98):
-        assert flexibility(A, B, 3.0, size * creepage, table) == pytest.approx((3 * L1 + 4 * L2 + 12 * L3) / 13)
+        assert flexibility(A, B, 3.0, size * creepage, table) == pytest.approx(
+            (3 * L1 + 4 * L2 + 12 * L3) / 13
+        )
     assert flexibility(A, B, 3.0, (0, 0, 0), table) == L1
 
 
 def test_flexibilities_of_many_contacts():
-    """Table 4 (nu = 0.25) in one call, within 1.1 %; .727 where it misprints .784, and .332 where .352."""
+    """Table 4 (nu = 0.25) in one call, within 1.1 %; .727 where it misprints .784, and .332 where
+    .352.
+    """
     ratios = np.array([0.1, 0.3, 1.0, 1 / 0.3, 10.0])
-    found = flexibilities(2 * ratios, 2.0, 5.0, creepage_coefficients(ratios, 1.0, 0.25)) * 5 / (2 * ratios[:, None])
-    printed = [(0.806, 1.06, 0.525), (0.775, 0.970, 0.602), (0.647, 0.727, 0.534), (0.421, 0.417, 0.332)]
+    found = (
+        flexibilities(2 * ratios, 2.0, 5.0, creepage_coefficients(ratios, 1.0, 0.25))
+        * 5
+        / (2 * ratios[:, None])
+    )
+    printed = [
+        (0.806, 1.06, 0.525),
+        (0.775, 0.970, 0.602),
+        (0.647, 0.727, 0.534),
+        (0.421, 0.417, 0.332),
+    ]
     np.testing.assert_allclose(found, [*printed, (0.228, 0.208, 0.170)], rtol=0.011)
     with pytest.raises(vc.SceneError, match="G = -5"):
         flexibilities(1.0, 1.0, -5.0, creepage_coefficients(1.0, 1.0, 0.25))

@@ -1,4 +1,6 @@
-"""Strip theory and FaStrip: against Carter, the exact theory, on a grid; Polach against simplified theory."""
+"""Strip theory and FaStrip: against Carter, the exact theory, on a grid; Polach against simplified
+theory.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ from varcontact.theories import fastrip, polach, simplified_force, strip
 
 
 def test_without_spin_each_strip_is_carters():
-    """Longitudinal creepage: the integral over y of the force of line contacts with Hertz's bound in the strip."""
+    """Longitudinal creepage: the integral over y of the force of line contacts with Hertz's bound
+    in the strip.
+    """
     a, b, nu, limit = 0.5, 3.0, 0.28, 0.3
     p0 = 1.5 / (np.pi * a * b)  # Fz = 1
     y = (np.arange(4000) + 0.5) / 2000 - 1
@@ -25,7 +29,10 @@ def test_without_spin_each_strip_is_carters():
 
 def test_lateral_creepage_is_antiplane():
     """The same by vy, with 1 in place of 1 - nu."""
-    x, y = strip(1, 2, 1, 0.3, 1, (0.1, 0, 0)).force[0], strip(1, 2, 1, 0.3, 1, (0, 0.1 / 0.7, 0)).force[1]
+    x, y = (
+        strip(1, 2, 1, 0.3, 1, (0.1, 0, 0)).force[0],
+        strip(1, 2, 1, 0.3, 1, (0, 0.1 / 0.7, 0)).force[1],
+    )
     assert x == pytest.approx(y, rel=1e-12)
 
 
@@ -34,20 +41,30 @@ def test_of_a_wide_contact_both_are_right(rolling, spin, away):
     """a/b = 0.1: within 2 % of f Fz of the exact theory by creepages alone, 6 % with spin."""
     motion = vc.Steady(vx=0.15, vy=0.1, spin=spin)
     surface, bodies = vc.Ellipse(0.3, 3.0), vc.Bodies(G=1.0, nu=0.0)
-    scene = rolling(bodies=bodies, surface=surface, motion=motion, grid=vc.Grid(nx=40, ny=40), friction=0.3)
+    scene = rolling(
+        bodies=bodies, surface=surface, motion=motion, grid=vc.Grid(nx=40, ny=40), friction=0.3
+    )
     limit = 0.3 * vc.solve(scene, certify=None).normal_force
     exact = vc.solve(scene, tangential="newton").force
     creepage = (0.15, 0.1, spin)
-    np.testing.assert_allclose(strip(0.3, 3.0, 1.0, 0.0, limit, creepage).force, exact, atol=away * limit)
+    np.testing.assert_allclose(
+        strip(0.3, 3.0, 1.0, 0.0, limit, creepage).force, exact, atol=away * limit
+    )
     table = creepage_coefficients(0.3, 3.0, 0.0)
-    np.testing.assert_allclose(fastrip(0.3, 3.0, 1.0, limit, creepage, table).force, exact, atol=away * limit)
+    np.testing.assert_allclose(
+        fastrip(0.3, 3.0, 1.0, limit, creepage, table).force, exact, atol=away * limit
+    )
 
 
 @pytest.mark.parametrize("name", ["strip", "fastrip", "polach"])
 def test_on_a_grid(rolling, name):
-    """`solve` by name: tractions within the bound, whose sums tend to the forces of the functions."""
+    """`solve` by name: tractions within the bound, whose sums tend to the forces of the
+    functions.
+    """
     motion = vc.Steady(vx=0.1, vy=-0.05, spin=0.1)
-    scene = rolling(surface=vc.Ellipse(1.2, 0.8), motion=motion, grid=vc.Grid(nx=80, ny=80), friction=0.3)
+    scene = rolling(
+        surface=vc.Ellipse(1.2, 0.8), motion=motion, grid=vc.Grid(nx=80, ny=80), friction=0.3
+    )
     sol = vc.solve(scene, tangential=name, certify=None)
     bodies = scene.bodies
     found = vc.creep_forces(
@@ -55,7 +72,9 @@ def test_on_a_grid(rolling, name):
         **({} if name == "polach" else {"m": 80, "n": 40}),
     )  # fmt: skip
     limit = 0.3 * sol.normal_force
-    np.testing.assert_allclose(sol.force, [found.Fx, found.Fy], atol=5e-3 * limit if name != "polach" else 1e-9 * limit)
+    np.testing.assert_allclose(
+        sol.force, [found.Fx, found.Fy], atol=5e-3 * limit if name != "polach" else 1e-9 * limit
+    )
     if name != "polach":
         assert np.all(np.hypot(*sol.traction) <= sol.traction_bound * (1 + 1e-9))
         assert sol.moment == pytest.approx(found.Mz, abs=5e-3 * limit)
@@ -69,7 +88,9 @@ def test_polach_without_spin_is_simplified_theory():
     for vx in (0.01, 0.1, 1.0):
         L = 8 * 1.2 / (3 * table.C11)
         expected = simplified_force(1.2, 0.8, L, 0.3, vx, 0.0, "elliptic")
-        np.testing.assert_allclose(polach(1.2, 0.8, 1.0, 0.3, (vx, 0.0, 0.0), table), expected, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(
+            polach(1.2, 0.8, 1.0, 0.3, (vx, 0.0, 0.0), table), expected, rtol=1e-12, atol=1e-15
+        )
 
 
 def test_polach_pure_spin_rises_and_falls():

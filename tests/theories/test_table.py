@@ -1,4 +1,6 @@
-"""The table book: its ends in closed form, its symmetries, and its error against exact solutions."""
+"""The table book: its ends in closed form, its symmetries, and its error against exact
+solutions.
+"""
 
 import dataclasses
 
@@ -24,8 +26,8 @@ BOOK = shipped()
 LIMIT = 2.5
 A, B, G = 1.5, 1.2, 3.0
 STATED, FALLEN, FALLEN_WITHOUT_SPIN = 0.01, 0.003, 0.001
-"""What the documentation says: the error of forces and moment, in parts of f Fz; how much the resistance may fall along
-a ray, in parts of its largest value, with spin and without."""
+"""What the documentation says: the error of forces and moment, in parts of f Fz; how much the
+resistance may fall along a ray, in parts of its largest value, with spin and without."""
 
 
 def scales(ratio):
@@ -49,7 +51,9 @@ def forces(triples, a=A, b=B, **options):
 
 def posed(a, b, triple):
     motion = vc.Steady(vx=triple[0], vy=triple[1], spin=triple[2])
-    return make_scene(vc.Ellipse(a=a, b=b), LIMIT, motion, friction=1.0, bodies=vc.Bodies(G=G, nu=0.28))
+    return make_scene(
+        vc.Ellipse(a=a, b=b), LIMIT, motion, friction=1.0, bodies=vc.Bodies(G=G, nu=0.28)
+    )
 
 
 def exact(a, b, triple, accuracy=0.002):
@@ -73,7 +77,9 @@ def test_error_at_random_points_is_below_the_stated_one(seed):
         ratio = np.exp(generator.uniform(np.log(0.2), np.log(5)))
         a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
         triple = creepages(1, seed=1000 * seed + triple_seed, a=a, b=b)[0]
-        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple), rtol=0, atol=STATED + 0.002)
+        np.testing.assert_allclose(
+            forces(triple, a, b), exact(a, b, triple), rtol=0, atol=STATED + 0.002
+        )
 
 
 def test_entries_are_as_accurate_as_they_say():
@@ -108,8 +114,19 @@ def test_symmetries():
 
 
 def test_single_creepages_and_many_are_the_same():
-    """Numbers and arrays go through the same formulas, at corners too: backwards, no creepage, pure spin, one a/b."""
-    corners = [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, 1e9, -1e9]]
+    """Numbers and arrays go through the same formulas, at corners too: backwards, no creepage, pure
+    spin, one a/b.
+    """
+    corners = [
+        [0, 0, 0],
+        [1, 0, 0],
+        [-1, 0, 0],
+        [0, 1, 0],
+        [0, -1, 0],
+        [0, 0, 1],
+        [0, 0, -1],
+        [0, 1e9, -1e9],
+    ]
     triples = np.concatenate([creepages(100), corners])
     many = table_forces(A, B, G, LIMIT, triples)
     few = table_forces(A, B, G, LIMIT, triples[:5])
@@ -127,7 +144,9 @@ def test_single_creepages_and_many_are_the_same():
 
 
 def test_the_exact_problem_takes_more_power_with_more_creepage():
-    """What is asked of the table: between any two creepages the forces change against the change of creepage."""
+    """What is asked of the table: between any two creepages the forces change against the change of
+    creepage.
+    """
     triples = creepages(12, a=1.2, b=0.9)
     rays = np.concatenate([np.outer(np.geomspace(0.1, 10, 12), triple) for triple in triples[:3]])
     scene = dataclasses.replace(posed(1.2, 0.9, triples[0]), grid=vc.Grid(nx=8, ny=8))
@@ -139,7 +158,9 @@ def test_the_exact_problem_takes_more_power_with_more_creepage():
 
 
 def test_it_is_smooth_enough_for_newtons_method():
-    """Differences over a small and a smaller step agree everywhere, across pure spin, no spin and nodes too."""
+    """Differences over a small and a smaller step agree everywhere, across pure spin, no spin and
+    nodes too.
+    """
     unit = LIMIT / (G * A * B) / scales(A / B)
     for point in ([0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, 0.0, 0.0], [0.7, -0.4, 0.9]):
         for axis in np.eye(3):
@@ -152,13 +173,34 @@ def test_it_is_smooth_enough_for_newtons_method():
 
 SOME = creepages(3)
 test_refused_by_name = refusals(
-    (lambda: table_forces(A, B, G, LIMIT, SOME, nu=0.3), "nu = 0.3 is not allowed: must be within 0.01 of the"),
-    (lambda: table_forces(A, B, G, LIMIT, SOME, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
-    (lambda: table_forces(A, B, G, -1.0, SOME), "friction_force = -1.0 is not allowed: must be positive"),
-    (lambda: table_forces(A, B, G, [1.0, 0.0, 2.0], SOME), r"friction_force\[1\] = 0.0 is not allowed: must be"),
-    (lambda: table_forces(A, B, G, [1.0, 2.0, np.nan], SOME), r"friction_force\[2\] = nan is not allowed"),
-    (lambda: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
-    (lambda: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, SOME)), r"creepages\[0, 0\] = nan"),
+    (
+        lambda: table_forces(A, B, G, LIMIT, SOME, nu=0.3),
+        "nu = 0.3 is not allowed: must be within 0.01 of the",
+    ),
+    (
+        lambda: table_forces(A, B, G, LIMIT, SOME, outside="extrapolate"),
+        "outside = 'extrapolate' .* refuse, clamp",
+    ),
+    (
+        lambda: table_forces(A, B, G, -1.0, SOME),
+        "friction_force = -1.0 is not allowed: must be positive",
+    ),
+    (
+        lambda: table_forces(A, B, G, [1.0, 0.0, 2.0], SOME),
+        r"friction_force\[1\] = 0.0 is not allowed: must be",
+    ),
+    (
+        lambda: table_forces(A, B, G, [1.0, 2.0, np.nan], SOME),
+        r"friction_force\[2\] = nan is not allowed",
+    ),
+    (
+        lambda: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)),
+        r"creepages\[1\] = nan is not allowed",
+    ),
+    (
+        lambda: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, SOME)),
+        r"creepages\[0, 0\] = nan",
+    ),
     (lambda: table_forces(A, B, np.nan, LIMIT, SOME), "G = nan is not allowed"),
     (lambda: table_forces(A, B, G, LIMIT, SOME[:, :2]), "creepages has shape"),
     (lambda: table_forces(0.0, B, G, LIMIT, SOME), "a = 0.0 is not allowed"),
@@ -181,7 +223,10 @@ def test_files_that_are_no_book(tmp_path):
     of_another_version = content.replace(b"varcontact table 3", b"varcontact table 9")
     for written, words in (
         (b"words", "cannot be read as a table book"),
-        (of_another_version, "is a 'varcontact table 9' file, not a 'varcontact table 3' one; make"),
+        (
+            of_another_version,
+            "is a 'varcontact table 9' file, not a 'varcontact table 3' one; make",
+        ),
         (damaged, "is damaged: its numbers are not those that were written"),
     ):
         path.write_bytes(written)
@@ -219,12 +264,17 @@ def exact_on_grids(ratio, direction, t):
     """Normalised, on each of the grids of the entries."""
     triple = 1.5 * t / (1 - t) * direction / scales(ratio) * LIMIT / G
     scene = posed(np.sqrt(ratio), 1 / np.sqrt(ratio), triple)
-    solutions = (vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None) for grid in GRIDS)
+    solutions = (
+        vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None)
+        for grid in GRIDS
+    )
     return [np.array([*sol.force, sol.moment]) / LIMIT for sol in solutions]
 
 
 def test_an_entry_is_the_exact_solution(small):
-    coarse, fine, finest = exact_on_grids(float(small.ratios[1]), small.directions[5], magnitudes(2)[0])
+    coarse, fine, finest = exact_on_grids(
+        float(small.ratios[1]), small.directions[5], magnitudes(2)[0]
+    )
     found = fine + (fine - coarse) / (2.25**2 - 1), finest + (finest - fine) / ((16 / 9) ** 2 - 1)
     doubtful = int(np.abs(found[0] - fine).max() > DOUBT)
     np.testing.assert_allclose(small.values[1, 0, 5], found[doubtful], rtol=0, atol=2e-4)
@@ -271,7 +321,10 @@ def test_a_prescribed_force_is_met(scene):
     [
         ({"bodies": vc.Bodies(G=1.0, nu=0.3)}, "its book is for nu = 0.28, and nu is 0.3"),
         ({"surface": vc.Ellipse(a=6.0, b=1.0)}, "its book has a/b from 0.2 to 5, and a/b is 6"),
-        ({"friction": vc.LinearFalling(0.3, 0.2, half_velocity=0.1)}, "it is for one finite coefficient"),
+        (
+            {"friction": vc.LinearFalling(0.3, 0.2, half_velocity=0.1)},
+            "it is for one finite coefficient",
+        ),
     ],
 )
 def test_scenes_that_are_not_in_the_book(scene, changes, words):

@@ -66,7 +66,9 @@ def test_original_coefficients_by_quadrature(ratio):
 
 
 def test_stick_of_the_original_tractions():
-    """The displacements of their tractions follow the creepage in the ellipse of stick: du/dx = vx, by our own A."""
+    """The displacements of their tractions follow the creepage in the ellipse of stick: du/dx = vx,
+    by our own A.
+    """
     nu, a, b = 0.3, 1.0, 1.0
     table = vermeulen_johnson_coefficients(a, b, nu)
     vx = 0.4 * 3 * LIMIT / (a * b * G * table.C11)
@@ -74,23 +76,32 @@ def test_stick_of_the_original_tractions():
     x, y = np.meshgrid(grid.x, grid.y)
     traction = vermeulen_johnson_traction(x, y, a, b, G, LIMIT, (vx, 0.0, 0.0), table)
     u = influence_operator(grid, "xy", "xy", nu=nu).apply(traction / G)[0]
-    middle = u[40, 48:62]  # y near 0; the ellipse of stick has its middle at x = 0.4, and the radius 0.6
+    # y near 0; the ellipse of stick has its middle at x = 0.4, and the radius 0.6
+    middle = u[40, 48:62]
     slope = np.diff(middle) / 0.025
     np.testing.assert_allclose(slope, vx, rtol=0.02)
 
 
-@pytest.mark.parametrize("creepage", [(0.3, 0.0, 0.0), (-0.2, 0.5, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    "creepage", [(0.3, 0.0, 0.0), (-0.2, 0.5, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 0.0)]
+)
 def test_total_of_the_tractions(creepage):
     creepage = UNIT * np.array(creepage)
     grid = vc.Grid(nx=400, ny=400, dx=2 * A / 400, dy=2 * B / 400, x0=-A, y0=-B)
-    traction = vermeulen_johnson_traction(*np.meshgrid(grid.x, grid.y), A, B, G, LIMIT, creepage, TABLE)
+    traction = vermeulen_johnson_traction(
+        *np.meshgrid(grid.x, grid.y), A, B, G, LIMIT, creepage, TABLE
+    )
     total = traction.sum(axis=(1, 2)) * grid.area
-    np.testing.assert_allclose(total, vermeulen_johnson(A, B, G, LIMIT, creepage, TABLE), atol=2e-4 * LIMIT)
+    np.testing.assert_allclose(
+        total, vermeulen_johnson(A, B, G, LIMIT, creepage, TABLE), atol=2e-4 * LIMIT
+    )
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_inverse(xi, eta):
-    """Every mixture: the creepages found give the prescribed forces, and the given creepage stays."""
+    """Every mixture: the creepages found give the prescribed forces, and the given creepage
+    stays.
+    """
     vx, vy = UNIT * xi, UNIT * eta
     Fx, Fy = vermeulen_johnson(A, B, G, LIMIT, (vx, vy, 0.0), TABLE)
     mixtures = [{"Fx": Fx, "vy": vy}, {"vx": vx, "Fy": Fy}, {"vx": vx, "vy": vy}]
@@ -108,7 +119,9 @@ def test_inverse(xi, eta):
 
 
 def test_near_saturation():
-    back = vermeulen_johnson_creepage(A, B, G, LIMIT, TABLE, Fx=0.6 * 0.999 * LIMIT, Fy=-0.8 * 0.999 * LIMIT)
+    back = vermeulen_johnson_creepage(
+        A, B, G, LIMIT, TABLE, Fx=0.6 * 0.999 * LIMIT, Fy=-0.8 * 0.999 * LIMIT
+    )
     force = vermeulen_johnson(A, B, G, LIMIT, back, TABLE)
     np.testing.assert_allclose(force, [0.5994 * LIMIT, -0.7992 * LIMIT], rtol=1e-12)
     with pytest.raises(vc.Saturated):
@@ -119,21 +132,31 @@ test_bad_input = refusals(
     (lambda: vermeulen_johnson(A, B, G, LIMIT, (0, 0, 1e-9), TABLE), "spin = 1e-09"),
     (lambda: vermeulen_johnson(A, B, G, 0.0, (0, 0, 0), TABLE), "friction_force = 0"),
     (lambda: vermeulen_johnson(A, B, G, LIMIT, 1.0, TABLE), "creepages"),
-    (lambda: vermeulen_johnson_creepage(A, B, G, LIMIT, TABLE, vy=1.0, Fy=0.0), "vy and Fy are both given"),
+    (
+        lambda: vermeulen_johnson_creepage(A, B, G, LIMIT, TABLE, vy=1.0, Fy=0.0),
+        "vy and Fy are both given",
+    ),
     (lambda: vermeulen_johnson_creepage(A, B, G, -1.0, TABLE, Fy=0.0), "friction_force = -1"),
     (lambda: vermeulen_johnson_coefficients(A, 0.0, 0.3), "b = 0"),
     (lambda: vermeulen_johnson_coefficients(A, B, 0.6), "nu = 0.6"),
     (lambda: vermeulen_johnson_traction(np.nan, 0, A, B, G, LIMIT, (0, 0, 0), TABLE), "x = nan"),
     (lambda: vermeulen_johnson_traction(0, 0, A, B, G, LIMIT, (0, 0, 1), TABLE), "spin = 1"),
-    (lambda: vermeulen_johnson_traction(0, 0, A, B, G, LIMIT, np.zeros((2, 3)), TABLE), "creepage has shape"),
+    (
+        lambda: vermeulen_johnson_traction(0, 0, A, B, G, LIMIT, np.zeros((2, 3)), TABLE),
+        "creepage has shape",
+    ),
 )
 
 
 def test_friction_ahead_of_the_ellipse_of_stick_does_negative_work():
-    """There the theory's tractions have the direction of the slip: on finer grids the part stays, and it is told so."""
+    """There the theory's tractions have the direction of the slip: on finer grids the part stays,
+    and it is told so.
+    """
     parts = []
     for cells in (24, 48):
-        scene = make_scene(vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.03), grid=vc.Grid(nx=cells, ny=cells))
+        scene = make_scene(
+            vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.03), grid=vc.Grid(nx=cells, ny=cells)
+        )
         sol = vc.solve(scene, tangential="vermeulen-johnson")
         assert vc.solve(scene).negative_work == 0.0
         assert "do not oppose slip" in sol.report()

@@ -15,9 +15,14 @@ WHEELSET = WheelSet(wheel=WHEEL)
 
 
 def manchester():
-    """The positions of the Manchester benchmark's case A-2.2 with the results of CONTACT, as published with it."""
+    """The positions of the Manchester benchmark's case A-2.2 with the results of CONTACT, as
+    published with it.
+    """
     with open(DATA / "manchester_a22.csv", newline="") as file:
-        return [{k: v if k == "side" else float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+        return [
+            {k: v if k == "side" else float(v) for k, v in row.items()}
+            for row in csv.DictReader(file)
+        ]
 
 
 def published(side, y):
@@ -58,7 +63,9 @@ def cone(slope=0.05, half=40.0):
 def flat_track(rail, height=1.0):
     """A track whose rail tops are at y = 750 mm, above the middles of the wheels."""
     track = Track(rail=rail, gauge_height=height)
-    return Track(rail=rail, gauge_height=height, gauge=2 * (750.0 + track.gauge / 2 - track.origin[0]))
+    return Track(
+        rail=rail, gauge_height=height, gauge=2 * (750.0 + track.gauge / 2 - track.origin[0])
+    )
 
 
 def wheel(y=0.0, roll=0.0, yaw=0.0, **more):

@@ -33,7 +33,9 @@ def test_the_curve_on_which_the_first_function_is_zero_may_turn_back(sign):
 
 
 def test_without_a_root_the_nearest_point_is_known():
-    lattice = Lattice(lambda x: np.array([2.5 - x[0], 2.0 + x[1] ** 2]) if abs(x[1]) < 9 else None, 400)
+    lattice = Lattice(
+        lambda x: np.array([2.5 - x[0], 2.0 + x[1] ** 2]) if abs(x[1]) < 9 else None, 400
+    )
     assert list(lattice.brackets(2)) == []
     number, point, value = lattice.nearest
     assert (number, point.tolist(), value) == (1, [2.5, 0.0], 2.0)

@@ -61,8 +61,16 @@ def test_it_is_the_case_in_python(tmp_path):
     (case,) = found.cases
     assert found.options == {"tol": 1e-5, "tangential": "newton"}
     assert found.archard is None
-    assert (case.side, case.vertical_force, case.with_friction, case.dx, case.dy) == ("left", 50e3, False, 0.4, None)
-    assert case.friction == ExponentialFalling(static=0.4, kinetic=0.2, half_velocity=10.0, velocity=2e4)
+    assert (case.side, case.vertical_force, case.with_friction, case.dx, case.dy) == (
+        "left",
+        50e3,
+        False,
+        0.4,
+        None,
+    )
+    assert case.friction == ExponentialFalling(
+        static=0.4, kinetic=0.2, half_velocity=10.0, velocity=2e4
+    )
     assert case.bodies.combined_G == pytest.approx(210e3 / 2.6)
     assert case.position == Position(y=2.0, roll=1e-3)
     assert case.velocity == Velocity(speed=20e3, pitch_rate=-40.0)
@@ -76,7 +84,9 @@ def test_a_sequence_of_both_wheels(tmp_path):
     found = read(
         tmp_path,
         'side = "both"\n'
-        + CASE.replace("yaw = 1e-3", "yaw = { from = 0.0, to = 0.01, count = 3 }").replace("20e3", "[1e4, 2e4, 3e4]"),
+        + CASE.replace("yaw = 1e-3", "yaw = { from = 0.0, to = 0.01, count = 3 }").replace(
+            "20e3", "[1e4, 2e4, 3e4]"
+        ),
     )
     assert found.numbers == (1, 1, 2, 2, 3, 3)
     assert [case.side for case in found.cases] == ["left", "right"] * 3
@@ -124,12 +134,16 @@ def test_many_wheels_side_by_side_have_the_rows_of_each_alone(tmp_path):
         (each,) = own.patches
         assert (row["outcome"], row["z"]) == ("solved", pytest.approx(own.z, abs=1e-9))
         wanted = [each.normal_force, *each.force[:2]]
-        assert row[["FN", "Fx", "Fs"]].tolist() == pytest.approx(wanted, abs=1e-7 * each.normal_force)
+        assert row[["FN", "Fx", "Fs"]].tolist() == pytest.approx(
+            wanted, abs=1e-7 * each.normal_force
+        )
         assert row["Mz"] == pytest.approx(each.moment, rel=1e-6)
 
 
 def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
-    """A wheel that cannot be solved has a row with the reason; Ctrl-C keeps the finished ones; none is solved twice."""
+    """A wheel that cannot be solved has a row with the reason; Ctrl-C keeps the finished ones; none
+    is solved twice.
+    """
     found, store = read(tmp_path, CASE), tmp_path / "table.csv"
     told = []
 
@@ -142,7 +156,9 @@ def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
         solve_cases(found, store, stopping)
     assert stopped.value.partial["y"].tolist() == [1.0]
     table = solve_cases(found, store, told.append)
-    assert told == [f"{done} of 3 wheels, y = {y} mm, right" for done, y in ((0, 1), (1, 2), (1, 2), (2, 900))]
+    assert told == [
+        f"{done} of 3 wheels, y = {y} mm, right" for done, y in ((0, 1), (1, 2), (1, 2), (2, 900))
+    ]
     assert tuple(table.columns) == COLUMNS
     assert table["outcome"].tolist() == ["solved", "solved", "refused"]
     assert "the wheel is beside the rail" in table["reason"][2]
@@ -152,20 +168,38 @@ def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
     own = found.cases[1].solve()
     (each,) = own.patches
     row = table.loc[1]
-    assert (row["FN"], row["Fx"], row["Fs"], row["Mz"]) == (each.normal_force, *each.force[:2], each.moment)
+    assert (row["FN"], row["Fx"], row["Fs"], row["Mz"]) == (
+        each.normal_force,
+        *each.force[:2],
+        each.moment,
+    )
     assert tuple(row[["track_Fx", "track_Fy", "track_Fz"]]) == tuple(own.force)
-    assert (row["vx"], row["spin"], row["z"]) == (each.patch.creepage.vx, each.patch.creepage.spin, own.z)
+    assert (row["vx"], row["spin"], row["z"]) == (
+        each.patch.creepage.vx,
+        each.patch.creepage.spin,
+        own.z,
+    )
     assert row["T_gamma"] == each.solution.power
 
 
 def test_a_table_goes_on_where_positions_come_again(tmp_path):
-    """There and back: each position has its rows once, and the numbers of the case file as it is now."""
-    there_and_back, store = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[1.0, 2.0, 1.0]")), tmp_path / "table.csv"
+    """There and back: each position has its rows once, and the numbers of the case file as it is
+    now.
+    """
+    there_and_back, store = (
+        read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[1.0, 2.0, 1.0]")),
+        tmp_path / "table.csv",
+    )
     table = solve_cases(there_and_back, store)
     assert table[["position", "y"]].to_numpy().tolist() == [[1, 1.0], [2, 2.0], [3, 1.0]]
     assert solve_cases(there_and_back, store).to_csv() == table.to_csv()
     longer = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[0.0, 1.0, 2.0, 1.0]"))
-    assert solve_cases(longer, store)[["position", "y"]].to_numpy().tolist() == [[1, 0], [2, 1], [3, 2], [4, 1]]
+    assert solve_cases(longer, store)[["position", "y"]].to_numpy().tolist() == [
+        [1, 0],
+        [2, 1],
+        [3, 2],
+        [4, 1],
+    ]
 
 
 def interrupted(file, store, wheels):
@@ -212,7 +246,8 @@ def test_a_table_of_other_cases_is_refused(tmp_path):
     one = CASE.replace("[1.0, 2.0, 9e2]", "1.0")
     solve_cases(read(tmp_path, one), tmp_path / "table.csv")
     with pytest.raises(
-        SceneError, match=r"has a wheel that is not in the case file as it is now \(position 1, y = 1 mm"
+        SceneError,
+        match=r"has a wheel that is not in the case file as it is now \(position 1, y = 1 mm",
     ):
         solve_cases(read(tmp_path, "friction = 0.2" + one), tmp_path / "table.csv")
 

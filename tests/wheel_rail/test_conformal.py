@@ -1,4 +1,6 @@
-"""Wheels on rails with curved reference surfaces: CONTACT's numbers, symmetry, the limit of planes, refusals."""
+"""Wheels on rails with curved reference surfaces: CONTACT's numbers, symmetry, the limit of planes,
+refusals.
+"""
 
 import json
 import warnings
@@ -20,22 +22,33 @@ NO_KINKS = np.zeros(0, dtype=int)
 
 
 def on_flange_root(**changes):
-    """The wheel of the Manchester benchmark, 6 mm towards the rail: three parts, one of them at 25 degrees."""
+    """The wheel of the Manchester benchmark, 6 mm towards the rail: three parts, one of them at 25
+    degrees.
+    """
     usual = {"vertical_force": 50e3, "dx": 0.4, "dy": 0.4, "join": 6.0, "separate": 9.0}
-    rolling = {"track": Track(rail=RAIL, cant=0.025), "velocity": Velocity(speed=2000.0, pitch_rate=-4.3481124)}
+    rolling = {
+        "track": Track(rail=RAIL, cant=0.025),
+        "velocity": Velocity(speed=2000.0, pitch_rate=-4.3481124),
+    }
     return wheel(6.0, **usual | rolling | changes)
 
 
 def groove(dx=0.2):
-    """A wheel with a round tread of radius 10 mm in a groove of radius 10.1 mm: place, and scene, as of CONTACT."""
+    """A wheel with a round tread of radius 10 mm in a groove of radius 10.1 mm: place, and scene,
+    as of CONTACT.
+    """
     angle, z = np.linspace(-1.2, 1.2, 241), CONTACT["groove"]["z"]
     arcs = [np.stack([R * np.sin(angle), -R * (1 - np.cos(angle))], axis=1) for R in (10.1, 10.0)]
     rail, tread = spline(arcs[0], NO_KINKS, 0.0), spline(arcs[1] + [0.0, 420.0], NO_KINKS, 0.0)
     overlaps = contact_locus(tread, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
     axle = np.array([0.0, 0.0, z - 420.0])
     tangent = tangent_of(overlaps, rail)
-    place = reference_surface(overlaps, tangent, tread, rail, np.eye(3), axle, (dx, dx), curved=True)
-    body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
+    place = reference_surface(
+        overlaps, tangent, tread, rail, np.eye(3), axle, (dx, dx), curved=True
+    )
+    body = RigidBody(
+        position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0]
+    )
     scene = make_scene(
         vc.SampledDistance(place.distance, inclination=place.inclination),
         None,
@@ -54,7 +67,8 @@ def test_reference_surface_and_distance_in_a_groove_are_those_of_contact():
     rows = slice(rows.start, rows.start + len(known["alpha"]))
     np.testing.assert_allclose(place.inclination[rows], known["alpha"], atol=1e-5)
     middle = int(np.abs(grid.x).argmin())
-    np.testing.assert_allclose(place.distance[rows, middle], known["distance"], atol=5e-5)  # its profile's noise
+    # its profile's noise
+    np.testing.assert_allclose(place.distance[rows, middle], known["distance"], atol=5e-5)
     assert place.approach == pytest.approx(known["pen"], rel=1e-9)
     solution = vc.solve(scene)
     assert solution.pressure.sum() * grid.area == pytest.approx(known["Fn"], rel=5e-4)
@@ -69,8 +83,11 @@ def test_a_wheel_in_a_groove_is_its_own_mirror_image():
     _, scene = groove(0.4)
     solution = vc.solve(scene)
     assert abs(solution.Fy) < 1e-6 * solution.normal_force
-    np.testing.assert_allclose(solution.pressure, solution.pressure[::-1], atol=1e-5 * solution.max_pressure)
-    assert solution.scene.motion.rigid_slip[0].std() > 1e-4  # spin varies: the wheel rolls at many radii
+    np.testing.assert_allclose(
+        solution.pressure, solution.pressure[::-1], atol=1e-5 * solution.max_pressure
+    )
+    # spin varies: the wheel rolls at many radii
+    assert solution.scene.motion.rigid_slip[0].std() > 1e-4
 
 
 def test_forces_on_the_flange_root_are_those_of_contact():
@@ -84,10 +101,14 @@ def test_forces_on_the_flange_root_are_those_of_contact():
 
 @pytest.mark.slow
 def test_a_curved_surface_has_the_error_bars_of_a_plane():
-    """By default: they hold against elements of two sizes, of which the errors are of the first order."""
+    """By default: they hold against elements of two sizes, of which the errors are of the first
+    order.
+    """
     rail = round_rail(20.0, half=15.0)
     hollow = Profile(y=rail.y, z=20.8 - np.sqrt(20.8**2 - rail.y**2), kind="wheel", kinks=[])
-    case = wheel(yaw=2e-3, track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=130e3)
+    case = wheel(
+        yaw=2e-3, track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=130e3
+    )
     found = case.solve()
     coarse, fine = (replace(case, conformal=True, dx=dx, dy=0.2).solve().force for dx in (0.8, 0.4))
     assert found.patches[0].patch.scene.conformal
@@ -98,11 +119,19 @@ def test_a_curved_surface_has_the_error_bars_of_a_plane():
 def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
     rail = round_rail(20.0, half=15.0)
     hollow = Profile(y=rail.y, z=20.5 - np.sqrt(20.5**2 - rail.y**2), kind="wheel", kinks=[])
-    case = wheel(track=flat_track(rail), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, dx=1.0, dy=1.0)
+    case = wheel(
+        track=flat_track(rail),
+        wheelset=WheelSet(wheel=hollow),
+        vertical_force=100e3,
+        dx=1.0,
+        dy=1.0,
+    )
     with pytest.warns(ConformalContact) as caught:
         planar = replace(case, conformal=False).solve()
     told = [str(each.message) for each in caught]
-    assert any("the rail's radius of curvature 20 mm, less than 3 times as much" in text for text in told)
+    assert any(
+        "the rail's radius of curvature 20 mm, less than 3 times as much" in text for text in told
+    )
     assert any("the wheel's radius of curvature 20.5 mm" in text for text in told)
     assert all(text.startswith("conformal contact: the patch at y = 750 mm is ") for text in told)
     with warnings.catch_warnings():
@@ -111,14 +140,17 @@ def test_auto_takes_curved_surfaces_where_a_plane_would_be_warned_of():
         wheel(vertical_force=20e3).solve()
     np.testing.assert_array_equal(auto.force, curved.force)
     assert auto.force[2] == pytest.approx(100e3, rel=1e-6)
-    assert auto.force[0] < -1e3 < planar.force[0] < 1.0  # on a plane nothing slips; here the radius varies
+    # on a plane nothing slips; here the radius varies
+    assert auto.force[0] < -1e3 < planar.force[0] < 1.0
     exact = replace(case, dx=None, dy=None).solve(accuracy=0.05)
     assert exact.patches[0].patch.scene.conformal
     assert exact.patches[0].solution.error_estimate.largest <= 0.025  # half is for the load
     fine = replace(case, dx=0.5, dy=0.5, conformal=True).solve()
     np.testing.assert_allclose(exact.force[:2], fine.force[:2], atol=0.05 * case.friction * 100e3)
     moment, lever = auto.moment_on_wheelset, auto.patches[0].patch.location[1] - case.position.y
-    assert moment[0] == pytest.approx(-lever * auto.force[2] + auto.force[1] * case.wheelset.radius, rel=1e-3)
+    assert moment[0] == pytest.approx(
+        -lever * auto.force[2] + auto.force[1] * case.wheelset.radius, rel=1e-3
+    )
 
 
 def test_a_narrow_patch_is_the_same_on_a_plane_and_on_a_curved_surface():

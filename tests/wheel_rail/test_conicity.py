@@ -1,9 +1,11 @@
-"""Rolling radius difference and equivalent conicity: closed forms, and the published results of EN 15302.
+"""Rolling radius difference and equivalent conicity: closed forms, and the published results of EN
+15302.
 
-EN 15302:2021 has reference profiles, their rolling radius differences and equivalent conicities (appendices I, J and
-K), for a program to be judged by. They were taken from github.com/rohrbecka/EN15302; those of wheels A and B agree with
-the standard's edition of 2008 in github.com/criogenox/B_ECC-Equivalent-Conicity-Calculation but for 0.03 mm and, where
-contact jumps, 0.03.
+EN 15302:2021 has reference profiles, their rolling radius differences and equivalent conicities
+(appendices I, J and K), for a program to be judged by. They were taken from
+github.com/rohrbecka/EN15302; those of wheels A and B agree with the standard's edition of 2008 in
+github.com/criogenox/B_ECC-Equivalent-Conicity-Calculation but for 0.03 mm and, where contact jumps,
+0.03.
 """
 
 import tomllib
@@ -40,15 +42,23 @@ def arc(start, radius, y0, z0):
 def profile(kind, *sections, last):
     """z down, from sections with the y at which they begin."""
     starts = [start for start, _ in sections]
-    y = [np.arange(a, b - 0.5 * STEP, STEP) for a, b in zip(starts, [*starts[1:], last], strict=True)]
+    y = [
+        np.arange(a, b - 0.5 * STEP, STEP) for a, b in zip(starts, [*starts[1:], last], strict=True)
+    ]
     z = [shape(part) for part, (_, shape) in zip(y, sections, strict=True)]
     return Profile(y=np.concatenate(y), z=np.concatenate(z), kind=kind)
 
 
 def wheel(third, throat, *tread):
     """A wheel of the standard: the flange of S1002, a throat of 14 mm, and its own tread."""
-    flange = [arc(-70.0, 20.5, -49.5, 9.5193), arc(-62.7647, 12.0, -55.0, 16.0), arc(-49.6625, 20.0, -58.5583, 8.8349)]
-    return WheelSet(wheel=profile("wheel", *flange, line(third, -93.5767, 2.7475), throat, *tread, last=60.0))
+    flange = [
+        arc(-70.0, 20.5, -49.5, 9.5193),
+        arc(-62.7647, 12.0, -55.0, 16.0),
+        arc(-49.6625, 20.0, -58.5583, 8.8349),
+    ]
+    return WheelSet(
+        wheel=profile("wheel", *flange, line(third, -93.5767, 2.7475), throat, *tread, last=60.0)
+    )
 
 
 ROOT = np.sqrt(120.0**2 - 5.0**2)
@@ -97,7 +107,9 @@ STANDARD = tomllib.loads((DATA / "en_15302.toml").read_text())
 
 @pytest.fixture(scope="module")
 def track():
-    """The rails' origins are 750 mm from the middle; the standard gives the gauge that makes as 1435.16 mm."""
+    """The rails' origins are 750 mm from the middle; the standard gives the gauge that makes as
+    1435.16 mm.
+    """
     gauge = 1500.0 - 2 * (Track(rail=RAIL).origin[0] - 1435.0 / 2)
     assert gauge == pytest.approx(1435.16, abs=0.006)
     return Track(rail=RAIL, gauge=gauge)
@@ -105,7 +117,9 @@ def track():
 
 @pytest.mark.parametrize("name", WHEELS)
 def test_rolling_radius_differences_of_the_standard(track, name):
-    """To 8 micrometres, up to the flange, where a micrometre of displacement makes some 20 of the radius."""
+    """To 8 micrometres, up to the flange, where a micrometre of displacement makes some 20 of the
+    radius.
+    """
     y, wanted = np.array([STANDARD[name]["y"], STANDARD[name]["difference"]])
     found = rolling_radius_difference(track, WHEELS[name], y)
     assert found == pytest.approx(wanted, abs=0.008)
@@ -114,7 +128,9 @@ def test_rolling_radius_differences_of_the_standard(track, name):
 
 @pytest.mark.parametrize("name", WHEELS)
 def test_equivalent_conicities_of_the_standard(track, name):
-    """The standard allows 0.05, or half of the conicity. Those of B, H and I depend on where contact jumps."""
+    """The standard allows 0.05, or half of the conicity. Those of B, H and I depend on where
+    contact jumps.
+    """
     amplitudes, wanted = STANDARD[name]["amplitude"], STANDARD[name]["conicity"]
     found = equivalent_conicity(track, WHEELS[name], amplitudes)
     assert found == pytest.approx(wanted, abs=0.001 if name == "A" else 0.017)
@@ -130,11 +146,18 @@ def test_cones_have_their_slope():
 def hollow(radius, slope):
     """A circular wheel, hollow, that falls to the outside in the middle of its tread."""
     y, y0 = np.linspace(-35.0, 35.0, 701), radius * slope / np.sqrt(1 + slope**2)
-    return Profile(y=y, z=np.sqrt(radius**2 - y0**2) - np.sqrt(radius**2 - (y - y0) ** 2), kind="wheel", kinks=[])
+    return Profile(
+        y=y,
+        z=np.sqrt(radius**2 - y0**2) - np.sqrt(radius**2 - (y - y0) ** 2),
+        kind="wheel",
+        kinks=[],
+    )
 
 
 def test_circles_in_closed_form():
-    """They touch on the line through both centres; for small amplitudes the slope there counts R/(R - r) times."""
+    """They touch on the line through both centres; for small amplitudes the slope there counts R/(R
+    - r) times.
+    """
     rail, radius, slope = 300.0, 500.0, 0.01
     track, wheelset = flat_track(round_rail(rail)), WheelSet(wheel=hollow(radius, slope))
     y = np.array([0.5, 2.0, 5.0])
@@ -143,23 +166,33 @@ def test_circles_in_closed_form():
     def below(apart):
         return np.sqrt(radius**2 - (radius / (radius - rail) * apart) ** 2)
 
-    assert rolling_radius_difference(track, wheelset, y) == pytest.approx(below(y0 - y) - below(y0 + y), abs=2e-5)
-    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(slope * (radius / (radius - rail)) ** 2, rel=1e-3)
+    assert rolling_radius_difference(track, wheelset, y) == pytest.approx(
+        below(y0 - y) - below(y0 + y), abs=2e-5
+    )
+    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(
+        slope * (radius / (radius - rail)) ** 2, rel=1e-3
+    )
 
 
 def test_what_turns_away_from_the_middle_has_a_negative_conicity():
     """A cone the other way round, and circles in closed form, as above; cylinders have none."""
     track = flat_track(round_rail())
-    assert equivalent_conicity(track, WheelSet(wheel=cone(-0.05)), [0.5, 2.0]) == pytest.approx(-0.05, rel=1e-5)
+    assert equivalent_conicity(track, WheelSet(wheel=cone(-0.05)), [0.5, 2.0]) == pytest.approx(
+        -0.05, rel=1e-5
+    )
     assert equivalent_conicity(track, WheelSet(wheel=cone(0.0)), 2.0) == 0.0
     wheelset, slope = WheelSet(wheel=hollow(500.0, -0.01)), 0.01
-    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(-slope * (500.0 / 200.0) ** 2, rel=1e-3)
+    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(
+        -slope * (500.0 / 200.0) ** 2, rel=1e-3
+    )
 
 
 def test_hollow_wheels_have_conicities_at_all_amplitudes():
-    """Radii differ by about -2 c y + 2 k y^3, which turns away below 3 mm: the wave is that of the integrated motion.
+    """Radii differ by about -2 c y + 2 k y^3, which turns away below 3 mm: the wave is that of the
+    integrated motion.
 
-    Below, it is the opposite difference's; where the motion does not reach the middle, it is linearised.
+    Below, it is the opposite difference's; where the motion does not reach the middle, it is
+    linearised.
     """
     slope, growth = 0.02, 0.02 / 9.0
     y = np.linspace(-9.0, 9.0, 901)
@@ -191,14 +224,20 @@ def test_hollow_wheels_have_conicities_at_all_amplitudes():
 
 
 def test_s1002_on_60e1():
-    """The difference is that of the patches when both wheels hardly touch; the conicity is measured, not published."""
+    """The difference is that of the patches when both wheels hardly touch; the conicity is
+    measured, not published.
+    """
     track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
     radii = []
     for side in ("left", "right"):
-        case = WheelOnRail(track=track, wheelset=wheelset, side=side, position=Position(y=3.0), z=0.0)
+        case = WheelOnRail(
+            track=track, wheelset=wheelset, side=side, position=Position(y=3.0), z=0.0
+        )
         (patch,) = case.patches(case.touching + 1e-4)
         radii.append(patch.rolling_radius)
-    assert rolling_radius_difference(track, wheelset, 3.0) == pytest.approx(radii[1] - radii[0], abs=2e-3)
+    assert rolling_radius_difference(track, wheelset, 3.0) == pytest.approx(
+        radii[1] - radii[0], abs=2e-3
+    )
     assert equivalent_conicity(track, wheelset, 3.0) == pytest.approx(0.174, abs=0.001)
 
 

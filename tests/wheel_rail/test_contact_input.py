@@ -1,4 +1,6 @@
-"""Input files of CONTACT's module 1: as wheels on rails they give what CONTACT publishes of the same input."""
+"""Input files of CONTACT's module 1: as wheels on rails they give what CONTACT publishes of the
+same input.
+"""
 
 import csv
 import inspect
@@ -13,7 +15,13 @@ import varcontact as vc
 from tests.command import assert_bad_input, run
 from tests.scenes import refused
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, benchmark, manchester
-from varcontact.wheel_rail import DoubtfulProfile, Position, ProfileSlices, Velocity, read_contact_input
+from varcontact.wheel_rail import (
+    DoubtfulProfile,
+    Position,
+    ProfileSlices,
+    Velocity,
+    read_contact_input,
+)
 from varcontact.wheel_rail.case_file import read_case
 
 CASE = """
@@ -59,10 +67,14 @@ def read(folder, *changes, text=CASE):
 
 
 @pytest.mark.parametrize(
-    "row", [row for row in manchester() if row["y_ws"] in (0, 5, 9)], ids=lambda row: f"{row['side']} {row['y_ws']:g}"
+    "row",
+    [row for row in manchester() if row["y_ws"] in (0, 5, 9)],
+    ids=lambda row: f"{row['side']} {row['y_ws']:g}",
 )
 def test_the_benchmark_has_the_forces_that_contact_publishes(folder, row):
-    """Case A-2.2 as an input file of CONTACT; its FZ is all forces on the rail, those of friction included."""
+    """Case A-2.2 as an input file of CONTACT; its FZ is all forces on the rail, those of friction
+    included.
+    """
     (wheel,) = read(
         folder,
         (" 1203100 ", f" {'1' if row['side'] == 'right' else '0'}203100 "),
@@ -70,7 +82,17 @@ def test_the_benchmark_has_the_forces_that_contact_publishes(folder, row):
         (RATES, f" 0.0 0.0 {row['pitch_rate']} "),
     )
     expected = benchmark(row)
-    for name in ("side", "position", "velocity", "bodies", "friction", "dx", "dy", "join", "separate"):
+    for name in (
+        "side",
+        "position",
+        "velocity",
+        "bodies",
+        "friction",
+        "dx",
+        "dy",
+        "join",
+        "separate",
+    ):
         assert getattr(wheel, name) == getattr(expected, name), name
     np.testing.assert_array_equal(wheel.wheelset.wheel.y, WHEEL.y)
     if (row["side"], row["y_ws"]) == ("right", 5):
@@ -99,19 +121,32 @@ def test_a_rail_may_be_placed_by_its_origin(folder):
 
 
 def test_what_a_case_does_not_give_is_kept(folder):
-    """E = 1, 2: position, and velocity; Z = 0 to 2: parts of the track; a skipped case gives what the next keeps."""
+    """E = 1, 2: position, and velocity; Z = 0 to 2: parts of the track; a skipped case gives what
+    the next keeps.
+    """
     head = "  1 MODULE\n 1203100  C-P-B-T-N-F-S\n {}  V-L-D-C-M-Z-E\n 0101331  H-G-I-A-O-W-R\n"
     more = head.format("0100001") + " 0.0 3.0 20000. 0.01 90d 0.0\n"
     more = more.replace("90d", "0.5d")
-    more += head.format("0100012") + " 16.0 0 1435. 0.025\n 0.0 -3.0 20000. 0 0 0\n 1000. 1 2 0.1 0.2 -2.\n"
+    more += (
+        head.format("0100012")
+        + " 16.0 0 1435. 0.025\n 0.0 -3.0 20000. 0 0 0\n 1000. 1 2 0.1 0.2 -2.\n"
+    )
     more += head.format("0120020") + " 0.5 0.4 1.0 90d 9.0 5.0 11.0\n 0 0 0 0 0 0\n"
     first, moved, rolling, finer = read(folder, ("\n  0 MODULE", "\n" + more + "  0 MODULE"))
     assert moved.position == Position(y=3.0, roll=0.01, yaw=np.radians(0.5))
     assert (moved.vertical_force, moved.velocity, moved.friction) == (20000.0, first.velocity, 0.3)
     assert moved.track.gauge_height == 14.0
     assert (rolling.track.gauge_height, rolling.track.cant) == (16.0, 0.025)
-    assert rolling.velocity == Velocity(speed=1000.0, lateral=1, vertical=2, roll_rate=0.1, yaw_rate=0.2, pitch_rate=-2)
-    assert (finer.dx, finer.dy, finer.separate, finer.join, finer.turn) == (0.5, 0.4, 9.0, 5.0, 11.0)
+    assert rolling.velocity == Velocity(
+        speed=1000.0, lateral=1, vertical=2, roll_rate=0.1, yaw_rate=0.2, pitch_rate=-2
+    )
+    assert (finer.dx, finer.dy, finer.separate, finer.join, finer.turn) == (
+        0.5,
+        0.4,
+        9.0,
+        5.0,
+        11.0,
+    )
     assert (finer.position, finer.track.rail) == (rolling.position, first.track.rail)
     skipped = [("\n  0 MODULE", "\n" + more + "  0 MODULE"), (" 0001331 ", " 0001333 ")]
     assert [wheel.position.y for wheel in read(folder, *skipped)] == [3.0, -3.0, -3.0]
@@ -130,7 +165,9 @@ RIG = (
 
 @pytest.mark.parametrize("mirrored", ["-1", "0", ""])
 def test_a_roller_in_a_groove_of_a_rig(folder, mirrored):
-    """FBDIST = 0: the only wheel is in the middle; the pressure is that of Hertz, not that on a rail turned over."""
+    """FBDIST = 0: the only wheel is in the middle; the pressure is that of Hertz, not that on a
+    rail turned over.
+    """
     y = np.linspace(-15.0, 15.0, 301)
     np.savetxt(folder / "groove.csv", np.stack([y, np.sqrt(20.0**2 - y**2) - 20.0], axis=1))
     ball = np.linspace(-9.0, 9.0, 181)
@@ -149,7 +186,9 @@ def test_a_roller_in_a_groove_of_a_rig(folder, mirrored):
 def test_laws_and_no_friction(folder):
     law = ("  0.300   0.300 ", " 0.2 0.1 50. 0. 1.\n 0.0 1.0 ")
     (wheel,) = read(folder, law, (" 0022033 ", " 0222033 "))
-    assert wheel.friction == vc.LinearFalling(static=0.2 + 0.1, kinetic=0.2, half_velocity=50.0, velocity=2000.0)
+    assert wheel.friction == vc.LinearFalling(
+        static=0.2 + 0.1, kinetic=0.2, half_velocity=50.0, velocity=2000.0
+    )
     (smooth,) = read(folder, (" 1203100 ", " 1200100 "))
     assert smooth.friction == 0.0
 
@@ -179,18 +218,24 @@ def test_profiles_are_mirrored_scaled_and_smoothed(folder):
 
 
 def test_the_older_smoothing_passes_the_same_waves(folder):
-    """ISMOOTH = 0 minimises the sum of squared distances plus SMOOTH times the integral of the squared curvature."""
+    """ISMOOTH = 0 minimises the sum of squared distances plus SMOOTH times the integral of the
+    squared curvature.
+    """
     y = np.arange(-40.0, 40.0 + 1e-9, 0.25)
     length, size = 6.0, 0.01
     wave = size * np.sin(2 * np.pi * y / length)
     np.savetxt(folder / "wave.csv", np.stack([y, y**2 / 600 + wave], axis=1))
     weight = (length / (2 * np.pi)) ** 4 / 0.25
     low = (TRACK, " 1.0 0 1435. 0.0 ")
-    (wheel,) = read(folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", f"'wave.csv' 0 1.0 {weight!r} -1 "))
+    (wheel,) = read(
+        folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", f"'wave.csv' 0 1.0 {weight!r} -1 ")
+    )
     middle = np.abs(y) < 12
     passed = wheel.track.rail.z_at(y[middle]) - y[middle] ** 2 / 600
     assert np.ptp(passed) == pytest.approx(size, rel=0.02)
-    (barely,) = read(folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", "'wave.csv' 0 1.0 1e-6 -1 "))
+    (barely,) = read(
+        folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", "'wave.csv' 0 1.0 1e-6 -1 ")
+    )
     assert barely.track.rail.smoothing == 0.0
 
 
@@ -248,7 +293,9 @@ FEATURES = """ -100.0  -1.0  0.0  40.0  999.0
 def test_slices_of_one_profile_are_that_profile(folder):
     (known,) = read(folder)
     (folder / "rail.slcs").write_text(SLICES.format(features=0))
-    (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "), (PLACE, PLACE.replace("0.0", "20.", 1)))
+    (found,) = read(
+        folder, ("'rail.csv' ", "'rail.slcs' "), (PLACE, PLACE.replace("0.0", "20.", 1))
+    )
     assert found.position.s == 20.0
     assert list(found.track.rail.positions) == [-100.0, 0.0, 150.0]
     assert found.touching == known.touching
@@ -256,17 +303,25 @@ def test_slices_of_one_profile_are_that_profile(folder):
 
 def test_slices_of_the_second_method_are_control_points(folder):
     text = SLICES.format(features=0)
-    (folder / "rail.slcs").write_text(text.replace(" 1                       S_METHOD", " 2  S_METHOD"))
+    (folder / "rail.slcs").write_text(
+        text.replace(" 1                       S_METHOD", " 2  S_METHOD")
+    )
     (found,) = read(folder, ("'rail.csv' ", "'rail.slcs' "))
     assert found.track.rail.approximating
-    (folder / "rail.slcs").write_text(text.replace(" 1                       S_METHOD", " 3  S_METHOD"))
-    with pytest.raises(vc.SceneError, match=r"rail.slcs, line 5: S_METHOD = 3 is neither 1 .* nor 2"):
+    (folder / "rail.slcs").write_text(
+        text.replace(" 1                       S_METHOD", " 3  S_METHOD")
+    )
+    with pytest.raises(
+        vc.SceneError, match=r"rail.slcs, line 5: S_METHOD = 3 is neither 1 .* nor 2"
+    ):
         read(folder, ("'rail.csv' ", "'rail.slcs' "))
 
 
 def test_slices_are_read_with_the_scale_of_their_profiles(folder):
     (folder / "rail.slcs").write_text(SLICES.format(features=0))
-    known, scaled = (ProfileSlices.read(folder / "rail.slcs", "rail", scale=scale) for scale in (1.0, 2.0))
+    known, scaled = (
+        ProfileSlices.read(folder / "rail.slcs", "rail", scale=scale) for scale in (1.0, 2.0)
+    )
     assert scaled.first.y == pytest.approx(2.0 * known.first.y)
     assert list(scaled.positions) == list(known.positions) == [-100.0, 0.0, 150.0]
     assert "scale" in inspect.signature(ProfileSlices.read).parameters
@@ -300,13 +355,17 @@ def test_a_case_file_takes_slices(folder):
 
 def test_slices_out_of_order_are_named(folder):
     (folder / "rail.slcs").write_text(SLICES.format(features=0).replace("150.0", "-50.0"))
-    with pytest.raises(vc.SceneError, match=r"rail.slcs, line 8: S = -50.0 of slice 3 is out of order"):
+    with pytest.raises(
+        vc.SceneError, match=r"rail.slcs, line 8: S = -50.0 of slice 3 is out of order"
+    ):
         read(folder, ("'rail.csv' ", "'rail.slcs' "))
 
 
 def test_a_height_does_not_become_a_force(folder):
     more = "  1 MODULE\n 1203000 C-P-B-T-N-F-S\n 0100000 V-L-D-C-M-Z-E\n 0101331 H-G-I-A-O-W-R\n"
-    with pytest.raises(vc.SceneError, match=r"line 20: N \(NORM\) = 0 is another than the case before has"):
+    with pytest.raises(
+        vc.SceneError, match=r"line 20: N \(NORM\) = 0 is another than the case before has"
+    ):
         read(folder, ("\n  0 MODULE", "\n" + more + "  0 MODULE"))
 
 
@@ -315,7 +374,9 @@ def test_the_command_solves_all_wheels_of_a_file(folder):
     path, table = folder / "case.inp", folder / "table.csv"
     path.write_text(CASE[: CASE.index(" 2000. ")])
     cut_short = run("wheelrail", "case.inp", "--out", "table.csv", folder=folder)
-    assert_bad_input(cut_short, "case.inp ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given")
+    assert_bad_input(
+        cut_short, "case.inp ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given"
+    )
     assert not table.exists()
     more = "  1 MODULE\n 1203100 C-P-B-T-N-F-S\n 0100001 V-L-D-C-M-Z-E\n 0101331 H-G-I-A-O-W-R\n 0 2. 5e3 0 0 0\n"
     coarse = CASE.replace("0.200   0.200", "0.500   0.500")

@@ -1,4 +1,6 @@
-"""Damage: laws of wear, full slip, energy, the shakedown diagram, worn profiles, and wear that makes profiles fit."""
+"""Damage: laws of wear, full slip, energy, the shakedown diagram, worn profiles, and wear that
+makes profiles fit.
+"""
 
 from dataclasses import replace
 
@@ -57,7 +59,11 @@ def test_the_area_that_is_worn_off_is_the_volume_by_distance(right, left, kind, 
     before = right.case.track.rail if kind == "rail" else right.case.wheelset.wheel
     found = worn_profile([right], LAW, kind, passages=2e4, smoothing=smoothing)
     assert removed(before, found) == pytest.approx(2e4 * wear(right, LAW).volume, rel=0.02)
-    assert (found.z - before.z).min() >= -1e-12 if kind == "rail" else (found.z - before.z).max() <= 1e-12
+    assert (
+        (found.z - before.z).min() >= -1e-12
+        if kind == "rail"
+        else (found.z - before.z).max() <= 1e-12
+    )
     mirrored = worn_profile([left], LAW, kind, passages=2e4, smoothing=smoothing)
     assert mirrored.z == pytest.approx(found.z, abs=1e-5)
     both = worn_profile([left, right], LAW, kind, passages=2e4, smoothing=smoothing)
@@ -74,7 +80,9 @@ def test_a_map_of_one_coefficient_is_archards_law(right):
 
 
 def test_a_locked_wheel_in_closed_form():
-    """Creepage -2: power f N V at the speed V over the rail; the depth k/H p0 (pi/2) a in the middle."""
+    """Creepage -2: power f N V at the speed V over the rail; the depth k/H p0 (pi/2) a in the
+    middle.
+    """
     sliding = circles(velocity=Velocity(speed=5000.0, pitch_rate=0.0), dx=0.25, dy=0.25).solve()
     (worn,) = wear(sliding, LAW).patches
     (each,) = sliding.patches
@@ -90,7 +98,9 @@ def test_a_locked_wheel_in_closed_form():
 
 
 def test_energy_is_counted_twice(rolling):
-    """By Coulomb's law f times pressure times slip is the work of friction; that is what motion puts in."""
+    """By Coulomb's law f times pressure times slip is the work of friction; that is what motion
+    puts in.
+    """
     (worn,) = wear(rolling, LAW).patches
     (each,) = rolling.patches
     assert worn.volume == pytest.approx(1e-7 * worn.t_gamma / 0.3, rel=1e-11)
@@ -98,7 +108,9 @@ def test_energy_is_counted_twice(rolling):
     assert worn.depth.min() > -1e-3 * worn.depth.max()
     assert worn.depth.sum() * 0.5 == pytest.approx(worn.volume, rel=1e-12)
     assert worn.t_gamma == pytest.approx(each.solution.friction_work, rel=1e-12)
-    assert worn.t_gamma - worn.t_gamma_without_spin == pytest.approx(-each.moment * each.patch.creepage.spin)
+    assert worn.t_gamma - worn.t_gamma_without_spin == pytest.approx(
+        -each.moment * each.patch.creepage.spin
+    )
     assert worn.t_gamma_by_area == pytest.approx(worn.t_gamma / worn.area)
     assert wear(rolling).t_gamma == pytest.approx(worn.t_gamma)
 
@@ -113,7 +125,9 @@ def test_the_power_grows_with_the_speed_and_the_wear_by_distance_does_not(rollin
 def test_functions_of_t_gamma():
     """Where their pieces meet: continuous but for British Rail's step to catastrophic wear."""
     assert sheffield_wear(77.2 - 1e-9) == pytest.approx(float(sheffield_wear(77.2)), rel=1e-6)
-    assert british_rail_wear(100 - 1e-9, 900.0) == pytest.approx(float(british_rail_wear(100.0, 900.0)), rel=1e-6)
+    assert british_rail_wear(100 - 1e-9, 900.0) == pytest.approx(
+        float(british_rail_wear(100.0, 900.0)), rel=1e-6
+    )
     assert british_rail_wear(200.0, 900.0) * 900 == pytest.approx(84.0)
     assert fatigue_damage([15.0, 65.0, 175.0]) == pytest.approx([0.0, 10.0, 0.0])
     with pytest.raises(SceneError, match="zero or positive"):
@@ -134,7 +148,9 @@ def test_shakedown_of_circles():
 
 
 def test_the_shakedown_index_has_the_error_of_the_peak_pressure():
-    """Two patches, of which the narrow one has the larger: within its error it is that of fine elements."""
+    """Two patches, of which the narrow one has the larger: within its error it is that of fine
+    elements.
+    """
     case = wheel(5.0, vertical_force=10e3, separate=4.0, turn=4.0)
     found, fine = case.solve(accuracy=0.05), replace(case, dx=0.1, dy=0.05).solve()
     for own, exact in zip(found.patches, fine.patches, strict=True):
@@ -151,8 +167,12 @@ def test_wear_step_by_step_makes_the_profiles_fit(tmp_path):
     assert len(worn) == 3
     depth = [float(np.max(each.z - cases[0].track.rail.z)) for each in worn]
     assert 0.015 < depth[0] < depth[1] < depth[2]
-    last = [replace(case, track=replace(case.track, rail=worn[-1])).solve().patches[0] for case in cases]
-    assert max(each.peak_pressure for each in last) < 0.9 * cases[0].solve().patches[0].peak_pressure
+    last = [
+        replace(case, track=replace(case.track, rail=worn[-1])).solve().patches[0] for case in cases
+    ]
+    assert (
+        max(each.peak_pressure for each in last) < 0.9 * cases[0].solve().patches[0].peak_pressure
+    )
     worn[-1].save(tmp_path / "worn.csv")
     again = Profile.read(tmp_path / "worn.csv", "rail")
     assert again.z == pytest.approx(worn[-1].z, abs=1e-8)
@@ -188,14 +208,23 @@ test_wear_that_is_refused = refusals(
 
 def test_functions_of_t_gamma_take_other_numbers():
     """The first pieces alone go on as lines through 0."""
-    assert british_rail_wear(400.0, 920.0, pieces=[(0.0, 0.25, 0.0)]) == pytest.approx(0.25 * 400 / 920)
-    assert sheffield_wear([1.0, 100.0], pieces=[(0.0, 2.0, 0.0), (50.0, 0.0, 7.0)]) == pytest.approx([2.0, 7.0])
-    assert fatigue_damage([5.0, 20.0], course=([0.0, 10.0], [0.0, 1.0])) == pytest.approx([0.5, 2.0])
+    assert british_rail_wear(400.0, 920.0, pieces=[(0.0, 0.25, 0.0)]) == pytest.approx(
+        0.25 * 400 / 920
+    )
+    assert sheffield_wear(
+        [1.0, 100.0], pieces=[(0.0, 2.0, 0.0), (50.0, 0.0, 7.0)]
+    ) == pytest.approx([2.0, 7.0])
+    assert fatigue_damage([5.0, 20.0], course=([0.0, 10.0], [0.0, 1.0])) == pytest.approx(
+        [0.5, 2.0]
+    )
 
 
 def test_error_bars_of_damage():
     """They hold what a finer grid finds."""
-    found, finer = wheel(3.0, yaw=0.004).solve(accuracy=0.02), wheel(3.0, yaw=0.004, dx=0.15, dy=0.15).solve()
+    found, finer = (
+        wheel(3.0, yaw=0.004).solve(accuracy=0.02),
+        wheel(3.0, yaw=0.004, dx=0.15, dy=0.15).solve(),
+    )
     (one,), (other,) = wear(found).patches, wear(finer).patches
     assert 0 < abs(one.t_gamma - other.t_gamma) < 1.5 * one.t_gamma_error < 0.05 * one.t_gamma
     places = [shakedown(each.patches[0], 300.0) for each in (found, finer)]
@@ -208,13 +237,21 @@ def patch():
 
 
 def test_bodies_of_a_patch_are_the_rail_and_the_wheel(patch):
-    """The rail is body 1, z points into it; both have the same pressure, so unlike tensions by friction alone."""
-    for depth, (number, name, of_scene) in zip((1.5, -1.5), ((1, "rail", "upper"), (2, "wheel", "lower")), strict=True):
+    """The rail is body 1, z points into it; both have the same pressure, so unlike tensions by
+    friction alone.
+    """
+    for depth, (number, name, of_scene) in zip(
+        (1.5, -1.5), ((1, "rail", "upper"), (2, "wheel", "lower")), strict=True
+    ):
         by_name = vc.stress(patch, [0.0, 0.0, depth], body=name)
         for solved, body in ((patch, number), (patch.solution, of_scene)):
-            np.testing.assert_array_equal(vc.stress(solved, [0.0, 0.0, depth], body=body).stress, by_name.stress)
+            np.testing.assert_array_equal(
+                vc.stress(solved, [0.0, 0.0, depth], body=body).stress, by_name.stress
+            )
         below = vc.stress_below(patch, [1.5], body=name)
-        np.testing.assert_array_equal(below.stress, vc.stress_below(patch.solution, [1.5], body=of_scene).stress)
+        np.testing.assert_array_equal(
+            below.stress, vc.stress_below(patch.solution, [1.5], body=of_scene).stress
+        )
         (axes, *_) = vc.plot_stress(patch, plane="xy", depth=1.5, body=name).axes
         assert f"{depth:g}" in axes.get_title()
     assert "down into the rail" in vc.plot_stress(patch).axes[0].get_ylabel()
@@ -224,7 +261,13 @@ test_other_names_of_bodies_are_refused = refusals(
     (lambda patch: vc.stress(patch, [0, 0, 1], body="upper"), r"body = 'upper' is not allowed"),
     (lambda patch: vc.stress_below(patch, [1], body="lower"), 'one of 1 or "rail", 2 or "wheel"'),
     (lambda patch: vc.stress(patch, [0, 0, 1], body="wheel"), r"in the wheel, z <= 0"),
-    (lambda patch: vc.plot_stress(patch.solution, body="rail"), 'or "lower"; "rail" is one of a patch of a wheel'),
-    (lambda patch: vc.stress_below(patch.solution, [1], body="wheel"), "give the patch, not its solution"),
+    (
+        lambda patch: vc.plot_stress(patch.solution, body="rail"),
+        'or "lower"; "rail" is one of a patch of a wheel',
+    ),
+    (
+        lambda patch: vc.stress_below(patch.solution, [1], body="wheel"),
+        "give the patch, not its solution",
+    ),
     fixture="patch",
 )

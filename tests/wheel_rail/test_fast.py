@@ -1,4 +1,6 @@
-"""The fast way: Hertz in closed form, virtual penetration against Hertz and CONTACT, and what it refuses."""
+"""The fast way: Hertz in closed form, virtual penetration against Hertz and CONTACT, and what it
+refuses.
+"""
 
 from dataclasses import replace
 
@@ -23,7 +25,9 @@ def test_two_circles_are_hertz_contact(normal):
     (each,) = found.patches
     assert found.force[2] == pytest.approx(80e3, rel=1e-6)
     rolling = 460.0 / np.cos(each.angle)
-    exact = reference.hertz(rolling, 1 / (1 / 300 + 1 / 500), case.bodies, force=float(each.force[2]))
+    exact = reference.hertz(
+        rolling, 1 / (1 / 300 + 1 / 500), case.bodies, force=float(each.force[2])
+    )
     ellipse = each.ellipse
     assert (ellipse.a, ellipse.b, ellipse.peak_pressure, each.approach) == pytest.approx(
         (exact.a, exact.b, exact.peak_pressure, exact.approach), rel=2e-3
@@ -37,14 +41,17 @@ def test_two_circles_are_hertz_contact(normal):
 
 
 def test_virtual_penetration_of_two_circles_from_its_definition():
-    """The deflection at the middle by quadrature over the ellipse that 0.55 of the approach overlaps."""
+    """The deflection at the middle by quadrature over the ellipse that 0.55 of the approach
+    overlaps.
+    """
     case = circles()
     (each,) = case.estimate().patches
     Rx, Ry, overlap = 460.0, 1 / (1 / 300 + 1 / 500), 0.55 * each.approach
     a, b = np.sqrt(2 * Rx * overlap), np.sqrt(2 * Ry * overlap)
     assert (each.ellipse.a, each.ellipse.b) == pytest.approx((a, b), rel=5e-3)
 
-    def along_ray(t):  # p/p0 = sqrt(1 - y^2/b^2 - x^2/a^2): the integral of p/distance in polar coordinates
+    # p/p0 = sqrt(1 - y^2/b^2 - x^2/a^2): the integral of p/distance in polar coordinates
+    def along_ray(t):
         return np.pi / 4 / np.sqrt((np.cos(t) / a) ** 2 + (np.sin(t) / b) ** 2)
 
     felt = quad(along_ray, 0, 2 * np.pi)[0]
@@ -65,18 +72,24 @@ CLAMP = {"outside": "clamp"}
     ("hertz", "table", CLAMP, 0.0015, 0.09, 0.3),
 ])  # fmt: skip
 def test_the_benchmarks_positions(normal, theory, options, typical, worst, peak):
-    """All 42 of them against CONTACT: forces by f Fn, peak pressure, location; one has two ellipses."""
+    """All 42 of them against CONTACT: forces by f Fn, peak pressure, location; one has two
+    ellipses.
+    """
     apart = []
     for row in manchester():
         found = benchmark(row).estimate(normal, theory, **options)
         each = max(found.patches, key=lambda patch: patch.force[2])
         wanted = np.array([row["fx"], row["fs"], row["fn"]])
-        force = rotation(roll=row["angle"]).T @ found.force if len(found.patches) > 1 else each.force
+        force = (
+            rotation(roll=row["angle"]).T @ found.force if len(found.patches) > 1 else each.force
+        )
         apart.append(np.hypot(*(force - wanted)[:2]) / (0.3 * row["fn"]))
         assert force[2] == pytest.approx(row["fn"], rel=0.015)
         assert found.force[2] == pytest.approx(10e3, rel=1e-6)
         assert each.frame.origin[1] == pytest.approx(row["y"], abs=1.1)
-        assert len(found.patches) > 1 or each.ellipse.peak_pressure == pytest.approx(row["pmax"], rel=peak)
+        assert len(found.patches) > 1 or each.ellipse.peak_pressure == pytest.approx(
+            row["pmax"], rel=peak
+        )
         assert found.z == pytest.approx(row["z_ws"], abs=0.01)
     assert np.median(apart) < typical
     assert max(apart) < worst
@@ -90,7 +103,9 @@ def test_forces_of_the_table_are_those_of_the_table_by_hand(y, options):
     rolled, ellipse = each.creepage, each.ellipse
     assert (ellipse.a / ellipse.b > 5) == (options == CLAMP)
     G, limit = case.bodies.combined_G, 0.3 * ellipse.normal_force
-    found = table_forces(ellipse.a, ellipse.b, G, limit, (rolled.vx, rolled.vy, rolled.spin), **options)
+    found = table_forces(
+        ellipse.a, ellipse.b, G, limit, (rolled.vx, rolled.vy, rolled.spin), **options
+    )
     assert each.force[:2] == pytest.approx(found.force, rel=1e-9)
     assert each.moment == pytest.approx(float(found.moment), rel=1e-9)
 
@@ -110,12 +125,16 @@ def test_what_is_refused(more, arguments, words):
 
 
 def test_an_ellipse_that_the_table_has_not_is_refused():
-    with pytest.raises(SceneError, match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest'):
+    with pytest.raises(
+        SceneError,
+        match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest',
+    ):
         benchmark(published("right", 9.0)).estimate(tangential="table")
 
 
 @pytest.mark.parametrize(
-    ("depth", "circles", "within"), [(1e-6, 1, 0.55), (1e-4, 1, 0.3), (1e-3, 4, 0.1), (1e-2, 13, 0.05)]
+    ("depth", "circles", "within"),
+    [(1e-6, 1, 0.55), (1e-4, 1, 0.3), (1e-3, 4, 0.1), (1e-2, 13, 0.05)],
 )
 def test_overlaps_of_few_circles_are_near_hertz(depth, circles, within):
     """At the flange, where a light load makes a patch narrower than the step of the locus."""
@@ -131,7 +150,9 @@ def test_overlaps_of_few_circles_are_near_hertz(depth, circles, within):
 @pytest.mark.filterwarnings("ignore:with dy")
 @pytest.mark.parametrize("normal", NORMAL)
 def test_each_overlap_has_its_ellipse(normal):
-    """Tread and flange root 8 mm apart: nothing jumps where the exact way begins to see one patch."""
+    """Tread and flange root 8 mm apart: nothing jumps where the exact way begins to see one
+    patch.
+    """
     case = wheel(5.05, yaw=0.01, vertical_force=4e3, dx=0.4, dy=0.2)
     for depth in (0.007, 0.008):
         at = replace(case, vertical_force=None, z=case.touching + depth)
@@ -145,7 +166,9 @@ def test_each_overlap_has_its_ellipse(normal):
 
 @pytest.mark.parametrize("normal", ["virtual-penetration", "analyn"])
 def test_two_circles_that_touch_at_one_place_are_too_rough(normal):
-    """As where a profile has a corner: no strip lies between them, and no spline passes through both."""
+    """As where a profile has a corner: no strip lies between them, and no spline passes through
+    both.
+    """
     case = circles()
     locus, z = case.locus, case.touching + 0.05
     (whole,) = locus.overlaps(z)

@@ -1,4 +1,6 @@
-"""Contacts tabulated: what the positions themselves give, at the nodes and between; mirror images; speed of change."""
+"""Contacts tabulated: what the positions themselves give, at the nodes and between; mirror images;
+speed of change.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -16,13 +18,19 @@ from varcontact.wheel_rail.geometry_table import (
 )  # where doctests are collected, the package has a module
 
 LOAD = 50e3
-MOVING = Velocity(speed=20e3, pitch_rate=-43.4, lateral=12.0, vertical=-3.0, roll_rate=2e-3, yaw_rate=0.02)
+MOVING = Velocity(
+    speed=20e3, pitch_rate=-43.4, lateral=12.0, vertical=-3.0, roll_rate=2e-3, yaw_rate=0.02
+)
 
 
 @pytest.fixture(scope="module")
 def table():
     return geometry_table(
-        TRACK, WHEELSET, y=np.linspace(-6.0, 6.0, 13), yaw=np.linspace(-0.01, 0.01, 5), vertical_force=LOAD
+        TRACK,
+        WHEELSET,
+        y=np.linspace(-6.0, 6.0, 13),
+        yaw=np.linspace(-0.01, 0.01, 5),
+        vertical_force=LOAD,
     )
 
 
@@ -37,7 +45,9 @@ def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
     found, direct = table.forces(y, yaw, MOVING), [case.estimate() for case in wheels(y, yaw)]
     force, moment = np.zeros(3), np.zeros(3)
     each = [(side, patch) for side in direct for patch in side.patches]
-    for (side, patch), row, rolled, creep in zip(each, found.patches, found.creepages, found.creep_forces, strict=True):
+    for (side, patch), row, rolled, creep in zip(
+        each, found.patches, found.creepages, found.creep_forces, strict=True
+    ):
         assert row[:3] == pytest.approx(patch.frame.origin, abs=1e-6)
         ellipse = patch.ellipse
         assert row[3:] == pytest.approx(
@@ -64,7 +74,9 @@ def test_between_the_nodes_it_is_near_the_estimate(table):
 def test_forces_by_the_table_book_are_those_of_the_book_by_hand(table):
     found = table.forces(2.3, 0.004, MOVING, "table")
     for row, rolled, forces in zip(found.patches, found.creepages, found.creep_forces, strict=True):
-        by_hand = table_forces(row[4], row[5], table.bodies.combined_G, table.friction * row[6], rolled)
+        by_hand = table_forces(
+            row[4], row[5], table.bodies.combined_G, table.friction * row[6], rolled
+        )
         assert forces == pytest.approx(by_hand.force, rel=1e-9)
 
 
@@ -75,7 +87,14 @@ def test_a_flange_longer_than_the_ellipses_of_the_book():
         table.forces(8.0, 0.01, MOVING, "table")
     found = table.forces(8.0, 0.01, MOVING, "table", outside="clamp")
     by_hand = [
-        table_forces(row[4], row[5], table.bodies.combined_G, table.friction * row[6], rolled, outside="clamp").force
+        table_forces(
+            row[4],
+            row[5],
+            table.bodies.combined_G,
+            table.friction * row[6],
+            rolled,
+            outside="clamp",
+        ).force
         for row, rolled in zip(found.patches, found.creepages, strict=True)
     ]
     assert found.creep_forces == pytest.approx(np.array(by_hand), rel=1e-9)
@@ -85,18 +104,29 @@ def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
     changed = table.count.copy()
     changed[8:, :] = 0
     cut = replace(table, count=changed)
-    with pytest.raises(NoContact, match=r"y = 1\.6 mm, yaw = 0: the right wheel has no contact there"):
+    with pytest.raises(
+        NoContact, match=r"y = 1\.6 mm, yaw = 0: the right wheel has no contact there"
+    ):
         cut.contacts(1.6, 0.0, "right")
     near = cut.contacts(1.4, 0.0, "right")[1]
     assert near == pytest.approx(table.contacts(1.0, 0.0, "right")[1])
 
 
 def test_nodes_without_contact_are_nan_and_the_others_are_there(table):
-    """A wheel beside the rail, at both ends of the table; what is between is what it is without them."""
+    """A wheel beside the rail, at both ends of the table; what is between is what it is without
+    them.
+    """
     y = [-900.0, *table.y[4:9].tolist(), 900.0]
-    with pytest.warns(UserWarning, match=r"10 of 35 nodes have no contact, the first at y = -900 mm, yaw = -0\.01: "):
+    with pytest.warns(
+        UserWarning,
+        match=r"10 of 35 nodes have no contact, the first at y = -900 mm, yaw = -0\.01: ",
+    ):
         wide = geometry_table(TRACK, WHEELSET, y=y, yaw=table.yaw, vertical_force=LOAD)
-    assert np.isnan(wide.z[[0, -1]]).all() and np.isnan(wide.patches[[0, -1]]).all() and not wide.count[[0, -1]].any()
+    assert (
+        np.isnan(wide.z[[0, -1]]).all()
+        and np.isnan(wide.patches[[0, -1]]).all()
+        and not wide.count[[0, -1]].any()
+    )
     np.testing.assert_array_equal(wide.patches[1:-1], table.patches[4:9])
     np.testing.assert_array_equal(wide.z[1:-1], table.z[4:9])
     near, (z, found) = wide.contacts(20.0, 0.0, "right"), table.contacts(2.0, 0.0, "right")
@@ -116,7 +146,9 @@ def test_of_more_patches_than_it_keeps_those_with_the_largest_force_count():
     assert len(direct.patches) == 5
     largest = sorted(direct.patches, key=lambda each: each.force[2])[2:]
     with pytest.warns(UserWarning, match="of 5 patches, the 3 with the largest force count"):
-        table = geometry_table(track, wheelset, y=[-0.1, 0.1], yaw=[-1e-3, 1e-3], vertical_force=300e3)
+        table = geometry_table(
+            track, wheelset, y=[-0.1, 0.1], yaw=[-1e-3, 1e-3], vertical_force=300e3
+        )
     wanted = sorted((each.frame.origin[1], each.ellipse.normal_force) for each in largest)
     assert table.patches[1, 1][:, [1, 6]] == pytest.approx(np.array(wanted), rel=1e-6)
 
@@ -127,13 +159,19 @@ test_what_is_refused = refusals(
     ({"friction": 0.0}, "friction = 0"),
     ({"normal": "herz"}, r"normal = 'herz' .*did you mean hertz"),
     ({"y": [-900.0, 900.0]}, "the wheel is beside the rail"),
-    of=partial(geometry_table, TRACK, WHEELSET, y=[-1.0, 1.0], yaw=[-0.01, 0.01], vertical_force=LOAD),
+    of=partial(
+        geometry_table, TRACK, WHEELSET, y=[-1.0, 1.0], yaw=[-0.01, 0.01], vertical_force=LOAD
+    ),
 )
 
 
 def test_each_wheel_bears_the_load_between_the_nodes():
-    """Where contact passes to the flange, angles and forces interpolated apart bore up to 108 of 80 kN."""
-    coarse = geometry_table(TRACK, WHEELSET, y=np.arange(-8.0, 8.1), yaw=[-0.01, 0.0, 0.01], vertical_force=80e3)
+    """Where contact passes to the flange, angles and forces interpolated apart bore up to 108 of 80
+    kN.
+    """
+    coarse = geometry_table(
+        TRACK, WHEELSET, y=np.arange(-8.0, 8.1), yaw=[-0.01, 0.0, 0.01], vertical_force=80e3
+    )
     for y in np.linspace(-7.9, 7.9, 41):
         for side in ("left", "right"):
             _, found = coarse.contacts(float(y), 3e-3, side)
@@ -148,7 +186,13 @@ test_bad_positions_and_velocities_are_refused = refusals(
     (lambda table: table.forces(0.0, np.array([0.0, 1e-3]), MOVING), "yaw = "),
     (lambda table: table.forces(0.0, 0.02, MOVING), "yaw = 0.02 .*within the table, -0.01 to 0.01"),
     (lambda table: table.forces(0.0, 0.0, 20e3), "velocity = 20000.0 .* a Velocity"),
-    (lambda table: table.forces(0.0, 0.0, MOVING, "polach"), "theory = 'polach' .* a theory with a moment"),
-    (lambda table: table.forces(0.0, 0.0, Velocity(speed=100.0, yaw_rate=1.0)), r"does not roll forwards, .* is -\d"),
+    (
+        lambda table: table.forces(0.0, 0.0, MOVING, "polach"),
+        "theory = 'polach' .* a theory with a moment",
+    ),
+    (
+        lambda table: table.forces(0.0, 0.0, Velocity(speed=100.0, yaw_rate=1.0)),
+        r"does not roll forwards, .* is -\d",
+    ),
     fixture="table",
 )

@@ -1,4 +1,6 @@
-"""Profiles: designed ones against measured points, curves in closed form, smoothing, noise, and what is refused."""
+"""Profiles: designed ones against measured points, curves in closed form, smoothing, noise, and
+what is refused.
+"""
 
 import itertools
 import warnings
@@ -22,7 +24,9 @@ TIP = int(FINE_WHEEL.z.argmax())
 def arc(radius=100.0, half=0.3, n=121, kind="rail", **more):
     angle = np.linspace(-half, half, n)
     sign = 1 if kind == "rail" else -1
-    return Profile(y=radius * np.sin(angle), z=sign * radius * (1 - np.cos(angle)), kind=kind, **more)
+    return Profile(
+        y=radius * np.sin(angle), z=sign * radius * (1 - np.cos(angle)), kind=kind, **more
+    )
 
 
 def roof(**more):
@@ -52,7 +56,9 @@ def test_s1002_from_its_definition_is_the_benchmarks_wheel():
 
 
 def test_s1002_has_the_dimensions_of_its_standard():
-    """Flange height 28 mm; flange thickness 32.5 mm, 10 mm below the running circle; slope 1/15 at the outside."""
+    """Flange height 28 mm; flange thickness 32.5 mm, 10 mm below the running circle; slope 1/15 at
+    the outside.
+    """
     wheel = Profile.s1002()
     assert wheel.z.max() == pytest.approx(28.0, abs=1e-3)
     side = np.interp(10.0, wheel.z[wheel.y > -50][::-1], wheel.y[wheel.y > -50][::-1])
@@ -72,7 +78,9 @@ def test_rail_60e1_is_symmetric_smooth_and_72_mm_wide():
 
 
 def test_rail_60e1_is_the_benchmarks_rail_inclined_by_one_in_forty():
-    """The best rigid motion of the standard's head onto the benchmark's points: 1/40, within 0.03 mm."""
+    """The best rigid motion of the standard's head onto the benchmark's points: 1/40, within 0.03
+    mm.
+    """
     head = np.abs(RAIL.y + 7.5) < 34.0
     rail = Profile.rail_60e1()
 
@@ -93,7 +101,9 @@ def test_a_wheel_is_mirrored_by_its_flange_and_a_rail_as_told(tmp_path):
     assert WHEEL.y[WHEEL.z.argmax()] == pytest.approx(-55.0, abs=0.5)
     np.savetxt(tmp_path / "turned.csv", points * [-1, 1], delimiter=",")
     assert Profile.read(tmp_path / "turned.csv", "wheel").y == pytest.approx(WHEEL.y)
-    with pytest.warns(DoubtfulProfile, match=r"the wheel's flange is at y = 54.89 mm, the outside: .* mirror_y"):
+    with pytest.warns(
+        DoubtfulProfile, match=r"the wheel's flange is at y = 54.89 mm, the outside: .* mirror_y"
+    ):
         as_told = Profile.read(PROFILES / "wheel_S1002.csv", "wheel", mirror_y=False)
     assert as_told.y == pytest.approx(-WHEEL.y[::-1])
     mirrored = Profile.read(PROFILES / "rail_UIC60.csv", "rail", mirror_y=True)
@@ -103,7 +113,9 @@ def test_a_wheel_is_mirrored_by_its_flange_and_a_rail_as_told(tmp_path):
 def test_smoothing_halves_the_wave_of_its_length():
     y = np.linspace(-100.0, 100.0, 2001)
     for length, kept in ((10.0, 0.5), (5.0, 16 / 17), (20.0, 1 / 17)):
-        wave = Profile(y=y, z=np.cos(2 * np.pi * y / 10.0) * 1e-4 + 1e-5 * y**2, kind="rail", smoothing=length)
+        wave = Profile(
+            y=y, z=np.cos(2 * np.pi * y / 10.0) * 1e-4 + 1e-5 * y**2, kind="rail", smoothing=length
+        )
         inner = np.linspace(-40.0, 40.0, 401)
         ripple = wave.z_at(inner) - 1e-5 * inner**2
         assert (ripple.max() - ripple.min()) / 2e-4 == pytest.approx(kept, abs=0.01)
@@ -111,14 +123,22 @@ def test_smoothing_halves_the_wave_of_its_length():
 
 @pytest.mark.parametrize("smoothing", [5.0, 10.0])
 def test_smoothing_does_not_straighten_the_ends(smoothing):
-    """An arc has its curvature up to its ends, and beside a kink; noise counts no more there than inside."""
+    """An arc has its curvature up to its ends, and beside a kink; noise counts no more there than
+    inside.
+    """
     smooth = arc(n=241, smoothing=smoothing)
     end = smooth.y[-1]
-    assert smooth.curvature_at([-end + 0.5, end - 0.5, end - 1.0, 0.0]) == pytest.approx(0.01, rel=0.005)
-    ridge = Profile(y=smooth.y, z=smooth.z + np.abs(smooth.y), kind="rail", kinks=[0.0], smoothing=smoothing)
+    assert smooth.curvature_at([-end + 0.5, end - 0.5, end - 1.0, 0.0]) == pytest.approx(
+        0.01, rel=0.005
+    )
+    ridge = Profile(
+        y=smooth.y, z=smooth.z + np.abs(smooth.y), kind="rail", kinks=[0.0], smoothing=smoothing
+    )
     assert ridge.z_at(0.0) == pytest.approx(0.0, abs=1e-6)
     sharp = replace(ridge, smoothing=0.0)
-    assert ridge.curvature_at([-1.0, 1.0]) == pytest.approx(sharp.curvature_at([-1.0, 1.0]), rel=0.05)
+    assert ridge.curvature_at([-1.0, 1.0]) == pytest.approx(
+        sharp.curvature_at([-1.0, 1.0]), rel=0.05
+    )
     noise = 0.002 * np.random.default_rng(0).normal(size=(20, smooth.z.size))
     found = [replace(smooth, z=smooth.z + each).curvature_at([end - 1.0, 0.0]) for each in noise]
     assert np.std(found, axis=0)[0] < 2 * np.std(found, axis=0)[1]
@@ -128,7 +148,9 @@ def test_kinks_are_found_and_kept():
     sharp = roof()
     assert sharp.y[sharp.kink_points] == pytest.approx([0.0])
     for profile in (sharp, roof(smoothing=5.0), roof(kinks=[0.0])):
-        assert profile.z_at([-5.0, -0.25, 0.0, 3.0]) == pytest.approx([5.0, 0.25, 0.0, 3.0], abs=1e-6)
+        assert profile.z_at([-5.0, -0.25, 0.0, 3.0]) == pytest.approx(
+            [5.0, 0.25, 0.0, 3.0], abs=1e-6
+        )
     rounded = roof(kinks=[], smoothing=5.0)
     assert rounded.z_at(0.0) > 0.3
     assert RAIL.kink_points.size == WHEEL.kink_points.size == 0
@@ -136,7 +158,8 @@ def test_kinks_are_found_and_kept():
 
 @pytest.mark.parametrize("places", [[3.0], [-4.5], [-6.0, 2.0]])
 def test_kinks_given_by_number_are_where_they_are(places):
-    """Lines between kinks, turned by too little to be found; smoothing keeps them where they are given, and only there.
+    """Lines between kinks, turned by too little to be found; smoothing keeps them where they are
+    given, and only there.
 
     Points nearest to the numbers count, whatever the order of the points.
     """
@@ -173,10 +196,16 @@ def test_profiles_that_look_like_those_of_the_other_kind_are_doubted():
     """Mirrored, and with the flange's back cut; they are taken as what they are said to be."""
     cut = WHEEL.y > -65.0
     for y, z in ((WHEEL.y, WHEEL.z), (-WHEEL.y, WHEEL.z), (WHEEL.y[cut], WHEEL.z[cut])):
-        with pytest.warns(DoubtfulProfile, match=r'profile\.kind = "rail", but the points look like those of a wheel'):
+        with pytest.warns(
+            DoubtfulProfile,
+            match=r'profile\.kind = "rail", but the points look like those of a wheel',
+        ):
             assert Profile(y=y, z=z, kind="rail").kind == "rail"
     for rail in (RAIL, Profile.rail_60e1()):
-        with pytest.warns(DoubtfulProfile, match=r'profile\.kind = "wheel", but the points look like those of a rail'):
+        with pytest.warns(
+            DoubtfulProfile,
+            match=r'profile\.kind = "wheel", but the points look like those of a rail',
+        ):
             assert Profile(y=-rail.y, z=rail.z, kind="wheel").kind == "wheel"
 
 
@@ -186,7 +215,9 @@ def test_profiles_that_look_like_those_of_the_other_kind_are_doubted():
     ("wheel", FINE_WHEEL.y[TIP:], -FINE_WHEEL.z[TIP:]),
 ])  # fmt: skip
 def test_z_that_points_up_is_doubted(kind, y, z):
-    with pytest.warns(DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z=True"):
+    with pytest.warns(
+        DoubtfulProfile, match=f"the {kind}'s profile looks upside down: .* mirror_z=True"
+    ):
         found = Profile(y=y, z=z, kind=kind)
     assert found.z == pytest.approx(z)
 
@@ -213,7 +244,9 @@ WITHOUT_FLANGE = {
 @pytest.mark.parametrize("name", WITHOUT_FLANGE)
 @pytest.mark.parametrize("shift", [-90.0, 0.0, 500.0])
 def test_wheels_without_a_flange_are_taken_as_they_are(name, shift, tmp_path):
-    """Wherever their y counts from; balls of 50 and 100 mm were those of a rail, cones were mirrored."""
+    """Wherever their y counts from; balls of 50 and 100 mm were those of a rail, cones were
+    mirrored.
+    """
     y, z = WITHOUT_FLANGE[name]
     np.savetxt(tmp_path / "roller.csv", np.stack([y + shift, z], axis=1), delimiter=",")
     found = Profile.read(tmp_path / "roller.csv", "wheel")
@@ -256,7 +289,8 @@ def test_rails_of_unusual_shapes_are_taken_as_they_are_told(name, tmp_path):
     assert found.y == pytest.approx(y[order]) and found.z == pytest.approx(z[order])
 
 
-@pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.DoubtfulProfile")  # the other way up some look like wheels
+# the other way up some look like wheels
+@pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.DoubtfulProfile")
 @pytest.mark.parametrize("name", UNUSUAL)
 def test_mirror_z_turns_what_it_is_told_to(name, tmp_path):
     y, z = UNUSUAL[name]
@@ -269,7 +303,9 @@ def test_mirror_z_turns_what_it_is_told_to(name, tmp_path):
 def test_a_hollow_rail_is_not_turned_by_a_guess_and_doubted(name, tmp_path):
     y, z = UNUSUAL[name]
     np.savetxt(tmp_path / "rail.csv", np.stack([y, z], axis=1), delimiter=",")
-    with pytest.warns(DoubtfulProfile, match="rail.csv: the rail is hollow, with z down; mirror_z=False says that"):
+    with pytest.warns(
+        DoubtfulProfile, match="rail.csv: the rail is hollow, with z down; mirror_z=False says that"
+    ):
         assert Profile.read(tmp_path / "rail.csv", "rail").z == pytest.approx(z)
 
 
@@ -289,15 +325,21 @@ def test_noise_on_a_flanges_back_does_not_hide_the_tread(seed):
     at = np.linspace(15.0, 125.0, 111)
     assert measured.z_at(at) == pytest.approx(FINE_WHEEL.z_at(at - 70.0), abs=1e-6)
     case = on_track(2.0, wheelset=WheelSet(wheel=measured, flange_back=0.0))
-    assert case.touching == pytest.approx(on_track(2.0, wheelset=WheelSet(wheel=FINE_WHEEL)).touching, abs=1e-6)
+    assert case.touching == pytest.approx(
+        on_track(2.0, wheelset=WheelSet(wheel=FINE_WHEEL)).touching, abs=1e-6
+    )
 
 
 def test_noise_that_hides_the_flange_is_doubted_until_it_is_smoothed():
-    """On a face of 70 degrees noise of 0.1 mm runs back: the part with the tread counts, without the flange."""
+    """On a face of 70 degrees noise of 0.1 mm runs back: the part with the tread counts, without
+    the flange.
+    """
     coarse = Profile.s1002(step=0.3)
     noise = 0.1 * np.random.default_rng(0).normal(size=coarse.y.size)
     measured = Profile(y=coarse.y + noise, z=coarse.z, kind="wheel")
-    with pytest.warns(DoubtfulProfile, match=r"the wheel touches y = .* alone: .* smooth the profile"):
+    with pytest.warns(
+        DoubtfulProfile, match=r"the wheel touches y = .* alone: .* smooth the profile"
+    ):
         assert np.isnan(measured.z_at(-50.0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -317,11 +359,20 @@ def test_the_highest_part_of_a_rail_is_no_noise_of_a_steep_side():
 
 def test_a_part_that_is_left_out_is_doubted():
     """A guard rail beside a rail, behind an upright side."""
-    head, gap, guard = np.linspace(-60.0, 0.0, 121), np.linspace(0.5, 40.0, 80), np.linspace(40.0, 110.0, 141)
+    head, gap, guard = (
+        np.linspace(-60.0, 0.0, 121),
+        np.linspace(0.5, 40.0, 80),
+        np.linspace(40.0, 110.0, 141),
+    )
     y = np.concatenate([head, np.zeros(20), gap, guard])
-    z = np.concatenate([np.zeros(121), np.linspace(2.0, 40.0, 20), np.full(80, 40.0), np.full(141, -1.0)])
+    z = np.concatenate(
+        [np.zeros(121), np.linspace(2.0, 40.0, 20), np.full(80, 40.0), np.full(141, -1.0)]
+    )
     z[121 + 20 + 80 :] += np.linspace(0.0, 1.0, 141) ** 2
-    with pytest.warns(DoubtfulProfile, match="at y = 40 to 110 mm, not that at -60 to 0 mm, nearly as high: .* cut"):
+    with pytest.warns(
+        DoubtfulProfile,
+        match="at y = 40 to 110 mm, not that at -60 to 0 mm, nearly as high: .* cut",
+    ):
         beside = Profile(y=y, z=z, kind="rail")
     assert np.isnan(beside.z_at(-30.0)) and np.isfinite(beside.z_at(80.0))
 
@@ -335,7 +386,9 @@ def test_a_rail_that_can_be_touched_nowhere_is_refused():
 
 
 def test_legal_profiles_of_all_shapes_are_taken():
-    """One flank of a rail, its crown alone, head with web and foot, a grooved rail; a wheel of two flanges."""
+    """One flank of a rail, its crown alone, head with web and foot, a grooved rail; a wheel of two
+    flanges.
+    """
     half = RAIL.y < 5.0
     crown = np.abs(RAIL.y + 7.5) < 25.0
     for part in (half, crown):
@@ -363,19 +416,29 @@ def test_hollow_and_barrelled_treads_without_a_flange_are_wheels(place, up):
 
 def noisy(profile, seed, size=0.02):
     rng = np.random.default_rng(seed)
-    y, z = profile.y + size * rng.normal(size=profile.y.size), profile.z + size * rng.normal(size=profile.y.size)
+    y, z = (
+        profile.y + size * rng.normal(size=profile.y.size),
+        profile.z + size * rng.normal(size=profile.y.size),
+    )
     return Profile(y=y, z=z, kind=profile.kind, smoothing=10.0)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_noise_makes_no_kinks(seed):
-    """With 0.02 mm of noise on points 0.1 mm apart nine and more were found, which no smoothing removed."""
+    """With 0.02 mm of noise on points 0.1 mm apart nine and more were found, which no smoothing
+    removed.
+    """
     rail, wheel = noisy(FINE_RAIL, seed), noisy(FINE_WHEEL, seed + 10)
     assert rail.kink_points.size == wheel.kink_points.size == 0
-    smooth = [Profile(y=each.y, z=each.z, kind=each.kind, smoothing=10.0) for each in (FINE_RAIL, FINE_WHEEL)]
+    smooth = [
+        Profile(y=each.y, z=each.z, kind=each.kind, smoothing=10.0)
+        for each in (FINE_RAIL, FINE_WHEEL)
+    ]
     peaks = []
     for r, w in ((rail, wheel), smooth):
-        case = on_track(3.0, track=Track(rail=r, cant=1 / 40), wheelset=WheelSet(wheel=w), dx=0.5, dy=0.25)
+        case = on_track(
+            3.0, track=Track(rail=r, cant=1 / 40), wheelset=WheelSet(wheel=w), dx=0.5, dy=0.25
+        )
         peaks.append(case.solve().patches[0].peak_pressure)
     assert peaks[0] == pytest.approx(peaks[1], rel=0.15)
 
@@ -404,15 +467,22 @@ def test_cones_and_cylinders_have_no_flange():
 def test_a_closed_contour_runs_either_way():
     """With web and foot the ends meet, and do not tell which way the points run."""
     below = [[9, 50], [9, 140], [75, 160], [75, 172], [-75, 172], [-75, 160], [-9, 140], [-9, 50]]
-    points = np.roll(np.concatenate([np.stack([FINE_RAIL.y, FINE_RAIL.z], axis=1), below]), 4, axis=0)
+    points = np.roll(
+        np.concatenate([np.stack([FINE_RAIL.y, FINE_RAIL.z], axis=1), below]), 4, axis=0
+    )
     points = np.concatenate([points, points[:1]])
-    one, other = (Profile(y=each[:, 0], z=each[:, 1], kind="rail") for each in (points, points[::-1]))
+    one, other = (
+        Profile(y=each[:, 0], z=each[:, 1], kind="rail") for each in (points, points[::-1])
+    )
     assert one.y == pytest.approx(other.y) and one.z == pytest.approx(other.z)
     placed = Track(rail=other).placed("right")
     assert np.ptp(placed.points(placed.s)[:, 0]) > 70.0
 
 
-LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1, 3], [5, 4], [6, 5], [7, 6]], float)
+LOOP = np.array(
+    [[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1, 3], [5, 4], [6, 5], [7, 6]],
+    float,
+)
 
 
 @pytest.mark.parametrize(("more", "field", "words"), [
@@ -428,22 +498,32 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
     ({"kind": "tram"}, "profile.kind", "did you mean rail"),
 ])  # fmt: skip
 def test_bad_profiles_are_refused(more, field, words):
-    refused(lambda: Profile(**{"y": RAIL.y, "z": RAIL.z, "kind": "rail"} | more), field, match=words)
+    refused(
+        lambda: Profile(**{"y": RAIL.y, "z": RAIL.z, "kind": "rail"} | more), field, match=words
+    )
 
 
 def test_entries_by_position_are_refused_in_words():
-    refused(lambda: Profile(RAIL.y, RAIL.z, "rail"), match=r"by name: write Profile\(y=..., z=..., kind=...\)")
+    refused(
+        lambda: Profile(RAIL.y, RAIL.z, "rail"),
+        match=r"by name: write Profile\(y=..., z=..., kind=...\)",
+    )
     refused(lambda: Track(RAIL), match=r"Track takes its entries by name: write Track\(rail=...\)")
 
 
 def test_segments_that_cross_are_found_as_one_by_one() -> None:
-    """Of random lines, with points on a lattice in a third of them; and at once for 50 000 points."""
+    """Of random lines, with points on a lattice in a third of them; and at once for 50 000
+    points.
+    """
 
     def by_hand(points: np.ndarray) -> set[int]:
         found = set()
         for i, j in itertools.combinations(range(len(points) - 1), 2):
             a, b, c, d = points[i], points[i + 1], points[j], points[j + 1]
-            sides = [np.linalg.det([q - p, r - p]) for p, q, r in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))]
+            sides = [
+                np.linalg.det([q - p, r - p])
+                for p, q, r in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+            ]
             if j > i + 1 and sides[0] * sides[1] < -1e-12 and sides[2] * sides[3] < -1e-12:
                 found.add(i)
         return found

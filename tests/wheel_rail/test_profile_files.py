@@ -60,28 +60,38 @@ WHEEL_POINTS = np.stack([WHEEL.y, WHEEL.z], axis=1)
 
 
 @pytest.mark.parametrize(
-    "form", ["{:.6f} {:.6f}", "{:.6f},{:.6f}", "{:.6f};{:.6f}", "{:.8e}\t{:.8e}", "  {:.6f}  {:.6f} "]
+    "form",
+    ["{:.6f} {:.6f}", "{:.6f},{:.6f}", "{:.6f};{:.6f}", "{:.8e}\t{:.8e}", "  {:.6f}  {:.6f} "],
 )
 def test_two_columns(tmp_path, form):
     text = "# made by hand\ny z\n" + rows(RAIL_POINTS, form) + "\n\n"
     same(Profile.read(written(tmp_path / "rail.txt", text), "rail"), RAIL)
 
 
-@pytest.mark.parametrize(("separator", "suffix"), [(";", "csv"), ("\t", "txt"), (" ", "dat"), (" ; ", "csv")])
+@pytest.mark.parametrize(
+    ("separator", "suffix"), [(";", "csv"), ("\t", "txt"), (" ", "dat"), (" ; ", "csv")]
+)
 def test_decimal_commas(tmp_path, separator, suffix):
     text = "y;z\n" + rows(RAIL_POINTS, "{:.6f}" + separator + "{:.6f}").replace(".", ",")
     same(Profile.read(written(tmp_path / f"rail.{suffix}", text), "rail"), RAIL)
     miniprof, (_, body) = MINIPROF.replace("rail.ban", "rail") + "\n", text.split("\n", 1)
-    same(Profile.read(written(tmp_path / "r.ban", miniprof.format(n=1, columns="X,Y", points=body))), RAIL)
+    same(
+        Profile.read(written(tmp_path / "r.ban", miniprof.format(n=1, columns="X,Y", points=body))),
+        RAIL,
+    )
 
 
 def test_files_of_other_programs(tmp_path):
     """Windows' ends of lines and letters, quoted numbers, remarks behind points."""
     text = rows(RAIL_POINTS, '"{:.6f}","{:.6f}"').replace("\n", "\r\n")
-    same(Profile.read(written(tmp_path / "quoted.csv", "y,z\r\n" + text, "utf-8-sig"), "rail"), RAIL)
+    same(
+        Profile.read(written(tmp_path / "quoted.csv", "y,z\r\n" + text, "utf-8-sig"), "rail"), RAIL
+    )
     same(Profile.read(written(tmp_path / "wide.csv", text, "utf-16"), "rail"), RAIL)
     remarks = rows(RAIL_POINTS, "{:.6f} {:.6f}  # measured")
-    same(Profile.read(written(tmp_path / "remarks.txt", "60E1 new ! rail\n" + remarks), "rail"), RAIL)
+    same(
+        Profile.read(written(tmp_path / "remarks.txt", "60E1 new ! rail\n" + remarks), "rail"), RAIL
+    )
 
 
 def test_simpack_of_rails_and_wheels(tmp_path):
@@ -112,7 +122,12 @@ def test_miniprof_old_and_new(tmp_path):
     new = MINIPROF.format(n=len(lines), columns="X,Y", points="\n".join([*lines, '"  1.0\t2.0']))
     same(Profile.read(written(tmp_path / "rail.ban", new)), RAIL)
     columns = "\n".join(f"0.1, {z:.6f}, {y:.6f}, 0.5" for y, z in RAIL_POINTS)
-    same(Profile.read(written(tmp_path / "c.ban", MINIPROF.format(n=1, columns="A,Y,X,C", points=columns))), RAIL)
+    same(
+        Profile.read(
+            written(tmp_path / "c.ban", MINIPROF.format(n=1, columns="A,Y,X,C", points=columns))
+        ),
+        RAIL,
+    )
     old = "MINIPROF 101 148 1994 3 24\nwhl.prd\nStock.......: Å\nWheel ID....:\n32.58 37.11 14.71  (Sd/Sh/qR)\n\n"
     body = rows(np.column_stack([WHEEL_POINTS, 0 * WHEEL.y]), "{:.6f} {:.6f} {:.3f}")
     same(Profile.read(written(tmp_path / "w.whl", old + body, "cp1252")), WHEEL)
@@ -126,7 +141,9 @@ def test_a_unit_of_length_by_hand(tmp_path):
 def test_z_up_is_turned_when_told(tmp_path):
     path = written(tmp_path / "up.txt", rows(RAIL_POINTS * [1, -1]))
     same(Profile.read(path, "rail", mirror_z=True), RAIL)
-    with pytest.warns(DoubtfulProfile, match="up.txt: the sign of z is changed, as the profile looks upside down"):
+    with pytest.warns(
+        DoubtfulProfile, match="up.txt: the sign of z is changed, as the profile looks upside down"
+    ):
         same(Profile.read(path, "rail"), RAIL)
     with pytest.warns(DoubtfulProfile, match="the rail's profile looks upside down"):
         as_told = Profile.read(path, "rail", mirror_z=False)
@@ -134,7 +151,9 @@ def test_z_up_is_turned_when_told(tmp_path):
 
 
 def test_what_a_file_says_of_z_is_no_guess(tmp_path):
-    """SIMPACK's header, and files that were saved here: a channel, flat at its lowest, looks upside down."""
+    """SIMPACK's header, and files that were saved here: a channel, flat at its lowest, looks upside
+    down.
+    """
     y = np.linspace(-12.0, 12.0, 97)
     with pytest.warns(DoubtfulProfile, match="upside down"):
         channel = Profile(y=y, z=-(np.maximum(np.abs(y) - 10.0, 0.0) ** 2), kind="rail")
@@ -142,7 +161,9 @@ def test_what_a_file_says_of_z_is_no_guess(tmp_path):
     channel.save(tmp_path / "saved.csv")
     said = written(tmp_path / "said.prr", simpack(points, more="  mirror.z = 0\n"))
     for path in (tmp_path / "saved.csv", said):
-        with pytest.warns(DoubtfulProfile, match=f"{path.name}: the rail's profile looks upside down"):
+        with pytest.warns(
+            DoubtfulProfile, match=f"{path.name}: the rail's profile looks upside down"
+        ):
             same(Profile.read(path, "rail"), channel)
     unsaid = simpack(points)
     with pytest.warns(DoubtfulProfile, match="unsaid.prr: the sign of z is changed"):
@@ -150,26 +171,39 @@ def test_what_a_file_says_of_z_is_no_guess(tmp_path):
 
 
 def test_rails_of_miniprof_have_z_up_unless_that_makes_them_hollow(tmp_path):
-    """A head of which the crown or one half was measured, and one with a guard rail beside it, too."""
+    """A head of which the crown or one half was measured, and one with a guard rail beside it,
+    too.
+    """
     crown, half = RAIL_POINTS[np.abs(RAIL.y + 7.5) < 20.0], RAIL_POINTS[RAIL.y < -7.5]
     for name, points in (("head", RAIL_POINTS), ("crown", crown), ("half", half)):
-        down, up = (written(tmp_path / f"{name}_{sign}.ban", rows(points * [1, sign])) for sign in (1, -1))
-        with pytest.warns(DoubtfulProfile, match=f"{name}_-1.ban: the sign of z is changed, as .ban has z up"):
+        down, up = (
+            written(tmp_path / f"{name}_{sign}.ban", rows(points * [1, sign])) for sign in (1, -1)
+        )
+        with pytest.warns(
+            DoubtfulProfile, match=f"{name}_-1.ban: the sign of z is changed, as .ban has z up"
+        ):
             turned = Profile.read(up)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             same(turned, Profile.read(down))
             same(turned, Profile.read(up, mirror_z=True))
     y = np.linspace(-80.0, 80.0, 321)
-    beside = np.stack([y, -48.0 * np.exp(-((y / 20.0) ** 8)) - y**2 / 4000.0], axis=1)  # z up, a gap in the middle
+    # z up, a gap in the middle
+    beside = np.stack([y, -48.0 * np.exp(-((y / 20.0) ** 8)) - y**2 / 4000.0], axis=1)
     with pytest.warns(DoubtfulProfile, match="z up"):
-        assert Profile.read(written(tmp_path / "guard.ban", rows(beside))).z.max() == pytest.approx(48.0, abs=0.1)
+        assert Profile.read(written(tmp_path / "guard.ban", rows(beside))).z.max() == pytest.approx(
+            48.0, abs=0.1
+        )
 
 
 def test_simpack_takes_remarks(tmp_path):
     """A point taken out by hand, and a remark behind one."""
     lines = rows(RAIL_POINTS).splitlines()
-    text = simpack(RAIL_POINTS).replace(lines[0], f"%  {lines[0]}").replace(lines[5], f"{lines[5]} % dent")
+    text = (
+        simpack(RAIL_POINTS)
+        .replace(lines[0], f"%  {lines[0]}")
+        .replace(lines[5], f"{lines[5]} % dent")
+    )
     read = Profile.read(written(tmp_path / "remarks.prr", text))
     same(read, Profile(y=RAIL.y[1:], z=RAIL.z[1:], kind="rail"))
 
@@ -184,17 +218,23 @@ Stock.......:
 """
 
 
-@pytest.mark.parametrize("numbers", ["32.58 37.11 14.71", '" 32.58 37.11 14.71', "32.58 37.11 14.71 (mm)"])
+@pytest.mark.parametrize(
+    "numbers", ["32.58 37.11 14.71", '" 32.58 37.11 14.71', "32.58 37.11 14.71 (mm)"]
+)
 def test_numbers_in_a_heading_of_miniprof_are_no_points(tmp_path, numbers):
     text = OLD.format(numbers=numbers, points=rows(WHEEL_POINTS))
     same(Profile.read(written(tmp_path / "old.whl", text)), WHEEL)
 
 
 @pytest.mark.parametrize("line", [0, 3, -1])
-@pytest.mark.parametrize("remark", ['" zig-zag pattern', "% dent = 1", "! dent", "# dent", "added by hand"])
+@pytest.mark.parametrize(
+    "remark", ['" zig-zag pattern', "% dent = 1", "! dent", "# dent", "added by hand"]
+)
 def test_remarks_behind_the_numbers_of_miniprof_are_passed_over(tmp_path, line, remark):
     """The point of the first line was lost, as part of the heading."""
-    lines = rows(np.column_stack([RAIL_POINTS, 0 * RAIL_POINTS]), "{:.6f} {:.6f} {:.1f} {:.1f}").splitlines()
+    lines = rows(
+        np.column_stack([RAIL_POINTS, 0 * RAIL_POINTS]), "{:.6f} {:.6f} {:.1f} {:.1f}"
+    ).splitlines()
     lines[line] += f"   {remark}"
     lines.insert(7, f'" {lines[7]}')
     text = MINIPROF.format(n=len(lines), columns="X,Y,A,C", points="\n".join(lines))
@@ -207,7 +247,10 @@ def test_a_column_that_counts_the_points_is_left_out(tmp_path):
         text = "i,y,z\n" + rows(numbered, "{:.0f},{:.6f},{:.6f}")
         same(Profile.read(written(tmp_path / "numbered.csv", text), "rail"), RAIL)
     text = text.replace("\n7,", "\n9,")
-    refused(lambda: Profile.read(written(tmp_path / "numbered.csv", text), "rail"), match="line 8: .* not '9,")
+    refused(
+        lambda: Profile.read(written(tmp_path / "numbered.csv", text), "rail"),
+        match="line 8: .* not '9,",
+    )
 
 
 def test_files_of_several_profiles(tmp_path):
@@ -216,7 +259,10 @@ def test_files_of_several_profiles(tmp_path):
     one = "[FileInfo]\nProgramName=any\n\n" + section.format(1, 1, rows(RAIL_POINTS))
     same(Profile.read(written(tmp_path / "one.mpt", one), "rail"), RAIL)
     two = written(tmp_path / "two.mpt", one + section.format(2, 2, rows(RAIL_POINTS)))
-    refused(lambda: Profile.read(two, "rail"), match="two.mpt has 2 profiles: copy the lines of each into a file .ban")
+    refused(
+        lambda: Profile.read(two, "rail"),
+        match="two.mpt has 2 profiles: copy the lines of each into a file .ban",
+    )
     refused(lambda: Profile.read(two), match="two.mpt does not show it")
 
 

@@ -1,4 +1,6 @@
-"""The contact of simple bodies in closed form, and that of the benchmark's profiles by published results."""
+"""The contact of simple bodies in closed form, and that of the benchmark's profiles by published
+results.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,9 @@ def wheel_on_rail(rail, wheel, **more):
 
 
 def axial_distance(case, patch, z):
-    """Distances of the wheel's surface, rebuilt from the patch, from the axle; and their places along it."""
+    """Distances of the wheel's surface, rebuilt from the patch, from the axle; and their places
+    along it.
+    """
     grid = patch.scene.grid
     rows = rail_heights(case, patch)
     height = rows[:, None] - (patch.scene.surface.h - patch.approach)
@@ -43,7 +47,9 @@ def axial_distance(case, patch, z):
 
 def rail_heights(case, patch):
     """z of a circular rail in the frame, by its centre."""
-    centre = (case.track.origin + np.array([0.0, RADIUS]) - patch.frame.origin[1:]) @ patch.frame.axes[1:, 1:]
+    centre = (
+        case.track.origin + np.array([0.0, RADIUS]) - patch.frame.origin[1:]
+    ) @ patch.frame.axes[1:, 1:]
     return centre[1] - np.sqrt(RADIUS**2 - (patch.scene.grid.y - centre[0]) ** 2)
 
 
@@ -63,13 +69,17 @@ def test_cone_on_cylinder_in_closed_form():
     radius, along = axial_distance(case, patch, case.touching + 0.03)
     assert radius == pytest.approx(460.0 - SLOPE * (along - 750.0), abs=1e-6)
     # rolling on the local radius leaves spin by the angle alone
-    assert patch.creepage.spin * patch.creepage.speed == pytest.approx(-np.sin(angle) * 1000 / 460, rel=5e-5)
+    assert patch.creepage.spin * patch.creepage.speed == pytest.approx(
+        -np.sin(angle) * 1000 / 460, rel=5e-5
+    )
     quotient = (460.0 - SLOPE * y) / 460.0
     assert patch.creepage.vx == pytest.approx(2 * (quotient - 1) / (quotient + 1), rel=2e-4)
 
 
 def test_cone_on_cylinder_with_yaw_in_closed_form():
-    """The locus is at sin(theta) = slope tan(yaw), and the normal of the wheel there is that of the rail."""
+    """The locus is at sin(theta) = slope tan(yaw), and the normal of the wheel there is that of the
+    rail.
+    """
     yaw = 0.02
     case = wheel_on_rail(round_rail(), cone(), position=Position(y=2.0, yaw=yaw))
     theta = np.arcsin(SLOPE * np.tan(yaw))
@@ -81,7 +91,9 @@ def test_cone_on_cylinder_with_yaw_in_closed_form():
     assert patch.angle == pytest.approx(angle, abs=2e-6)
     assert patch.on_rail[0] == pytest.approx(RADIUS * np.sin(angle), abs=2e-3)
     assert patch.location[0] == pytest.approx(
-        np.sin(theta) * patch.rolling_radius * np.cos(yaw) - np.sin(yaw) * (750 + patch.on_wheel[0]), abs=2e-3
+        np.sin(theta) * patch.rolling_radius * np.cos(yaw)
+        - np.sin(yaw) * (750 + patch.on_wheel[0]),
+        abs=2e-3,
     )
     radius, along = axial_distance(case, patch, case.touching + 0.02)
     assert radius == pytest.approx(460.0 - SLOPE * (along - 750.0), abs=1e-6)
@@ -102,13 +114,19 @@ def test_two_circles_touch_on_the_line_of_their_centres():
     # near the origin the distance is that of the combined curvatures
     grid, h = patch.scene.grid, patch.scene.surface.h
     rolling = 460.0 / np.cos(angle)
-    hertz = grid.x[None, :] ** 2 / (2 * rolling) + grid.y[:, None] ** 2 / 2 * (1 / RADIUS + 1 / 500.0)
+    hertz = grid.x[None, :] ** 2 / (2 * rolling) + grid.y[:, None] ** 2 / 2 * (
+        1 / RADIUS + 1 / 500.0
+    )
     assert h == pytest.approx(hertz, abs=2e-3 * hertz.max())
 
 
 def test_left_and_right_are_mirror_images():
-    right = benchmark({"side": "right", "y_ws": 2.0, "roll": 1e-3, "yaw": 0.01, "pitch_rate": -4.34})
-    left = benchmark({"side": "left", "y_ws": -2.0, "roll": -1e-3, "yaw": -0.01, "pitch_rate": -4.34})
+    right = benchmark(
+        {"side": "right", "y_ws": 2.0, "roll": 1e-3, "yaw": 0.01, "pitch_rate": -4.34}
+    )
+    left = benchmark(
+        {"side": "left", "y_ws": -2.0, "roll": -1e-3, "yaw": -0.01, "pitch_rate": -4.34}
+    )
     z = right.touching + 0.03
     assert left.touching == pytest.approx(right.touching, abs=1e-12)
     (one,), (other,) = right.patches(z), left.patches(z)
@@ -118,11 +136,15 @@ def test_left_and_right_are_mirror_images():
     assert other.on_wheel == pytest.approx(one.on_wheel, abs=1e-9)
     assert other.scene.surface.h == pytest.approx(one.scene.surface.h[::-1], abs=1e-9)
     mirrored = (other.creepage.vx, -other.creepage.vy, -other.creepage.spin)
-    assert mirrored == pytest.approx((one.creepage.vx, one.creepage.vy, one.creepage.spin), rel=1e-9)
+    assert mirrored == pytest.approx(
+        (one.creepage.vx, one.creepage.vy, one.creepage.spin), rel=1e-9
+    )
 
 
 def test_a_rotation_of_everything_about_the_track_turns_the_patch():
-    """Both bodies turned by 30 mrad about x: the same patch elsewhere, but for weights taken along the vertical."""
+    """Both bodies turned by 30 mrad about x: the same patch elsewhere, but for weights taken along
+    the vertical.
+    """
     wheel, rail = WHEELSET.placed("right"), TRACK.placed("right")
     axle, centre = rotation(yaw=0.005), np.array([0.0, 3.0, -460.0])
     turn = rotation(roll=0.03)
@@ -145,7 +167,9 @@ def test_a_rotation_of_everything_about_the_track_turns_the_patch():
 
 @pytest.mark.parametrize("row", manchester(), ids=lambda row: f"{row['side']} {row['y_ws']}")
 def test_the_benchmarks_positions_angles_and_creepages(row):
-    """CONTACT's own: location within 0.01 mm, angle within 0.2 mrad, creepages within 0.5 % (of 1e-4 at least)."""
+    """CONTACT's own: location within 0.01 mm, angle within 0.2 mrad, creepages within 0.5 % (of
+    1e-4 at least).
+    """
     case = benchmark(row)
     (patch,) = case.patches(row["z_ws"])
     assert patch.location == pytest.approx([row["x"], row["y"], row["z"]], abs=0.01)
@@ -172,9 +196,13 @@ def rigid(y, yaw=0.0, track=TRACK, wheelset=WHEELSET):
     return roll, [float(locus.radii[locus.gap.argmin()]) for locus in loci(roll)]
 
 
-@pytest.mark.parametrize("row", [row for row in manchester() if row["side"] == "right" and row["y_ws"] in (2, 6, 8)])
+@pytest.mark.parametrize(
+    "row", [row for row in manchester() if row["side"] == "right" and row["y_ws"] in (2, 6, 8)]
+)
 def test_roll_and_rolling_radius_of_the_benchmark(row):
-    """The benchmark prescribes the roll at which both wheels touch, and a speed of rotation by the mean radius."""
+    """The benchmark prescribes the roll at which both wheels touch, and a speed of rotation by the
+    mean radius.
+    """
     roll, radii = rigid(row["y_ws"], row["yaw"])
     assert roll == pytest.approx(row["roll"], rel=0.02, abs=5e-6)
     assert np.mean(radii) == pytest.approx(-2000.0 / row["pitch_rate"], abs=0.25)
@@ -197,7 +225,9 @@ def test_cant_leans_the_rails_inwards():
     curve = track.placed("right")
     points = curve.points(curve.sampled(0.01))
     top = points[points[:, 1].argmin()]
-    assert track.on_rail(top, "right") == pytest.approx([300 * np.sin(1 / 40), 300 * (1 - np.cos(1 / 40))], abs=0.01)
+    assert track.on_rail(top, "right") == pytest.approx(
+        [300 * np.sin(1 / 40), 300 * (1 - np.cos(1 / 40))], abs=0.01
+    )
     inclined = Track(rail=RAIL).placed("right")
     y = np.linspace(725.0, 785.0, 61)
     across = np.array([1.0, 0.0])

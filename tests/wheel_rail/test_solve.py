@@ -1,4 +1,6 @@
-"""Wheels solved to an accuracy, within a time, and by theories: errors, loads, and what is refused."""
+"""Wheels solved to an accuracy, within a time, and by theories: errors, loads, and what is
+refused.
+"""
 
 import warnings
 from dataclasses import replace
@@ -44,19 +46,25 @@ def test_errors_hold_against_fine_elements(y, patches):
 
 
 def test_hertz_contact_to_an_accuracy():
-    """Of a prescribed height, normal forces are within their errors; those of one patch under a load follow from it."""
+    """Of a prescribed height, normal forces are within their errors; those of one patch under a
+    load follow from it.
+    """
     held = circles(with_friction=False).solve(accuracy=0.02)
     (each,) = held.patches
     assert each.error[2] == 0
     high = replace(held.case, vertical_force=None, z=held.z).solve(accuracy=0.02)
     (other,) = high.patches
-    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), held.case.bodies, approach=high.z - held.case.touching)
+    hertz = reference.hertz(
+        460.0, 1 / (1 / 300 + 1 / 500), held.case.bodies, approach=high.z - held.case.touching
+    )
     assert 0 < abs(other.normal_force - hertz.force) < other.error[2] < 0.02 * hertz.force
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_unlike_bodies_and_no_friction_to_an_accuracy(friction):
-    soft = wheel(2.0, vertical_force=20e3, bodies=Bodies(G=(40e3, 82e3), nu=(0.35, 0.28)), friction=friction)
+    soft = wheel(
+        2.0, vertical_force=20e3, bodies=Bodies(G=(40e3, 82e3), nu=(0.35, 0.28)), friction=friction
+    )
     found = soft.solve(accuracy=0.05)
     assert found.force[2] == pytest.approx(20e3, rel=1e-6)
     assert np.isfinite(found.error).all()
@@ -73,7 +81,9 @@ def test_parts_of_a_patch_that_feel_each_other_in_part():
 
 
 def test_a_time_budget_is_kept_and_longer_is_nearer(clock):
-    """For all patches and heights together: 1.5 times, and two seconds that coarse grids may take."""
+    """For all patches and heights together: 1.5 times, and two seconds that coarse grids may
+    take.
+    """
     found = []
     for budget in (0.3, 8.0):
         begun = clock.now
@@ -127,12 +137,22 @@ def test_a_time_budget_is_kept_on_rough_profiles(clock):
 def test_peak_pressures_have_error_bars():
     """Of circles Hertz's; two patches are held against fine elements. Reports show them."""
     (each,) = circles(300.0).solve().patches
-    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), each.patch.scene.bodies, force=each.normal_force)
-    assert abs(each.peak_pressure - hertz.peak_pressure) < each.peak_pressure_error < 0.03 * hertz.peak_pressure
+    hertz = reference.hertz(
+        460.0, 1 / (1 / 300 + 1 / 500), each.patch.scene.bodies, force=each.normal_force
+    )
+    assert (
+        abs(each.peak_pressure - hertz.peak_pressure)
+        < each.peak_pressure_error
+        < 0.03 * hertz.peak_pressure
+    )
     case = wheel(5.0, vertical_force=10e3, separate=4.0, turn=4.0)
     found, fine = case.solve(), replace(case, dx=0.1, dy=0.05).solve()
     for own, exact in zip(found.patches, fine.patches, strict=True):
-        assert abs(own.peak_pressure - exact.peak_pressure) < own.peak_pressure_error < 0.1 * exact.peak_pressure
+        assert (
+            abs(own.peak_pressure - exact.peak_pressure)
+            < own.peak_pressure_error
+            < 0.1 * exact.peak_pressure
+        )
         words = with_bar(own.peak_pressure, own.peak_pressure_error)
         assert f"largest pressure {words} N/mm^2" in found.report()
     assert np.isnan(exact.peak_pressure_error)
@@ -147,7 +167,9 @@ def test_friction_that_varies_over_the_patch_has_errors_by_default():
 
 
 def test_samples_are_the_distance_on_any_grid():
-    """Interpolated, they are the distance that elements have, to a nanometre or so; the origin is the deepest."""
+    """Interpolated, they are the distance that elements have, to a nanometre or so; the origin is
+    the deepest.
+    """
     case = wheel(3.0)
     z = case.touching + 0.08
     (sampled,), (own,) = case.patches(z, with_grid=False), replace(case, dx=0.7, dy=0.3).patches(z)
@@ -177,18 +199,33 @@ def test_a_theory_on_the_ellipse_of_each_patch():
 
 
 test_what_is_refused = refusals(
-    (lambda: wheel(2.0, dx=1.0).solve(accuracy=0.01), "dx: the grids are chosen for the accuracy; leave dx and dy out"),
-    (lambda: wheel(2.0, dy=1.0).solve(time_budget=1.0), "dy: the grids are chosen for the time_budget"),
-    (lambda: wheel(2.0).solve(accuracy=0.01, time_budget=1.0), "accuracy and time_budget are both given"),
-    (lambda: wheel(2.0).solve(accuracy=0.01, tangential="fastsim"), "a theory has an error that no grid removes"),
     (
-        lambda: WheelSetOnTrack(track=conditions.TRACK, wheelset=conditions.WHEELSET, vertical_force=160e3).solve(
-            time_budget=1.0
-        ),
+        lambda: wheel(2.0, dx=1.0).solve(accuracy=0.01),
+        "dx: the grids are chosen for the accuracy; leave dx and dy out",
+    ),
+    (
+        lambda: wheel(2.0, dy=1.0).solve(time_budget=1.0),
+        "dy: the grids are chosen for the time_budget",
+    ),
+    (
+        lambda: wheel(2.0).solve(accuracy=0.01, time_budget=1.0),
+        "accuracy and time_budget are both given",
+    ),
+    (
+        lambda: wheel(2.0).solve(accuracy=0.01, tangential="fastsim"),
+        "a theory has an error that no grid removes",
+    ),
+    (
+        lambda: WheelSetOnTrack(
+            track=conditions.TRACK, wheelset=conditions.WHEELSET, vertical_force=160e3
+        ).solve(time_budget=1.0),
         r"time_budget = 1\.0 must be left out: wheels are solved as often as the balance asks for",
     ),
     (lambda: wheel(2.0).solve(accuracy=-1.0), r"accuracy = -1\.0 is not allowed"),
-    (lambda: wheel(2.0, dx=1.0, dy=1.0).solve(refine="continuum"), "refine = .* this version has accuracy"),
+    (
+        lambda: wheel(2.0, dx=1.0, dy=1.0).solve(refine="continuum"),
+        "refine = .* this version has accuracy",
+    ),
     (lambda: wheel(2.0).solve(store="file.nc"), "store = .* must be left out"),
     (lambda: wheel(7.5).solve(tangential="table"), r"its book has a/b from 0\.2 to 5"),
 )

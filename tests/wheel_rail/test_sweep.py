@@ -1,4 +1,6 @@
-"""Sweeps of wheel sets: the numbers of single solutions, resumed, pictures, and the same as a command."""
+"""Sweeps of wheel sets: the numbers of single solutions, resumed, pictures, and the same as a
+command.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -43,8 +45,13 @@ def test_a_sweep_has_the_numbers_of_the_solutions_and_is_resumed(tmp_path):
 
 def test_what_is_not_solved_has_its_reason_and_pairs_make_a_dimension():
     narrow = replace(wheel_set(), track=replace(wheel_set().track, cant=0.01))
-    swept = sweep_wheel_sets({"one": wheel_set(), "two": narrow}, {"position.y": [2.0, 90.0]}, fast=True)
-    assert swept["outcome"].sel({"position.y": 90.0}, drop=True).values.tolist() == ["refused", "refused"]
+    swept = sweep_wheel_sets(
+        {"one": wheel_set(), "two": narrow}, {"position.y": [2.0, 90.0]}, fast=True
+    )
+    assert swept["outcome"].sel({"position.y": 90.0}, drop=True).values.tolist() == [
+        "refused",
+        "refused",
+    ]
     assert "beside the rail" in str(swept["reason"].values[0, 1])
     found = swept["on_rail"].sel({"position.y": 2.0, "side": "right", "patch": 1}).values
     assert found[0] != found[1]
@@ -70,7 +77,15 @@ def test_the_command_is_the_case_in_python(tmp_path):
     path.write_text(CASE)
     file = read_case(path)
     assert all(isinstance(case, WheelSetOnTrack) and case.torque == -1e6 for case in file.cases)
-    done = run("wheelrail", path, "--out", tmp_path / "table.csv", "--plot", tmp_path / "sets.png", folder=tmp_path)
+    done = run(
+        "wheelrail",
+        path,
+        "--out",
+        tmp_path / "table.csv",
+        "--plot",
+        tmp_path / "sets.png",
+        folder=tmp_path,
+    )
     assert done.returncode == 0, done.stderr
     table, known = pd.read_csv(tmp_path / "table.csv"), solve_cases(file)
     assert table["track_Fx"].to_numpy() == pytest.approx(known["track_Fx"].to_numpy())

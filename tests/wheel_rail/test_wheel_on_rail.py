@@ -1,4 +1,6 @@
-"""Patches solved: Hertz's closed form, the benchmark's forces, the load, velocities of particles, and warnings."""
+"""Patches solved: Hertz's closed form, the benchmark's forces, the load, velocities of particles,
+and warnings.
+"""
 
 import warnings
 from dataclasses import replace
@@ -20,9 +22,18 @@ from varcontact import reference
 from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.scene.bodies import Bodies
-from varcontact.wheel_rail import CoarseElements, ConformalContact, Position, Profile, Track, Velocity, WheelSet
+from varcontact.wheel_rail import (
+    CoarseElements,
+    ConformalContact,
+    Position,
+    Profile,
+    Track,
+    Velocity,
+    WheelSet,
+)
 
-pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
+# elements are few to be fast
+pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")
 
 
 def test_two_circles_are_hertz_contact():
@@ -41,7 +52,9 @@ def test_two_circles_are_hertz_contact():
 
 @pytest.mark.parametrize(("side", "y"), [("left", 4.5), ("right", 2.0), ("right", 8.0)])
 def test_the_benchmarks_forces(side, y):
-    """CONTACT's on the same grid of 0.2 mm: normal 0.1 %, tangential 0.1 % of f Fn, peak pressure 0.5 %."""
+    """CONTACT's on the same grid of 0.2 mm: normal 0.1 %, tangential 0.1 % of f Fn, peak pressure
+    0.5 %.
+    """
     wanted = published(side, y)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
@@ -49,26 +62,34 @@ def test_the_benchmarks_forces(side, y):
     (each,) = found.patches
     assert found.z == pytest.approx(wanted["z_ws"], abs=5e-4)
     assert each.normal_force == pytest.approx(wanted["fn"], rel=1e-3)
-    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=1e-3 * 0.3 * wanted["fn"])
+    assert each.force[:2] == pytest.approx(
+        [wanted["fx"], wanted["fs"]], abs=1e-3 * 0.3 * wanted["fn"]
+    )
     assert each.peak_pressure == pytest.approx(wanted["pmax"], rel=5e-3)
     assert found.force[2] == pytest.approx(10e3, rel=1e-6)
 
 
 def test_the_benchmarks_position_between_tread_and_flange():
-    """Two overlaps 6 mm apart, which feel each other in part: on coarser elements, CONTACT's place and forces."""
+    """Two overlaps 6 mm apart, which feel each other in part: on coarser elements, CONTACT's place
+    and forces.
+    """
     wanted = published("right", 5.0)
     found = benchmark(wanted, dx=0.5, dy=0.5).solve()
     (each,) = found.patches
     assert len(each.patch.seams) == 1
     assert each.patch.location == pytest.approx([wanted["x"], wanted["y"], wanted["z"]], abs=0.03)
     assert each.normal_force == pytest.approx(wanted["fn"], rel=1e-3)
-    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=5e-3 * 0.3 * wanted["fn"])
+    assert each.force[:2] == pytest.approx(
+        [wanted["fx"], wanted["fs"]], abs=5e-3 * 0.3 * wanted["fn"]
+    )
 
 
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
     case = wheel(2.0, yaw=0.005, dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
-    assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(80e3, rel=1e-6)
+    assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(
+        80e3, rel=1e-6
+    )
     assert all_of_it.force[2] == pytest.approx(80e3, rel=1e-6)
     assert plain.force[2] != pytest.approx(80e3, rel=1e-3)
     again = replace(case, vertical_force=None, z=plain.z).solve()
@@ -91,7 +112,9 @@ def test_the_solution_of_another_position_changes_nothing_as_a_start(more):
 
 
 def test_a_flange_contact_takes_few_heights():
-    """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power of the depth."""
+    """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power
+    of the depth.
+    """
     case = wheel(-7.0, -6e-4, 0.026, side="left", vertical_force=65e3, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
@@ -103,11 +126,15 @@ def test_a_flange_contact_takes_few_heights():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_any_position_bears_its_load(seed):
-    """Random places, sides and loads: the load is met, nothing pulls, and the tractions obey Coulomb's law."""
+    """Random places, sides and loads: the load is met, nothing pulls, and the tractions obey
+    Coulomb's law.
+    """
     rng = np.random.default_rng(seed)
     y, roll, yaw = rng.uniform(-10, 10), rng.normal() * 3e-3, rng.uniform(-0.02, 0.02)
     force = 10 ** rng.uniform(3.5, 5.0)
-    case = wheel(y, roll, yaw, side=("left", "right")[seed % 2], vertical_force=force, dx=1.0, dy=1.0)
+    case = wheel(
+        y, roll, yaw, side=("left", "right")[seed % 2], vertical_force=force, dx=1.0, dy=1.0
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         warnings.filterwarnings("ignore", "normal forces of")
@@ -124,7 +151,9 @@ def test_any_position_bears_its_load(seed):
 @pytest.fixture(scope="module")
 def two_patches():
     """Tread and flange root, apart."""
-    return wheel(5.0, -3e-4, 0.012, vertical_force=10e3, join=3.0, separate=3.0, dx=0.5, dy=0.5).solve()
+    return wheel(
+        5.0, -3e-4, 0.012, vertical_force=10e3, join=3.0, separate=3.0, dx=0.5, dy=0.5
+    ).solve()
 
 
 def test_forces_in_the_frames_belong_together(two_patches):
@@ -162,7 +191,9 @@ def test_solutions_of_left_and_right_are_mirror_images():
     )  # fmt: skip
     assert len(right.patches[0].patch.seams) == len(left.patches[0].patch.seams) == 1
     assert left.force == pytest.approx(right.force * [1, -1, 1], rel=1e-6)
-    assert left.moment_on_wheelset == pytest.approx(right.moment_on_wheelset * [-1, 1, -1], rel=1e-6)
+    assert left.moment_on_wheelset == pytest.approx(
+        right.moment_on_wheelset * [-1, 1, -1], rel=1e-6
+    )
     one, other = right.patches[0].solution, left.patches[0].solution
     assert other.pressure == pytest.approx(one.pressure[::-1], abs=1e-6 * one.pressure.max())
     mirrored = one.traction[:, ::-1] * np.array([1, -1])[:, None, None]
@@ -172,23 +203,35 @@ def test_solutions_of_left_and_right_are_mirror_images():
 def test_patches_nearer_than_the_distance_are_one():
     case = wheel(5.0, roll=-3e-4, yaw=0.012)
     z = case.touching + 0.03
-    apart, together = replace(case, join=1.0, separate=1.0).patches(z), replace(case, separate=20.0).patches(z)
+    apart, together = (
+        replace(case, join=1.0, separate=1.0).patches(z),
+        replace(case, separate=20.0).patches(z),
+    )
     assert (len(apart), len(together)) == (2, 1)
     assert apart[0].location[1] < together[0].location[1] < apart[1].location[1]
 
 
 def test_creepages_are_the_velocities_of_particles_followed_in_time():
     """The wheel set's place by its angles as functions of time, without its rigid body."""
-    velocity = Velocity(speed=2000.0, pitch_rate=-4.3, lateral=15.0, vertical=-4.0, roll_rate=0.02, yaw_rate=0.03)
+    velocity = Velocity(
+        speed=2000.0, pitch_rate=-4.3, lateral=15.0, vertical=-4.0, roll_rate=0.02, yaw_rate=0.03
+    )
     position = Position(y=3.0, roll=2e-3, yaw=0.01)
     case = wheel(position=position, velocity=velocity)
     z = case.touching + 0.05
     (patch,) = case.patches(z)
 
     def place(time, pitching):
-        axes = rotation(roll=position.roll + velocity.roll_rate * time, yaw=position.yaw + velocity.yaw_rate * time)
+        axes = rotation(
+            roll=position.roll + velocity.roll_rate * time,
+            yaw=position.yaw + velocity.yaw_rate * time,
+        )
         centre = np.array(
-            [velocity.speed * time, position.y + velocity.lateral * time, z - 460.0 + velocity.vertical * time]
+            [
+                velocity.speed * time,
+                position.y + velocity.lateral * time,
+                z - 460.0 + velocity.vertical * time,
+            ]
         )
         return axes @ rotation(pitch=velocity.pitch_rate * time * pitching), centre
 
@@ -210,15 +253,22 @@ def test_creepages_are_the_velocities_of_particles_followed_in_time():
     assert found.vx == pytest.approx(-wheel_velocity[0] / speed, abs=1e-8)
     assert found.vy == pytest.approx(-wheel_velocity[1] / speed, abs=1e-8)
     beside = patch.frame.globally([0.0, 1.0, patch.approach])
-    turn = (axes.T @ (followed(beside) - followed(particle)))[0]  # minus the rate of rotation about the normal
+    # minus the rate of rotation about the normal
+    turn = (axes.T @ (followed(beside) - followed(particle)))[0]
     assert found.spin == pytest.approx(turn / speed, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("sides", "said"),
     [
-        ({"dx": 0.5, "dy": 0.5}, ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few"]),
-        ({"dx": 6.0, "dy": 0.2}, ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few"]),
+        (
+            {"dx": 0.5, "dy": 0.5},
+            ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few"],
+        ),
+        (
+            {"dx": 6.0, "dy": 0.2},
+            ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few"],
+        ),
         ({"dx": 0.4, "dy": 0.2}, []),
     ],
 )
@@ -232,13 +282,18 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
     assert [text[: len(start)] for text, start in zip(told, said, strict=True)] == said
     assert all(text.endswith("for 4 elements or more") for text in told)
     (each,) = found.patches
-    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.02 * 0.3 * wanted["fn"])
+    assert each.force[:2] == pytest.approx(
+        [wanted["fx"], wanted["fs"]], abs=0.02 * 0.3 * wanted["fn"]
+    )
 
 
 test_a_wrong_name_is_told_the_right_one = refusals(
     (lambda: wheel(load=1e4), "WheelOnRail has no load: write vertical_force"),
     (lambda: Track(rail=RAIL, inclination=0.05), "Track has no inclination: write cant"),
-    (lambda: WheelSet(wheel=WHEEL, nominal_radius=1.0), "WheelSet has no nominal_radius: write radius"),
+    (
+        lambda: WheelSet(wheel=WHEEL, nominal_radius=1.0),
+        "WheelSet has no nominal_radius: write radius",
+    ),
     (lambda: Position(z=0.1), "Position has no z: write z, or vertical_force, of WheelOnRail"),
     (lambda: Velocity(sped=1.0), r"Velocity has no sped \(did you mean speed\?\)"),
 )
@@ -247,7 +302,9 @@ test_a_wrong_name_is_told_the_right_one = refusals(
 def test_a_load_that_cannot_be_met_exactly_says_so():
     with pytest.raises(NotConverged, match="no height of the axle was found that bears 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
-    with pytest.raises(NotConverged, match=r"1e-05 N to within tol = 1e-06: heights are rounded more"):
+    with pytest.raises(
+        NotConverged, match=r"1e-05 N to within tol = 1e-06: heights are rounded more"
+    ):
         wheel(2.0, vertical_force=1e-5).solve()
 
 
@@ -261,9 +318,13 @@ def test_a_wheel_that_friction_lifts_is_refused():
 
 
 def test_normal_forces_far_larger_than_the_load_are_said():
-    """80 kN on a flange at 69 degrees, borne by more than twice as much; on the tread nothing is said."""
+    """80 kN on a flange at 69 degrees, borne by more than twice as much; on the tread nothing is
+    said.
+    """
     flange = wheel(7.0, dx=1.0, dy=0.5)
-    with pytest.warns(UserWarning, match=r"normal forces of \S+ N bear the load of 8e\+04 N, .* 6\d\.\d degrees"):
+    with pytest.warns(
+        UserWarning, match=r"normal forces of \S+ N bear the load of 8e\+04 N, .* 6\d\.\d degrees"
+    ):
         found = flange.solve()
     assert found.patches[0].normal_force > 2 * 80e3
     with warnings.catch_warnings():
@@ -273,17 +334,31 @@ def test_normal_forces_far_larger_than_the_load_are_said():
 
 @pytest.mark.parametrize("G", [82e9, (82e9, 80e9)])
 def test_moduli_in_pascal_are_refused(G):
-    with pytest.raises(SceneError, match=r"bodies\.G: 8\.\de\+10 N/mm\^2 is stiffer than any material"):
+    with pytest.raises(
+        SceneError, match=r"bodies\.G: 8\.\de\+10 N/mm\^2 is stiffer than any material"
+    ):
         wheel(bodies=Bodies(G=G, nu=0.28))
     assert wheel(bodies=Bodies(G=535e3, nu=0.07)).bodies.G == 535e3  # diamond
 
 
 test_bad_dimensions_and_velocities_are_refused = refusals(
-    (lambda: WheelSet(wheel=WHEEL, radius=0.46), r"wheelset\.radius.* in millimetres: .* leaves -2\.\d+ mm"),
-    (lambda: WheelSet(wheel=replace(WHEEL, y=WHEEL.y + 70.0)), r"wheelset\.flange_back.* its tip is at y = 1"),
+    (
+        lambda: WheelSet(wheel=WHEEL, radius=0.46),
+        r"wheelset\.radius.* in millimetres: .* leaves -2\.\d+ mm",
+    ),
+    (
+        lambda: WheelSet(wheel=replace(WHEEL, y=WHEEL.y + 70.0)),
+        r"wheelset\.flange_back.* its tip is at y = 1",
+    ),
     (lambda: WheelSet(wheel=WHEEL, flange_back=70.0), "its tip is at"),
-    (lambda: Velocity(speed=20e3, pitch_rate=43.0), r"velocity\.pitch_rate.* negative in rolling forward"),
-    (lambda: wheel(velocity=Velocity(yaw_rate=10.0)).solve(), r"velocity.* does not roll forwards, .* -\d"),
+    (
+        lambda: Velocity(speed=20e3, pitch_rate=43.0),
+        r"velocity\.pitch_rate.* negative in rolling forward",
+    ),
+    (
+        lambda: wheel(velocity=Velocity(yaw_rate=10.0)).solve(),
+        r"velocity.* does not roll forwards, .* -\d",
+    ),
 )
 
 
@@ -302,7 +377,10 @@ def test_a_rail_with_its_sides_exchanged_is_told():
     """The benchmark's leans inwards by 1:40; upright ones say nothing, nor worn gauge corners."""
     mirrored = wheel(track=Track(rail=Profile(y=-RAIL.y, z=RAIL.z, kind="rail")), dx=2.0, dy=1.0)
     for do in (mirrored.solve, mirrored.estimate):
-        with pytest.warns(UserWarning, match=r"leans to the field side by 1:4\d, so its gauge side is probably on the"):
+        with pytest.warns(
+            UserWarning,
+            match=r"leans to the field side by 1:4\d, so its gauge side is probably on the",
+        ):
             do()
     upright = Profile.rail_60e1()
     worn = Profile(y=upright.y, z=upright.z + 0.1 * np.maximum(-10.0 - upright.y, 0.0), kind="rail")
@@ -313,11 +391,15 @@ def test_a_rail_with_its_sides_exchanged_is_told():
 
 
 def test_profiles_too_rough_to_follow_are_told():
-    """Noise of half a millimetre: every wheel has an answer that bears its load, or is told what to do."""
+    """Noise of half a millimetre: every wheel has an answer that bears its load, or is told what to
+    do.
+    """
     said = []
     for seed in range(12):
         noise = 0.5 * np.random.default_rng(seed).normal(size=RAIL.z.size)
-        case = wheel(2.0, track=replace(TRACK, rail=Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")), dy=1.0)
+        case = wheel(
+            2.0, track=replace(TRACK, rail=Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")), dy=1.0
+        )
         for do in (case.solve, case.estimate):
             try:
                 with warnings.catch_warnings():

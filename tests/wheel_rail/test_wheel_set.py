@@ -1,4 +1,6 @@
-"""Balance of loads on a wheel set: symmetry, power, free rolling, starting guesses, curves, and what is refused."""
+"""Balance of loads on a wheel set: symmetry, power, free rolling, starting guesses, curves, and
+what is refused.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -8,7 +10,15 @@ import pytest
 from scipy.optimize import brentq
 
 from tests.scenes import refusals
-from tests.wheel_rail.conditions import TRACK, WHEELSET, cone, flat_track, published, round_rail, round_wheel
+from tests.wheel_rail.conditions import (
+    TRACK,
+    WHEELSET,
+    cone,
+    flat_track,
+    published,
+    round_rail,
+    round_wheel,
+)
 from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.wheel_rail import (
@@ -29,14 +39,25 @@ ROLLING = Velocity(speed=20e3)
 
 def wheel_set(y=0.0, yaw=0.0, **more):
     """The benchmark's profiles with 160 kN."""
-    common = {"track": TRACK, "wheelset": WHEELSET, "velocity": ROLLING, "vertical_force": 160e3, "dx": 1.0, "dy": 1.0}
+    common = {
+        "track": TRACK,
+        "wheelset": WHEELSET,
+        "velocity": ROLLING,
+        "vertical_force": 160e3,
+        "dx": 1.0,
+        "dy": 1.0,
+    }
     return WheelSetOnTrack(**common | {"position": Position(y=y, yaw=yaw)} | more)
 
 
 def test_mirror_images():
-    """Displaced and yawed to the other side in a curve to the other side, left and right are exchanged."""
+    """Displaced and yawed to the other side in a curve to the other side, left and right are
+    exchanged.
+    """
     curve = replace(
-        TRACK, curve_radius=400e3, right=Irregularity(y=1.0, z=0.3, roll=0.01, lateral=20.0, roll_rate=0.01)
+        TRACK,
+        curve_radius=400e3,
+        right=Irregularity(y=1.0, z=0.3, roll=0.01, lateral=20.0, roll_rate=0.01),
     )
     mirrored = replace(curve, curve_radius=-400e3, right=Irregularity(), left=Irregularity(
         y=-1.0, z=0.3, roll=-0.01, lateral=-20.0, roll_rate=-0.01
@@ -47,12 +68,16 @@ def test_mirror_images():
         assert two.force == pytest.approx(one.force * [1, -1, 1], rel=1e-5, abs=1.0)
     assert other.position.roll == pytest.approx(-found.position.roll, rel=1e-5)
     assert other.velocity.pitch_rate == pytest.approx(found.velocity.pitch_rate, rel=1e-9)
-    assert other.moment_on_wheelset == pytest.approx(found.moment_on_wheelset * [-1, 1, -1], abs=500.0)
+    assert other.moment_on_wheelset == pytest.approx(
+        found.moment_on_wheelset * [-1, 1, -1], abs=500.0
+    )
 
 
 @pytest.mark.parametrize("torque", [0.0, -3e6])
 def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
-    """The rails' forces take from the moving wheel set what slip dissipates, of creepages by the moving contact."""
+    """The rails' forces take from the moving wheel set what slip dissipates, of creepages by the
+    moving contact.
+    """
     found = wheel_set(3.0, 0.003, torque=torque, dx=0.5, dy=0.5).solve()
     assert abs(found.moment_on_wheelset[1] + torque) < 1e-6 * 160e3 * 460
     assert abs(found.moment_on_wheelset[0]) < 1e-6 * 160e3 * 750
@@ -63,8 +88,11 @@ def test_power_of_the_forces_is_friction_power_and_torques_are_balanced(torque):
     taken = -(found.force_on_wheelset @ velocity + found.moment_on_wheelset @ turning) / 1e3
     for wheel in found.wheels:
         for each in wheel.patches:
-            arm = each.patch.approach * each.frame.normal  # creepages are those of the wheel's particle in the rail
-            deeper += each.force_on_track @ np.cross(wheel.case.body(found.z).angular_velocity, arm) / 1e3
+            # creepages are those of the wheel's particle in the rail
+            arm = each.patch.approach * each.frame.normal
+            deeper += (
+                each.force_on_track @ np.cross(wheel.case.body(found.z).angular_velocity, arm) / 1e3
+            )
     assert taken + deeper == pytest.approx(found.power, rel=2e-3)
     assert abs(deeper) < 0.1 * found.power
     assert found.force[0] * torque >= 0  # driving wheels push the rails backwards
@@ -86,19 +114,25 @@ def test_friction_power_of_a_wheel_set_that_slides_sideways(solver):
 
 
 def test_nadals_limit_is_that_of_the_face_of_the_flange():
-    """70 degrees by EN 13715, on both sides, though the back of the flange is vertical and noise can turn it."""
+    """70 degrees by EN 13715, on both sides, though the back of the flange is vertical and noise
+    can turn it.
+    """
     angle, f = np.radians(70.0), 0.3
     limit = (np.tan(angle) - f) / (1 + f * np.tan(angle))
     wheel = Profile.s1002()
     found = wheel_set(3.0, wheelset=replace(WHEELSET, wheel=wheel)).estimate()
     for side in ("left", "right"):
         assert found.y_over_q(side) / found.nadal(side) == pytest.approx(limit, rel=5e-3)
-    coned = WheelSetOnTrack(track=flat_track(round_rail()), wheelset=WheelSet(wheel=cone()), vertical_force=160e3)
+    coned = WheelSetOnTrack(
+        track=flat_track(round_rail()), wheelset=WheelSet(wheel=cone()), vertical_force=160e3
+    )
     assert np.isnan(coned.estimate().nadal("left"))
 
 
 def test_wheels_that_are_cones_roll_as_their_radii_tell():
-    """Without slip both wheels together: the pitch rate is that of the mean of the radii, and forces are opposite."""
+    """Without slip both wheels together: the pitch rate is that of the mean of the radii, and
+    forces are opposite.
+    """
     case = wheel_set(0.0)
     found = case.solve()
     radii = [each.patches[0].patch.rolling_radius for each in found.wheels]
@@ -109,13 +143,17 @@ def test_wheels_that_are_cones_roll_as_their_radii_tell():
 
 
 def test_a_free_wheel_set_in_a_curve_rolls_where_the_radii_make_up_for_it():
-    """Redtenbacher: r_left - r_right = 2 s r/R with pure rolling, so that no yaw moment is left (straight, centred)."""
+    """Redtenbacher: r_left - r_right = 2 s r/R with pure rolling, so that no yaw moment is left
+    (straight, centred).
+    """
     free = ("y", "yaw", "roll", "pitch_rate")
     track = replace(TRACK, curve_radius=800e3)
     found = wheel_set(track=track, free=free).estimate()
     places = [wheel.patches[0].frame.origin[1] for wheel in found.wheels]
     needed = (places[1] - places[0]) * 460.0 / 800e3
-    assert -rolling_radius_difference(TRACK, WHEELSET, found.position.y) == pytest.approx(needed, rel=0.05)
+    assert -rolling_radius_difference(TRACK, WHEELSET, found.position.y) == pytest.approx(
+        needed, rel=0.05
+    )
     assert found.moment_on_wheelset == pytest.approx(np.zeros(3), abs=1.0)
     start = wheel_set(-6.0, 0.004, track=track, free=free).estimate()
     assert start.position.y == pytest.approx(found.position.y, abs=1e-6)
@@ -134,7 +172,9 @@ def in_curve(radius, **more):
 
 
 def test_a_free_wheel_set_under_little_friction_in_a_sharp_curve():
-    """At the flange root, within a hundredth of a millimetre; to the other side in the other curve."""
+    """At the flange root, within a hundredth of a millimetre; to the other side in the other
+    curve.
+    """
     found, other = (in_curve(radius, friction=0.15).estimate() for radius in (300e3, -300e3))
     assert found.imbalance < 1e-8
     assert found.position.y == pytest.approx(-5.0768, abs=1e-3)
@@ -144,9 +184,13 @@ def test_a_free_wheel_set_under_little_friction_in_a_sharp_curve():
 
 
 def test_a_refusal_names_the_moment_and_by_how_much_it_is_short():
-    """Held in the middle of a curve, no yaw makes up for the radii; nothing that was not given is named."""
+    """Held in the middle of a curve, no yaw makes up for the radii; nothing that was not given is
+    named.
+    """
     case = in_curve(600e3, free=STEERED[1:])
-    with pytest.raises(SceneError, match=r"at yaw = .* the yaw_moment is short by -?\d.* N mm") as caught:
+    with pytest.raises(
+        SceneError, match=r"at yaw = .* the yaw_moment is short by -?\d.* N mm"
+    ) as caught:
         case.estimate()
     assert caught.value.field == "yaw_moment"
     assert " y = " not in str(caught.value)
@@ -167,7 +211,9 @@ def test_small_loads_at_the_flange(load):
 def test_the_balance_does_not_depend_on_where_the_search_begins():
     case = wheel_set(0.0, free=("y", "roll", "pitch_rate"), lateral_force=5e3, dx=1.6, dy=1.6)
     one = case.solve()
-    other = replace(case, position=Position(y=-4.0, roll=0.01), velocity=Velocity(speed=20e3, pitch_rate=-40.0)).solve()
+    other = replace(
+        case, position=Position(y=-4.0, roll=0.01), velocity=Velocity(speed=20e3, pitch_rate=-40.0)
+    ).solve()
     assert one.force[1] == pytest.approx(5e3, abs=1.0)
     assert other.position.y == pytest.approx(one.position.y, abs=1e-4)
     assert other.velocity.pitch_rate == pytest.approx(one.velocity.pitch_rate, rel=1e-7)
@@ -175,7 +221,9 @@ def test_the_balance_does_not_depend_on_where_the_search_begins():
 
 @pytest.mark.parametrize("y", [2.0, 8.0])
 def test_wheel_set_of_the_benchmark(y):
-    """Its 10 kN on each wheel need a roll moment against the lateral forces: with it, the published wheel set."""
+    """Its 10 kN on each wheel need a roll moment against the lateral forces: with it, the published
+    wheel set.
+    """
     rows = [published(side, y) for side in ("left", "right")]
     moment, z = 0.0, np.mean([each["z_ws"] for each in rows])
     for each in rows:
@@ -192,12 +240,17 @@ def test_wheel_set_of_the_benchmark(y):
         (each,) = wheel.patches
         assert each.patch.location[1] == pytest.approx(wanted["y"], abs=0.05)
         assert each.normal_force == pytest.approx(wanted["fn"], rel=0.01)
-        assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.01 * 0.3 * wanted["fn"])
+        assert each.force[:2] == pytest.approx(
+            [wanted["fx"], wanted["fs"]], abs=0.01 * 0.3 * wanted["fn"]
+        )
 
 
 def test_rails_that_yield():
     """Each is moved by its force over its stiffness, and the axle sinks with them."""
-    stiff, found = (wheel_set(3.0, track=replace(TRACK, stiffness=each)).solve() for each in (None, (40e3, 80e3)))
+    stiff, found = (
+        wheel_set(3.0, track=replace(TRACK, stiffness=each)).solve()
+        for each in (None, (40e3, 80e3))
+    )
     for wheel in found.wheels:
         moved = getattr(found.track, wheel.case.side)
         assert [40e3 * moved.y, 80e3 * moved.z] == pytest.approx(wheel.force[1:], abs=0.5)
@@ -205,7 +258,9 @@ def test_rails_that_yield():
 
 
 def test_friction_by_region_and_by_side():
-    """As everywhere where all coefficients are one; on a lubricated gauge face, tractions within its cone alone."""
+    """As everywhere where all coefficients are one; on a lubricated gauge face, tractions within
+    its cone alone.
+    """
     plain = wheel_set(8.0, 0.004).solve()
     alike = wheel_set(8.0, 0.004, friction=(0.3, FrictionByAngle((-0.1, 0.5), (0.3, 0.3)))).solve()
     assert alike.right.force == pytest.approx(plain.right.force, rel=1e-9)
@@ -216,17 +271,26 @@ def test_friction_by_region_and_by_side():
     bound = np.asarray(each.solution.scene.friction) * pressure
     assert (np.hypot(*each.solution.traction) <= bound * (1 + 1e-9) + 1e-9 * pressure.max()).all()
     used = float(np.hypot(*each.force[:2]) / each.normal_force)
-    assert used < 0.6 * np.hypot(*plain.right.patches[0].force[:2]) / plain.right.patches[0].normal_force
-    assert np.all(np.diff(np.asarray(each.solution.scene.friction)[:, 0]) >= 0)  # the track side is the steeper one
+    assert (
+        used
+        < 0.6 * np.hypot(*plain.right.patches[0].force[:2]) / plain.right.patches[0].normal_force
+    )
+    # the track side is the steeper one
+    assert np.all(np.diff(np.asarray(each.solution.scene.friction)[:, 0]) >= 0)
 
 
 def test_gravitational_stiffness_of_circles():
-    """Round wheels in round rails: a pendulum of the radii's difference, W/(2...) by the geometry of two arcs."""
+    """Round wheels in round rails: a pendulum of the radii's difference, W/(2...) by the geometry
+    of two arcs.
+    """
     radius, wheel = 600.0, 500.0  # both convex: the wheel set is pushed off the middle
     track = flat_track(round_rail(radius))
-    case = WheelSetOnTrack(track=track, wheelset=WheelSet(wheel=round_wheel(wheel)), vertical_force=160e3)
+    case = WheelSetOnTrack(
+        track=track, wheelset=WheelSet(wheel=round_wheel(wheel)), vertical_force=160e3
+    )
     found = case.estimate()
-    # a displacement y turns the contact plane by y/(R_rail + R_wheel), and rolling of the axle is of second order
+    # a displacement y turns the contact plane by y/(R_rail + R_wheel), and rolling of the axle is
+    # of second order
     assert found.gravitational_stiffness() == pytest.approx(-160e3 / (radius + wheel), rel=0.02)
 
 
@@ -235,7 +299,10 @@ def test_error_bars_come_with_the_grids_that_are_chosen():
     exact = wheel_set(3.0, dx=0.25, dy=0.25).solve()
     assert np.all(found.error[:2] > 0)
     assert found.error[2] == 0
-    for name, value in (("z", exact.z - found.z), ("roll", exact.position.roll - found.position.roll)):
+    for name, value in (
+        ("z", exact.z - found.z),
+        ("roll", exact.position.roll - found.position.roll),
+    ):
         assert abs(value) < 2 * found.errors[name] + 1e-6
     assert "+-" in found.report()
 
@@ -277,11 +344,17 @@ def test_wheel_sets_run_on_the_tips_of_their_flanges():
 
 
 def test_wheel_that_friction_wedges_on_its_flange():
-    """With friction 1 and a yaw that turns the flange off the rail, deeper means a lesser vertical force."""
+    """With friction 1 and a yaw that turns the flange off the rail, deeper means a lesser vertical
+    force.
+    """
 
     def level(roll):
         at = wheel_set(
-            position=Position(y=7.5, yaw=-0.02, roll=roll), friction=1.0, free=(), z=0.0, vertical_force=None
+            position=Position(y=7.5, yaw=-0.02, roll=roll),
+            friction=1.0,
+            free=(),
+            z=0.0,
+            vertical_force=None,
         )
         return at, [at.wheel(side, 0.0).touching for side in ("left", "right")]
 

@@ -28,14 +28,35 @@ __all__ = ["INTERRUPTED", "app", "main"]
 COMMANDS: dict[Any, tuple[str, str]] = {
     solve: ("Solve one scene.", "solve scene.toml --plot picture.png --json"),
     plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
-    compare: ("Compare methods on the same scenes.", "compare scene.toml --methods convex,kalker,fastsim"),
-    converge: ("Study convergence under grid refinement.", "converge scene.toml --cells 8,12,16,24,32"),
-    tradeoff: ("Measure errors and cost.", 'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16'),
-    sweep: ("Solve a scene for many values of its entries.", "sweep sweep.toml --workers 2 --out sweep.nc"),
+    compare: (
+        "Compare methods on the same scenes.",
+        "compare scene.toml --methods convex,kalker,fastsim",
+    ),
+    converge: (
+        "Study convergence under grid refinement.",
+        "converge scene.toml --cells 8,12,16,24,32",
+    ),
+    tradeoff: (
+        "Measure errors and cost.",
+        'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16',
+    ),
+    sweep: (
+        "Solve a scene for many values of its entries.",
+        "sweep sweep.toml --workers 2 --out sweep.nc",
+    ),
     scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
-    curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
-    wheelrail: ("Solve wheels on rails, from profiles.", "wheelrail case.toml --out table.csv --plot wheel.png"),
-    profiles: ("Read the profiles of a folder, and say what is doubtful.", "profiles measured --kind rail"),
+    curve: (
+        "Creep-force curves by several methods.",
+        "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim",
+    ),
+    wheelrail: (
+        "Solve wheels on rails, from profiles.",
+        "wheelrail case.toml --out table.csv --plot wheel.png",
+    ),
+    profiles: (
+        "Read the profiles of a folder, and say what is doubtful.",
+        "profiles measured --kind rail",
+    ),
     serve: ("Solve wheels for a vehicle code, by lines of JSON.", "serve --port 5005"),
 }
 """Each command with its line in the help, and an example."""
@@ -51,9 +72,15 @@ class _Commands(TyperGroup):
         except VarcontactError as error:
             fail(error, NOT_SOLVED if isinstance(error, NotConverged) else BAD_INPUT)
         except MemoryError as error:
-            fail(f"out of memory ({error or 'nothing is left'}); a smaller problem would fit", BAD_INPUT)
+            fail(
+                f"out of memory ({error or 'nothing is left'}); a smaller problem would fit",
+                BAD_INPUT,
+            )
         except KeyboardInterrupt:
-            fail("interrupted; nothing is kept, and the same command starts again from the beginning", INTERRUPTED)
+            fail(
+                "interrupted; nothing is kept, and the same command starts again from the beginning",
+                INTERRUPTED,
+            )
 
 
 app = typer.Typer(
@@ -91,7 +118,10 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
     ] = False,
 ) -> None:
     pass
@@ -101,5 +131,6 @@ def main() -> None:
     """Entry point."""
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal may not have the letters of a unit
         sys.stdout.reconfigure(errors="backslashreplace")
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of its caches it says much, and nothing of the picture
+    # of its caches it says much, and nothing of the picture
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     app()

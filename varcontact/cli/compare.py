@@ -1,4 +1,6 @@
-"""``varcontact compare SCENE.toml ...``, ``converge SCENE.toml --cells 8,12,16`` and ``tradeoff``."""
+"""``varcontact compare SCENE.toml ...``, ``converge SCENE.toml --cells 8,12,16`` and
+``tradeoff``.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ from varcontact.errors import SceneError
 @opt.takes(*opt.TARGET)
 def compare(
     scenes: Annotated[list[Path] | None, opt.argument("Scenes, TOML files.")] = None,
-    bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
+    bank: Annotated[
+        bool, typer.Option("--bank", help="Include the standard bank of scenes.")
+    ] = False,
     methods: opt.Methods = None,
     tol: opt.Solved = 1e-6,
     out: opt.Table = None,
@@ -38,7 +42,8 @@ def compare(
     known = vc.standard_bank() if bank else {}
     if len({path.resolve() for path in files}) < len(files):
         raise SceneError("scenes", " ".join(map(str, files)), "each file once")
-    stems = [path.stem for path in files]  # or paths, where these are not enough to tell the files apart
+    # or paths, where these are not enough to tell the files apart
+    stems = [path.stem for path in files]
     plain = [name for name in stems if stems.count(name) == 1 and name not in known]
     read = {path.stem if path.stem in plain else str(path): vc.read_scene(path) for path in files}
     described = {name: scene for name, (scene, _) in read.items()} | known
@@ -58,19 +63,35 @@ def compare(
 
 def converge(
     scene: opt.SceneFile,
-    cells: Annotated[str, typer.Option(help="Elements across the contact for each grid, separated by commas.")],
-    method: Annotated[str, typer.Option(help="Methods, separated by commas, as for compare.")] = "tang-safeguarded",
-    offsets: Annotated[int, typer.Option(help="Solves of each grid, at different offsets of the lattice.")] = 4,
+    cells: Annotated[
+        str, typer.Option(help="Elements across the contact for each grid, separated by commas.")
+    ],
+    method: Annotated[
+        str, typer.Option(help="Methods, separated by commas, as for compare.")
+    ] = "tang-safeguarded",
+    offsets: Annotated[
+        int, typer.Option(help="Solves of each grid, at different offsets of the lattice.")
+    ] = 4,
     tol: opt.Solved = 1e-6,
     store: opt.Table = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
+    """Solve a scene on successively finer grids: order of convergence, and extrapolated values with
+    their errors.
+    """
     check_outputs(store, plot, [scene], force, name_of_out="--store")
     described, _ = vc.read_scene(scene)
-    work = partial(vc.converge, described, counts_of(cells), names_of(method), offsets=offsets, tol=tol, store=store)
+    work = partial(
+        vc.converge,
+        described,
+        counts_of(cells),
+        names_of(method),
+        offsets=offsets,
+        tol=tol,
+        store=store,
+    )
     written = vc.Convergence.to_json if as_json else vc.Convergence.report
     draw(plot, vc.Convergence.plot, study(work, written, store, "--store FILE.csv", "solves"))
 
@@ -82,7 +103,9 @@ ALL = "several kinds of grids, extrapolation, all theories, accuracies of 10 to 
 def tradeoff(
     kind: Annotated[str | None, opt.option("Class of scenes.", "--class", default="all")] = None,
     methods: Annotated[str | None, opt.option(METHODS, default=ALL)] = None,
-    cells: Annotated[str, typer.Option(help="For --methods: elements across the contact.")] = "8,12,16,24,32,48",
+    cells: Annotated[
+        str, typer.Option(help="For --methods: elements across the contact.")
+    ] = "8,12,16,24,32,48",
     out: opt.Table = None,
     plot: opt.Picture = None,
     force: opt.Force = False,

@@ -31,16 +31,26 @@ def argument(words: str) -> Any:
 
 
 SceneFile = Annotated[Path, argument("Scene, a TOML file (docs/scenes.md).")]
-Methods = Annotated[str | None, option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
-Solved = Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")]
+Methods = Annotated[
+    str | None, option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")
+]
+Solved = Annotated[
+    float, typer.Option(help="Natural-map residual at which an answer counts as solved.")
+]
 VALUES = "FROM:TO:N (N equally spaced values), values separated by commas, or one value"
 Table = Annotated[Path | None, option("Table (.csv) that is written as results come, and resumed.")]
 Picture = Annotated[Path | None, option("Picture (.png, .pdf, .svg).")]
 Force = Annotated[
-    bool, option("Overwrite files not created by varcontact. Tables and histories are only appended to.", "--force")
+    bool,
+    option(
+        "Overwrite files not created by varcontact. Tables and histories are only appended to.",
+        "--force",
+    ),
 ]
 Workers = Annotated[int, typer.Option(help="Number of processes.")]
-Dask = Annotated[str | None, option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")]
+Dask = Annotated[
+    str | None, option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")
+]
 AsJson = Annotated[bool, option("Print JSON instead of the report.", "--json")]
 SHARED: dict[str, Any] = {
     "vx": Annotated[str | None, option(f"Longitudinal creepage (ux of a shift): {VALUES}.")],
@@ -51,13 +61,22 @@ SHARED: dict[str, Any] = {
     "tangential": Annotated[str | None, option("Tangential problem, or a theory.", default="auto")],
     "coupling": Annotated[str | None, option("Coupling, for unlike bodies.", default="auto")],
     "formulation": Annotated[str | None, option("Formulation of the programs.", default="auto")],
-    "polish": Annotated[bool | None, option("Refine programs' answers.", "--polish/--no-polish", default="polish")],
+    "polish": Annotated[
+        bool | None, option("Refine programs' answers.", "--polish/--no-polish", default="polish")
+    ],
     "tol": Annotated[float | None, option("Required natural-map residual.", default="1e-8")],
     "start": Annotated[str | None, option("Under a law of friction: search from stick or slip.")],
-    "certify": Annotated[str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")],
-    "refine": Annotated[str | None, typer.Option(hidden=True)],  # refused, with what takes its place
-    "accuracy": Annotated[float | None, option("Largest error by the friction limit; sets the grid.")],
-    "time_budget": Annotated[float | None, option("Instead of --accuracy: a time limit in seconds.")],
+    "certify": Annotated[
+        str | None, option("Certificate: full (with bounds on forces), gap, none, auto.")
+    ],
+    # refused, with what takes its place
+    "refine": Annotated[str | None, typer.Option(hidden=True)],
+    "accuracy": Annotated[
+        float | None, option("Largest error by the friction limit; sets the grid.")
+    ],
+    "time_budget": Annotated[
+        float | None, option("Instead of --accuracy: a time limit in seconds.")
+    ],
 }
 """Options that several commands take, by name."""
 CREEPAGES = ("vx", "vy", "spin")
@@ -87,7 +106,9 @@ def given(**options: Any) -> dict[str, Any]:
 
 def ranges_of(options: dict[str, Any]) -> dict[str, Any]:
     """Take the creepages out of options that are given: the values of each."""
-    return {name: values_of(f"--{name}", options.pop(name)) for name in CREEPAGES if name in options}
+    return {
+        name: values_of(f"--{name}", options.pop(name)) for name in CREEPAGES if name in options
+    }
 
 
 def names_of(text: str) -> list[str]:
@@ -96,7 +117,9 @@ def names_of(text: str) -> list[str]:
 
 
 def counts_of(text: str) -> list[Any]:
-    """Whole numbers that are separated by commas; what is none is left for the check of its place."""
+    """Whole numbers that are separated by commas; what is none is left for the check of its
+    place.
+    """
     return [int(n) if re.fullmatch("[0-9]{1,19}", n) else n for n in names_of(text)]
 
 
@@ -113,4 +136,6 @@ def values_of(option: str, text: str) -> np.ndarray | float:
             return float(text)
     except (ValueError, OverflowError):
         pass
-    raise SceneError(option, text, "FROM:TO:N with two values or more, values separated by commas, or one value")
+    raise SceneError(
+        option, text, "FROM:TO:N with two values or more, values separated by commas, or one value"
+    )

@@ -13,31 +13,62 @@ from varcontact.cli import options as opt
 from varcontact.cli.terminal import show
 from varcontact.errors import SceneError, VarcontactError
 
-COLUMNS = ("file", "kind", "points", "y_from", "y_to", "z_from", "z_to", "touched_from", "touched_to")
+COLUMNS = (
+    "file",
+    "kind",
+    "points",
+    "y_from",
+    "y_to",
+    "z_from",
+    "z_to",
+    "touched_from",
+    "touched_to",
+)
 """Of the table: y and z, and the y between which a profile can be touched, in mm."""
 
 
 def profiles(
-    folder: Annotated[Path, opt.argument("Folder with profiles, those in folders within it too, or one file.")],
-    kind: Annotated[str | None, opt.option("rail or wheel: what files are that do not show it.")] = None,
-    scale: Annotated[float, typer.Option(help="Millimetres by the unit of length of the files.")] = 1.0,
+    folder: Annotated[
+        Path, opt.argument("Folder with profiles, those in folders within it too, or one file.")
+    ],
+    kind: Annotated[
+        str | None, opt.option("rail or wheel: what files are that do not show it.")
+    ] = None,
+    scale: Annotated[
+        float, typer.Option(help="Millimetres by the unit of length of the files.")
+    ] = 1.0,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Read the profiles of a folder: their sizes, what is doubtful about them, and why others are refused."""
+    """Read the profiles of a folder: their sizes, what is doubtful about them, and why others are
+    refused.
+    """
     from varcontact.wheel_rail.profile_files import COLUMNS as OF_COLUMNS
     from varcontact.wheel_rail.profile_files import KIND_OF, Z_UP
     from varcontact.wheel_rail.slices import SLICES
 
     known = {*OF_COLUMNS, *KIND_OF, *Z_UP, *SLICES}
-    files = [folder] if folder.is_file() else sorted(each for each in folder.rglob("*") if each.suffix.lower() in known)
+    files = (
+        [folder]
+        if folder.is_file()
+        else sorted(each for each in folder.rglob("*") if each.suffix.lower() in known)
+    )
     if not files:
-        raise SceneError("folder", str(folder), f"a folder with profiles ({', '.join(sorted(known))}), or one file")
-    rows = [_row(file, str(file.relative_to(folder)) if file != folder else file.name, kind, scale) for file in files]
+        raise SceneError(
+            "folder",
+            str(folder),
+            f"a folder with profiles ({', '.join(sorted(known))}), or one file",
+        )
+    rows = [
+        _row(file, str(file.relative_to(folder)) if file != folder else file.name, kind, scale)
+        for file in files
+    ]
     show(json.dumps(rows, indent=2, allow_nan=False) if as_json else _report(rows))
 
 
 def _row(file: Path, name: str, kind: str | None, scale: float) -> dict[str, Any]:
-    """What a file has: entries of the table, None where it is refused, with the reason and doubts in words."""
+    """What a file has: entries of the table, None where it is refused, with the reason and doubts
+    in words.
+    """
     row: dict[str, Any] = {**dict.fromkeys(COLUMNS), "file": name, "refused": None, "doubts": []}
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always")
@@ -57,9 +88,14 @@ def _sizes(file: Path, kind: Any, scale: float) -> dict[str, Any]:
 
     suffix = file.suffix.lower()
     if suffix in SLICES:
-        read: Any = ProfileSlices.read(file, "rail" if suffix == SLICES[0] else "wheel", scale=scale)
+        read: Any = ProfileSlices.read(
+            file, "rail" if suffix == SLICES[0] else "wheel", scale=scale
+        )
         parts = read if isinstance(read, tuple) else (read,)
-        profile, points = parts[0].first, " + ".join(str(each.positions.size) for each in parts) + " slices"
+        profile, points = (
+            parts[0].first,
+            " + ".join(str(each.positions.size) for each in parts) + " slices",
+        )
     else:
         profile = Profile.read(file, KIND_OF.get(suffix, kind), scale=scale)
         points = str(profile.y.size)
@@ -78,6 +114,8 @@ def _report(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         own, refused = Path(row["file"]).name + ": ", row["refused"] is not None
         reasons = [row["refused"]] if refused else row["doubts"]
-        lines += [f"{row['file']}: {'refused: ' * refused}{each.removeprefix(own)}" for each in reasons]
+        lines += [
+            f"{row['file']}: {'refused: ' * refused}{each.removeprefix(own)}" for each in reasons
+        ]
     lines.append(f"{len(read)} read, {len(rows) - len(read)} refused")
     return "\n".join(lines)

@@ -1,4 +1,6 @@
-"""``varcontact scan SCENE.toml ...``, and ``varcontact curve SCENE.toml ...`` by several methods."""
+"""``varcontact scan SCENE.toml ...``, and ``varcontact curve SCENE.toml ...`` by several
+methods.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ ROUNDING = 1e-13
 @opt.takes(*opt.CREEPAGES, *opt.SETTINGS)
 def scan(
     scene: opt.SceneFile,
-    creepages: Annotated[Path | None, opt.option("Instead, a table (.csv): three numbers a line.")] = None,
+    creepages: Annotated[
+        Path | None, opt.option("Instead, a table (.csv): three numbers a line.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Table (.csv).")] = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
@@ -33,8 +37,9 @@ def scan(
 ) -> None:
     """Solve one scene for many creepages, each with a certificate.
 
-    Creepages that are not given are taken from the scene. The first failure ends the scan; what was solved before is
-    printed and written. See also `curve` (several methods, fast theories) and `sweep` (other entries).
+    Creepages that are not given are taken from the scene. The first failure ends the scan; what was
+    solved before is printed and written. See also `curve` (several methods, fast theories) and
+    `sweep` (other entries).
     """
     from varcontact.study.scan import creepages_over, scanned
     from varcontact.system.files import check_replaceable
@@ -100,7 +105,9 @@ def _row(solution: vc.Solution) -> dict[str, Any]:
     from varcontact.results.quantities_of_interest import creepage_names
     from varcontact.study.methods import BOUNDS, figures
 
-    known = figures(solution) | dict(zip(BOUNDS, map(float, solution.certificate.force_bound), strict=True))
+    known = figures(solution) | dict(
+        zip(BOUNDS, map(float, solution.certificate.force_bound), strict=True)
+    )
     names = ["Fx", "Fy", "Mz", "normal_force", "approach", "residual", *BOUNDS]
     if solution.error_estimate is not None:
         names += ["Fx_error", "Fy_error", "Mz_error"]
@@ -115,11 +122,19 @@ def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
     cleared = []
     for sol, row in zip(found, rows, strict=True):
         arms = {"Fx": 1.0, "Fy": 1.0, "Mz": math.sqrt(sol.areas["contact"])}
-        noise = [name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm]
+        noise = [
+            name for name, arm in arms.items() if abs(row[name]) < ROUNDING * sol.normal_force * arm
+        ]
         cleared.append(row | dict.fromkeys(noise, 0.0))
     units, line = found[0].scene.units, found[0].scene.line
-    shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
-    said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
+    shown = (
+        {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
+    )
+    said = (
+        []
+        if units is None
+        else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
+    )
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
     return "\n".join([", ".join([count, *said]), *csv_table.rows_of_text(cleared, names)])
 
@@ -127,7 +142,9 @@ def _table(found: list[vc.Solution], rows: list[dict[str, Any]]) -> str:
 @opt.takes(*opt.CREEPAGES)
 def curve(
     scene: opt.SceneFile,
-    methods: Annotated[str, typer.Option(help="Theories, and methods as for compare.")] = "auto,fastsim,fastrip",
+    methods: Annotated[
+        str, typer.Option(help="Theories, and methods as for compare.")
+    ] = "auto,fastsim,fastrip",
     out: Annotated[Path | None, typer.Option(help="Dataset (.nc).")] = None,
     plot: opt.Picture = None,
     force: opt.Force = False,
@@ -151,5 +168,11 @@ def curve(
     draw(plot, vc.plot_curve, found, normalised=bool(found.limit > 0))
     columns = ["theory", "vx", "vy", "spin", "Fx", "Fy", "Mz"]
     table = found.to_dataframe().reset_index()[columns]
-    cells = [[name, *(f"{each:.5g}" for each in numbers)] for name, *numbers in table.to_numpy().tolist()]
-    show(csv_table.as_json(table) if as_json else "\n".join(csv_table.columns_of_text([columns, *cells], 1)))
+    cells = [
+        [name, *(f"{each:.5g}" for each in numbers)] for name, *numbers in table.to_numpy().tolist()
+    ]
+    show(
+        csv_table.as_json(table)
+        if as_json
+        else "\n".join(csv_table.columns_of_text([columns, *cells], 1))
+    )

@@ -1,4 +1,6 @@
-"""``varcontact serve``: the exact solver for co-simulation, by lines of JSON on standard input or a local socket."""
+"""``varcontact serve``: the exact solver for co-simulation, by lines of JSON on standard input or a
+local socket.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +25,17 @@ MOST_BYTES, MOST_WHEELS = 2**24, 1000
 KEYS = ("id", "scene", "wheels", "tol", "accuracy")
 
 Before = tuple[list[str], Any, Any]
-"""The wheels of the message before, with their lattice and their results, from which a message starts."""
+"""The wheels of the message before, with their lattice and their results, from which a message
+starts."""
 
 
 def serve(
-    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Of a socket instead; 0: any free port.")] = None,
-    host: Annotated[str, typer.Option(help="Of the socket. Whoever reaches it can use the solver.")] = "127.0.0.1",
+    port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Of a socket instead; 0: any free port.")
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="Of the socket. Whoever reaches it can use the solver.")
+    ] = "127.0.0.1",
 ) -> None:
     """Solve batches of wheels for another program, one line of JSON each (docs/vehicle_codes.md).
 
@@ -46,7 +53,9 @@ def serve(
         try:
             server = _Server((host, port), _Client)
         except OSError as error:
-            raise SceneError("--port", f"{host}:{port}", f"a free address ({error.strerror})") from None
+            raise SceneError(
+                "--port", f"{host}:{port}", f"a free address ({error.strerror})"
+            ) from None
         with server:
             show("listening on {}:{}".format(*server.server_address[:2]))
             server.serve_forever()
@@ -70,7 +79,10 @@ def serve_lines(messages: IO[bytes] | BufferedIOBase, answers: IO[bytes] | Buffe
             if len(line) > MOST_BYTES:
                 while line and not line.endswith(b"\n"):
                     line = messages.readline(MOST_BYTES)
-                reply: dict[str, Any] = {"id": None, "error": f"a message has {MOST_BYTES} bytes at most"}
+                reply: dict[str, Any] = {
+                    "id": None,
+                    "error": f"a message has {MOST_BYTES} bytes at most",
+                }
             elif line.strip():
                 reply, before = answer(line, before)
             else:
@@ -89,7 +101,10 @@ def answer(line: bytes, before: Before | None = None) -> tuple[dict[str, Any], B
     except VarcontactError as error:
         return {"id": name, "error": str(error)}, before
     except Exception as error:  # a co-simulation goes on after a fault of ours
-        return {"id": name, "error": f"{type(error).__name__}: {shortened(str(error), 200)}"}, before
+        return {
+            "id": name,
+            "error": f"{type(error).__name__}: {shortened(str(error), 200)}",
+        }, before
     return {"id": name, "wheels": wheels}, now
 
 
@@ -103,20 +118,27 @@ def _message(line: bytes) -> dict[str, Any]:
     try:
         message = json.loads(line, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
-        raise SceneError("message", None, message=f"a message is one line of JSON ({error})") from None
+        raise SceneError(
+            "message", None, message=f"a message is one line of JSON ({error})"
+        ) from None
     if not isinstance(message, dict):
         raise SceneError("message", message, "an object with the entry wheels")
     check_keys("", message, KEYS)
     name = message.get("id")
-    if not isinstance(name, str | int | float | None) or name in (math.inf, -math.inf):  # 1e999 is JSON
+    # 1e999 is JSON
+    if not isinstance(name, str | int | float | None) or name in (math.inf, -math.inf):
         raise SceneError("id", name, "a string or a finite number")
     wheels = message.get("wheels")
     if not isinstance(wheels, dict) or not 0 < len(wheels) <= MOST_WHEELS:
-        raise SceneError("wheels", wheels, f"an object with scenes of 1 to {MOST_WHEELS} wheels by name")
+        raise SceneError(
+            "wheels", wheels, f"an object with scenes of 1 to {MOST_WHEELS} wheels by name"
+        )
     return message
 
 
-def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str, Any], Before | None]:
+def _solved(
+    message: Mapping[str, Any], before: Before | None
+) -> tuple[dict[str, Any], Before | None]:
     """Results by wheel, in which an error is that wheel's alone."""
     from varcontact.io.scene_toml import scene_from
     from varcontact.io.toml_tables import table_of
@@ -126,12 +148,15 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
     for wheel, own in message["wheels"].items():
         try:
             entries = {**common, **table_of("wheel", own)}
-            for name, entry in entries.items():  # one wheel's before those of all, also within tables
+            # one wheel's before those of all, also within tables
+            for name, entry in entries.items():
                 if isinstance(entry, dict) and isinstance(common.get(name), dict):
                     entries[name] = {**common[name], **entry}
             scenes[wheel] = scene = scene_from(entries)
             if isinstance(scene.motion, vc.Transient):
-                raise SceneError("motion.kind", "transient", "steady or shift: a message is one instant")
+                raise SceneError(
+                    "motion.kind", "transient", "steady or shift: a message is one instant"
+                )
             if message.get("accuracy") is not None and isinstance(scene.grid, vc.Grid):
                 raise SceneError("grid", scene.grid, "left out: it is chosen for the accuracy")
         except VarcontactError as error:
@@ -153,10 +178,15 @@ def _solved(message: Mapping[str, Any], before: Before | None) -> tuple[dict[str
         if error.field != "fields":  # of scenes that are on no common lattice
             raise
         found = vc.solve_many(scenes.values(), **options)
-    columns = {name: values.values.tolist() for name, values in found.data_vars.items() if values.dims == ("scene",)}
+    columns = {
+        name: values.values.tolist()
+        for name, values in found.data_vars.items()
+        if values.dims == ("scene",)
+    }
     for k, wheel in enumerate(scenes):
         row = {name: values[k] for name, values in columns.items()}
         reason = row.pop("message").removeprefix(f"scenes[{k}]: ")
-        known = {name: value for name, value in row.items() if value == value}  # what is NaN is left out
+        # what is NaN is left out
+        known = {name: value for name, value in row.items() if value == value}
         results[wheel] = known | ({"error": reason} if reason else {})
     return {wheel: results[wheel] for wheel in message["wheels"]}, now

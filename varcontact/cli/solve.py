@@ -19,10 +19,16 @@ MOVING = (".gif", ".mp4")
 
 @opt.takes(*opt.METHOD, "polish", "tol", "start", "certify", "refine", *opt.TARGET)
 def solve(
-    scene: Annotated[Path, opt.argument("Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).")],
-    case: Annotated[int | None, opt.option("Number of the scene in CONTACT's input file, from 1.")] = None,
+    scene: Annotated[
+        Path, opt.argument("Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).")
+    ],
+    case: Annotated[
+        int | None, opt.option("Number of the scene in CONTACT's input file, from 1.")
+    ] = None,
     out: Annotated[Path | None, opt.option(OUT)] = None,
-    plot: Annotated[Path | None, opt.option("Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
+    plot: Annotated[
+        Path | None, opt.option("Picture (.png, .pdf, .svg; of a history also .gif).")
+    ] = None,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
     **options: Any,
@@ -68,7 +74,9 @@ def solve(
 def _read(path: Path, case: int | None) -> tuple[vc.Scene, dict[str, Any]]:
     if path.suffix.lower() != ".inp":
         if case is not None:
-            raise SceneError("--case", case, "left out: only an input file of CONTACT (.inp) has several scenes")
+            raise SceneError(
+                "--case", case, "left out: only an input file of CONTACT (.inp) has several scenes"
+            )
         return vc.read_scene(path)
     scenes = vc.read_contact_input(path)
     number = 1 if case is None and len(scenes) == 1 else case
@@ -84,7 +92,11 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
     from varcontact.io.solution import save
 
     try:
-        show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
+        show(
+            json.dumps(solution.summary(), indent=2, allow_nan=False)
+            if as_json
+            else solution.report()
+        )
     finally:  # what was computed is not lost with its reader
         if out is not None and isinstance(solution, vc.History):
             solution.save(out, overwrite=force)
@@ -104,7 +116,9 @@ def plan(
     as_json: opt.AsJson = False,
     **options: Any,
 ) -> None:
-    """Show what a scene, or the first one of a sweep, requires, and why: methods, elements, matrices, memory."""
+    """Show what a scene, or the first one of a sweep, requires, and why: methods, elements,
+    matrices, memory.
+    """
     from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.solving.plan_report import check_planned
     from varcontact.study.parameters import scenes_over

@@ -25,11 +25,17 @@ PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
 
 @opt.takes(*opt.SETTINGS)
 def sweep(
-    scene: Annotated[Path, opt.argument("Scene file with a table [over] of values (docs/sweeps.md).")],
+    scene: Annotated[
+        Path, opt.argument("Scene file with a table [over] of values (docs/sweeps.md).")
+    ],
     workers: opt.Workers = 1,
     dask: opt.Dask = None,
-    chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
-    out: Annotated[Path | None, opt.option("Store (.nc) that is written as results come, and resumed.")] = None,
+    chunk: Annotated[
+        int, typer.Option(help="Scenes that a worker solves one after the other.")
+    ] = 8,
+    out: Annotated[
+        Path | None, opt.option("Store (.nc) that is written as results come, and resumed.")
+    ] = None,
     as_json: opt.AsJson = False,
     **options: Any,
 ) -> None:
@@ -40,11 +46,19 @@ def sweep(
     described, over, settings = read_sweep_scene(scene)
     for name, value in settings.items():
         if name not in TAKEN:
-            raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
+            raise SceneError(
+                f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}"
+            )
     settings |= given(**options)
     try:
         with cluster(dask, workers) as executor, progress_line() as progress:
-            settings |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
+            settings |= {
+                "chunk": chunk,
+                "workers": workers,
+                "store": out,
+                "progress": progress,
+                "executor": executor,
+            }
             swept = vc.sweep(described, over, **settings)
     except (Interrupted, WorkersLost) as stopped:
         stop(stopped, out, "--out FILE.nc", "scenes")
@@ -54,11 +68,17 @@ def sweep(
 def _written(swept: xr.Dataset, as_json: bool) -> str:
     from varcontact.study import csv_table
 
-    table = swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()
+    table = (
+        swept.to_dataframe().reset_index()
+        if swept.dims
+        else swept.expand_dims("scene").to_dataframe()
+    )
     if as_json:
         return csv_table.as_json(table)
     names = [*map(str, swept.dims), *PRINTED]
-    words = ", ".join(f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items())
+    words = ", ".join(
+        f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items()
+    )
     lines = csv_table.rows_of_text(table[:SHOWN].to_dict("records"), names)
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
@@ -67,27 +87,41 @@ def _written(swept: xr.Dataset, as_json: bool) -> str:
 
 
 def make_table(
-    nu: Annotated[float, typer.Option(help="Combined Poisson's ratio of the bodies.", show_default=False)],
+    nu: Annotated[
+        float, typer.Option(help="Combined Poisson's ratio of the bodies.", show_default=False)
+    ],
     out: Annotated[Path, typer.Option(help="The book, a netCDF file (.nc).", show_default=False)],
     least: Annotated[float, typer.Option(help="Least a/b.")] = 0.2,
     greatest: Annotated[float, typer.Option(help="Greatest a/b.")] = 5.0,
     ratios: Annotated[int, typer.Option(help="Number of ellipses.")] = 9,
     steps: Annotated[int, typer.Option(help="Magnitudes of creepage in each direction.")] = 21,
-    degree: Annotated[int, typer.Option(help="Odd degree of polynomials that the directions determine.")] = 17,
+    degree: Annotated[
+        int, typer.Option(help="Odd degree of polynomials that the directions determine.")
+    ] = 17,
     workers: opt.Workers = 1,
     dask: opt.Dask = None,
     force: opt.Force = False,
 ) -> None:
-    """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
+    """Compute a table book. What is finished is kept beside it, and the same command resumes from
+    there.
+    """
     from varcontact.data.make_table_book import check_out, make_table_book, stores
 
     check_out("--out", out, force)
     where: dict[str, Any] = {"workers": workers, "out": out, "overwrite": force}
-    size: dict[str, Any] = {"least": least, "greatest": greatest, "ratios": ratios, "steps": steps, "degree": degree}
+    size: dict[str, Any] = {
+        "least": least,
+        "greatest": greatest,
+        "ratios": ratios,
+        "steps": steps,
+        "degree": degree,
+    }
     try:
         with cluster(dask, workers) as executor, progress_line() as progress:
             book = make_table_book(nu, **size, **where, executor=executor, progress=progress)
     except Interrupted as stopped:
         stop(stopped, stores(out)[0], "--out FILE.nc", "entries")
     worst = float(book.accuracy.max())
-    show(f"{book.entries} {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz; in {out}")
+    show(
+        f"{book.entries} {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz; in {out}"
+    )

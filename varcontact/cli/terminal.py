@@ -41,8 +41,16 @@ def progress_line() -> Iterator[Callable[[object], None]]:
             yield lambda stage: status.update(str(stage))
 
 
-def study(work: Callable[..., Any], written: Callable[[Any], str], store: Path | None, option: str, what: str) -> Any:
-    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how to resume."""
+def study(
+    work: Callable[..., Any],
+    written: Callable[[Any], str],
+    store: Path | None,
+    option: str,
+    what: str,
+) -> Any:
+    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how
+    to resume.
+    """
     try:
         with progress_line() as progress:
             result = work(progress=progress)
@@ -79,7 +87,9 @@ def cluster(address: str | None, workers: int) -> Iterator[Any]:
         client = Client(address, timeout=10, set_as_default=False)
     except (OSError, ValueError) as error:
         words = str(error).splitlines()[0]
-        raise SceneError("--dask", address, f"the address of a running scheduler ({words})") from None
+        raise SceneError(
+            "--dask", address, f"the address of a running scheduler ({words})"
+        ) from None
     with client:
         yield client.get_executor()
 
@@ -92,7 +102,9 @@ def check_outputs(
     endings: Iterable[str] = (".csv",),
     name_of_out: str = "--out",
 ) -> None:
-    """Refuse files that cannot, or must not, be written; `endings` are the suffixes that `out` may have."""
+    """Refuse files that cannot, or must not, be written; `endings` are the suffixes that `out` may
+    have.
+    """
     from varcontact.system.files import check_writable
 
     if out is not None:
@@ -103,14 +115,18 @@ def check_outputs(
         check_picture(plot, inputs if out is None else [*inputs, out], force)
 
 
-def stop(stopped: Interrupted | WorkersLost, store: Path | None, option: str, what: str) -> NoReturn:
+def stop(
+    stopped: Interrupted | WorkersLost, store: Path | None, option: str, what: str
+) -> NoReturn:
     """After Ctrl-C, or without workers: say what is kept, or which option keeps it, and leave."""
     if store is None:
         kept = f"nothing is kept; with {option}, finished {what} are kept and the same command resumes from there"
     elif store.exists():
         kept = f"finished {what} are kept in {store}, and the same command resumes from there"
     else:
-        kept = f"nothing is kept in {store} yet, and the same command starts again from the beginning"
+        kept = (
+            f"nothing is kept in {store} yet, and the same command starts again from the beginning"
+        )
     fail(f"{stopped}; {kept}", NOT_SOLVED if isinstance(stopped, WorkersLost) else INTERRUPTED)
 
 

@@ -11,8 +11,12 @@ from varcontact.errors import SceneError
 
 
 def export_table(
-    book: Annotated[Path | None, argument("Table book (.nc).  [default: that of the package]")] = None,
-    c: Annotated[Path | None, option("Folder for C99 source, MATLAB and Modelica wrappers.", "--c")] = None,
+    book: Annotated[
+        Path | None, argument("Table book (.nc).  [default: that of the package]")
+    ] = None,
+    c: Annotated[
+        Path | None, option("Folder for C99 source, MATLAB and Modelica wrappers.", "--c")
+    ] = None,
     fmu: Annotated[Path | None, option("Folder for FMUs of FMI 2.0 and 3.0.", "--fmu")] = None,
     force: Force = False,
 ) -> None:

@@ -24,16 +24,24 @@ PRINTED = (
 
 @opt.takes("tangential", *opt.TARGET)
 def wheelrail(
-    case: Annotated[Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")],
+    case: Annotated[
+        Path, opt.argument("Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).")
+    ],
     out: opt.Table = None,
-    plot: Annotated[Path | None, opt.option("Picture (.png, .pdf, .svg) of a wheel, or over positions.")] = None,
-    plot_wear: Annotated[Path | None, opt.option("Picture of friction power and depth of wear, of one wheel.")] = None,
+    plot: Annotated[
+        Path | None, opt.option("Picture (.png, .pdf, .svg) of a wheel, or over positions.")
+    ] = None,
+    plot_wear: Annotated[
+        Path | None, opt.option("Picture of friction power and depth of wear, of one wheel.")
+    ] = None,
     workers: opt.Workers = 1,
     force: opt.Force = False,
     as_json: opt.AsJson = False,
     **options: Any,
 ) -> None:
-    """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N and rad."""
+    """Find contact patches, creepages and forces of a wheel on a rail, or of a wheel set, in mm, N
+    and rad.
+    """
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.plots import plot_positions
@@ -47,18 +55,25 @@ def wheelrail(
         read = read_case(case)
     read.options.update(given(**options))
     if plot_wear is not None and len(read.cases) > 1:
-        raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
+        raise SceneError(
+            "--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one"
+        )
     found: deque[vc.wheel_rail.WheelRailSolution | vc.wheel_rail.WheelSetSolution] = deque(maxlen=1)
     work = partial(solve_cases, read, out, solved=found.append, workers=workers)
     table = study(work, table_as_json if as_json else _report, out, "--out FILE.csv", "wheels")
     if len(read.cases) > 1:
         draw(plot, plot_positions, table)
     elif plot is not None or plot_wear is not None:
-        solution = found[0] if found else read.cases[0].solve(**read.options)  # unless the table had it from last time
+        # unless the table had it from last time
+        solution = found[0] if found else read.cases[0].solve(**read.options)
         draw(plot, solution.plot)
         if plot_wear is not None:
             if not isinstance(solution, vc.wheel_rail.WheelRailSolution):
-                raise SceneError("--plot-wear", str(plot_wear), "left out: it is for one wheel, not for a wheel set")
+                raise SceneError(
+                    "--plot-wear",
+                    str(plot_wear),
+                    "left out: it is for one wheel, not for a wheel set",
+                )
             draw(plot_wear, vc.wheel_rail.wear(solution, read.archard).plot)
     failed = int((table["outcome"] != "solved").sum())
     if failed:

@@ -1,4 +1,6 @@
-"""Scenes on which methods are compared, and scenes of all classes whose continuum values are kept as references."""
+"""Scenes on which methods are compared, and scenes of all classes whose continuum values are kept
+as references.
+"""
 
 from __future__ import annotations
 
@@ -72,11 +74,15 @@ def _on_grids(bank: str, cells: int) -> dict[str, Scene]:
 def reference_scenes() -> dict[str, tuple[str, Scene]]:
     """The scenes of the references, without grids: class and scene by name."""
     classes = _scenes("reference_scenes.toml")
-    return {name: (kind, scene) for kind, scenes in classes.items() for name, scene in scenes.items()}
+    return {
+        name: (kind, scene) for kind, scenes in classes.items() for name, scene in scenes.items()
+    }
 
 
 def _scenes(file: str) -> dict[str, dict[str, Scene]]:
-    """The scenes of a file of this package by class and name; the kind of a surface may be a sampled one."""
+    """The scenes of a file of this package by class and name; the kind of a surface may be a
+    sampled one.
+    """
     found = tomllib.loads(files("varcontact.data").joinpath(file).read_text(encoding="utf-8"))
     # surfaces that are no paraboloids: at unit load their contacts are about two wide
     x = y = np.linspace(-3.0, 3.0, 241)
@@ -90,12 +96,17 @@ def _scenes(file: str) -> dict[str, dict[str, Scene]]:
         "egg": along + across**2 / 1.6 * (1 + 0.25 * across),
         "sampled paraboloid": along + across**2 / 2.4,
     }
-    sampled: dict[str, dict[str, Any]] = {name: {"h": h, "x": x, "y": y} for name, h in areas.items()}
+    sampled: dict[str, dict[str, Any]] = {
+        name: {"h": h, "x": x, "y": y} for name, h in areas.items()
+    }
     near = np.linspace(-2.5, 2.5, 101)
     arcs = np.where(near < 0, near**2 / 2.4, near**2 / 0.8)
     sampled["two arcs, near"] = {"h": near**2 / 1.2 + arcs[:, None], "x": near, "y": near}
     x = np.linspace(-3.0, 3.0, 481)
-    sampled["two bumps"] = {"h": np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05), "x": x}
+    sampled["two bumps"] = {
+        "h": np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05),
+        "x": x,
+    }
     for tables in found.values():
         for name, table in tables.items():
             surface = table["surface"]

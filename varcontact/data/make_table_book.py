@@ -13,7 +13,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients, splines_at_knots
+from varcontact.reference.creepage_coefficients import (
+    CreepageCoefficients,
+    no_slip_coefficients,
+    splines_at_knots,
+)
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -23,12 +27,21 @@ from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
 from varcontact.system.files import check_replaceable, write_whole
 from varcontact.system.process import one_blas_thread
-from varcontact.theories.table_book import HALFWAY, TableBook, linear_part, packed, places, reduced_scales, unpacked
+from varcontact.theories.table_book import (
+    HALFWAY,
+    TableBook,
+    linear_part,
+    packed,
+    places,
+    reduced_scales,
+    unpacked,
+)
 
 GRIDS = Grid(nx=12, ny=8), Grid(nx=27, ny=18), Grid(nx=48, ny=32)
 """Those an entry is extrapolated from: the first two, or the last two where it is in doubt."""
 DOUBT = 0.002
-"""In doubt is what the extrapolation from the first two changes by more than this, in parts of f Fz."""
+"""In doubt is what the extrapolation from the first two changes by more than this, in parts of f
+Fz."""
 ORDER = 2
 """Order of the discretisation."""
 HOW = (
@@ -36,17 +49,21 @@ HOW = (
     "27 x 18 and 48 x 32 where the former changes them by more than 0.2 % of f Fz"
 )
 TOL = 1e-3
-"""Residual of the entries on their grids: it changes forces by 1e-4 of f Fz at most, far less than the grids do."""
+"""Residual of the entries on their grids: it changes forces by 1e-4 of f Fz at most, far less than
+the grids do."""
 LEAST_ERROR = 0.004
-"""Estimated error of an entry in parts of f Fz: what the extrapolation changes, and at least this."""
+"""Estimated error of an entry in parts of f Fz: what the extrapolation changes, and at least
+this."""
 PRESSURE = 1e-3
 """Normal force by G ab: of no influence, as all is in proportion to it."""
 POLAR, ANGLES = 16, 32
-"""Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to pi."""
+"""Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to
+pi."""
 PARITY = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
 """Signs of Fx, Fy, Mz where vx, and where vy and spin, change theirs."""
 REACH, NUGGET = 1.0, 1e-6
-"""Of the correlation between directions, as a distance of unit vectors; and what is added to its diagonal."""
+"""Of the correlation between directions, as a distance of unit vectors; and what is added to its
+diagonal."""
 FULL = 1e9
 """A magnitude at which nothing is left of the way to full slip."""
 TINY = 1e-300
@@ -117,7 +134,10 @@ def make_table_book(
     least, greatest = checks.positive("least", least), checks.positive("greatest", greatest)
     if least >= greatest:
         raise SceneError("greatest", greatest, f"more than least = {least:g}")
-    ratios, steps = checks.whole("ratios", ratios, least=2, most=100), checks.whole("steps", steps, least=2, most=100)
+    ratios, steps = (
+        checks.whole("ratios", ratios, least=2, most=100),
+        checks.whole("steps", steps, least=2, most=100),
+    )
     degree = checks.whole("degree", degree, least=3, most=25)
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
@@ -132,9 +152,12 @@ def make_table_book(
     files = (None, None, None) if path is None else stores(path)
 
     def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
-        """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
+        """What some entries have more than the local law, both on the elements of a grid; nan in
+        the others.
+        """
         scenes = list(_scenes(kinds, nodes, creepages, chosen, GRIDS[k]))
-        solved = partial(sweep, scenes, chunk=RAYS * steps, tol=TOL, certify=None)  # a chunk has those of some rays
+        # a chunk has those of some rays
+        solved = partial(sweep, scenes, chunk=RAYS * steps, tol=TOL, certify=None)
         swept = solved(store=files[k], progress=progress, executor=executor, workers=workers)
         failed = np.flatnonzero(swept["outcome"].values != "solved")
         if failed.size:
@@ -142,10 +165,14 @@ def make_table_book(
             words = f"{failed.size} of {len(scenes)} entries are not solved; the first is {first}: "
             raise VarcontactError(words + str(swept["reason"].values[first]))
         found = np.full((*chosen.shape, 3), np.nan)
-        found[chosen] = np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
+        found[chosen] = (
+            np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
+        )
         return found - _law(kinds, nodes, creepages, GRIDS[k])
 
-    coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
+    coarse, fine = (
+        beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1)
+    )
     left = extrapolated(coarse, fine, *GRIDS[:2])
     change = np.abs(left - fine).max(axis=-1)
     doubtful = change > DOUBT
@@ -181,7 +208,9 @@ def stores(out: Path) -> tuple[Path, ...]:
 def _scenes(
     bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, chosen: np.ndarray, grid: Grid
 ) -> Iterator[Scene]:
-    """Those of some entries (r, d, m) on a grid: ellipses with ab = 1, creepages in parts of f Fz / (G ab)."""
+    """Those of some entries (r, d, m) on a grid: ellipses with ab = 1, creepages in parts of f Fz /
+    (G ab).
+    """
     for ratio, some in zip(ratios.tolist(), chosen, strict=True):
         still = _still(bodies, ratio, grid)
         scales = np.array(reduced_scales(no_slip_coefficients(ratio, bodies.combined_nu), ratio))
@@ -189,7 +218,9 @@ def _scenes(
             yield replace(still, motion=replace(still.motion, vx=vx, vy=vy, spin=spin))
 
 
-def _law(bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, grid: Grid | None) -> np.ndarray:
+def _law(
+    bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, grid: Grid | None
+) -> np.ndarray:
     """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
     found = []
     for ratio in ratios.tolist():
@@ -206,7 +237,14 @@ def _law(bodies: Bodies, ratios: np.ndarray, creepages: np.ndarray, grid: Grid |
 
 def _still(bodies: Bodies, ratio: float, grid: Grid) -> Scene[Steady]:
     ellipse = Ellipse(a=math.sqrt(ratio), b=1 / math.sqrt(ratio))
-    scene = Scene(bodies=bodies, surface=ellipse, normal_force=PRESSURE, friction=1.0, motion=Steady(), grid=grid)
+    scene = Scene(
+        bodies=bodies,
+        surface=ellipse,
+        normal_force=PRESSURE,
+        friction=1.0,
+        motion=Steady(),
+        grid=grid,
+    )
     return scene.second_order()
 
 
@@ -216,32 +254,48 @@ def extrapolated(coarse: np.ndarray, fine: np.ndarray, *grids: Grid) -> np.ndarr
 
 
 def magnitudes(count: int) -> np.ndarray:
-    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of `places`."""
+    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of
+    `places`.
+    """
     from scipy.optimize import brentq
 
     wanted = np.arange(1, count + 1) / (count + 1)
-    return np.array([brentq(lambda t, place=place: places(t) - place, 0.0, 1.0, xtol=1e-16) for place in wanted])
+    return np.array(
+        [brentq(lambda t, place=place: places(t) - place, 0.0, 1.0, xtol=1e-16) for place in wanted]
+    )
 
 
 def direction_nodes(degree: int) -> np.ndarray:
-    """Directions (d, 3) that determine polynomials of the direction: circles of (vy, spin), half of each."""
+    """Directions (d, 3) that determine polynomials of the direction: circles of (vy, spin), half of
+    each.
+    """
     circles = (degree + 3) // 2
     found = [np.array([[1.0, 0.0, 0.0]])]
     for k in range(1, circles + 1):
         count = min(4 + 2 * k, degree + 3)
         angle, radius = math.pi * np.arange(count) / count, math.sin(math.pi * k / (2 * circles))
         height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
-        found.append(np.stack([np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1))
+        found.append(
+            np.stack(
+                [np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1
+            )
+        )
     return np.concatenate(found)
 
 
 def local_law(
-    reduced: np.ndarray, ratio: float, coefficients: CreepageCoefficients, points: np.ndarray, load: np.ndarray
+    reduced: np.ndarray,
+    ratio: float,
+    coefficients: CreepageCoefficients,
+    points: np.ndarray,
+    load: np.ndarray,
 ) -> np.ndarray:
-    """Normalised forces (n, 3) if traction follows rigid slip at each point, as in Vermeulen and Johnson's formula.
+    """Normalised forces (n, 3) if traction follows rigid slip at each point, as in Vermeulen and
+    Johnson's formula.
 
-    With s = C11 |w| in the units of the reduced creepage, it has the parts ``1 - (1 - s/3)^3`` of the traction bound,
-    and all of it from s = 3. Points (2, p) are x and y by sqrt(ab), `load` the parts of f Fz that they carry.
+    With s = C11 |w| in the units of the reduced creepage, it has the parts ``1 - (1 - s/3)^3`` of
+    the traction bound, and all of it from s = 3. Points (2, p) are x and y by sqrt(ab), `load` the
+    parts of f Fz that they carry.
     """
     x, y = points
     sums = np.stack([np.ones_like(x), x, y, x**2 + y**2], axis=1) * load[:, None]
@@ -262,7 +316,9 @@ def local_law(
 
 
 def quadrature(ratio: float, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
-    """Points (2, p) of an ellipse with ab = 1, and parts of Hertz's load: Gauss's rule outwards, trapezoidal around."""
+    """Points (2, p) of an ellipse with ab = 1, and parts of Hertz's load: Gauss's rule outwards,
+    trapezoidal around.
+    """
     height, weight = np.polynomial.legendre.leggauss(count)
     height, weight = (height + 1) / 2, weight / 2
     angle = math.pi / count * (np.arange(2 * count) + 0.5)
@@ -272,15 +328,21 @@ def quadrature(ratio: float, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([x.ravel(), y.ravel()]), load.ravel()
 
 
-def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """The coefficients (h, i, j, k, 3) of a book's splines, from its entries (r, m, d, 3) less the local law.
+def splines_through(
+    nu: float, ratios: np.ndarray, directions: np.ndarray, left: np.ndarray
+) -> np.ndarray:
+    """The coefficients (h, i, j, k, 3) of a book's splines, from its entries (r, m, d, 3) less the
+    local law.
 
-    Entries are few, and near full slip forces turn quickly with the direction. The local law turns alike: what is left
-    is interpolated between the entries, and the law is added again at the knots of the splines, which are many.
+    Entries are few, and near full slip forces turn quickly with the direction. The local law turns
+    alike: what is left is interpolated between the entries, and the law is added again at the knots
+    of the splines, which are many.
     """
     from scipy.interpolate import BarycentricInterpolator
 
-    polar, angle = (np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES)))
+    polar, angle = (
+        np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES))
+    )
     polar, angle = polar[:, None], angle[:-1]
     parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
     knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
@@ -293,7 +355,9 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
     by_ratio = BarycentricInterpolator(np.log(ratios), left)(places)
     each = np.einsum("ikd,htdi->htki", between, by_ratio, optimize=True)
-    S = np.stack([_at_knots(nu, ratio, flat, rest) for ratio, rest in zip(np.exp(places), each, strict=True)])
+    S = np.stack(
+        [_at_knots(nu, ratio, flat, rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
+    )
     return splines_at_knots(_around(splines_at_knots(S.reshape(*S.shape[:2], *knots.shape), 1)))
 
 
@@ -301,15 +365,23 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
     from scipy.interpolate import BarycentricInterpolator
 
-    coefficients, rough, fine = no_slip_coefficients(float(ratio), nu), quadrature(ratio), quadrature(ratio, 80)
+    coefficients, rough, fine = (
+        no_slip_coefficients(float(ratio), nu),
+        quadrature(ratio),
+        quadrature(ratio, 80),
+    )
     t = magnitudes(len(left))
     finite = [
         local_law(HALFWAY * each / (1 - each) * knots, ratio, coefficients, *rough) + rest
         for each, rest in zip(t, left, strict=True)
     ]
     full = local_law(FULL * knots, ratio, coefficients, *fine)
-    forces, creepages = np.stack([*finite, full]), knots / np.array(reduced_scales(coefficients, ratio))
-    # with monotone influence of tractions on slip, resistance rises along a ray of creepages up to full slip
+    forces, creepages = (
+        np.stack([*finite, full]),
+        knots / np.array(reduced_scales(coefficients, ratio)),
+    )
+    # with monotone influence of tractions on slip, resistance rises along a ray of creepages up to
+    # full slip
     unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
     resistance = -(forces * unit).sum(axis=-1)
     capped = np.minimum(resistance, resistance[-1])
@@ -320,21 +392,31 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
     S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
     first = min(4, len(S))
-    return np.concatenate([BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)[None], S])
+    return np.concatenate(
+        [BarycentricInterpolator(np.arange(1.0, first + 1), S[:first])(0.0)[None], S]
+    )
 
 
 def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:
     """Matern's of order 5/2, of directions on the sphere, with the symmetries of a component."""
     found = np.zeros((len(one), len(other)))
     for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        sign = (PARITY[0, component] if along < 0 else 1.0) * (PARITY[1, component] if across < 0 else 1.0)
-        s = math.sqrt(5) / REACH * np.linalg.norm(one[:, None] - other * (along, across, across), axis=-1)
+        sign = (PARITY[0, component] if along < 0 else 1.0) * (
+            PARITY[1, component] if across < 0 else 1.0
+        )
+        s = (
+            math.sqrt(5)
+            / REACH
+            * np.linalg.norm(one[:, None] - other * (along, across, across), axis=-1)
+        )
         found += sign * (1 + s + s**2 / 3) * np.exp(-s)
     return found
 
 
 def _around(values: np.ndarray) -> np.ndarray:
-    """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that go on by symmetry."""
+    """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that go
+    on by symmetry.
+    """
     from scipy.ndimage import spline_filter1d
 
     polar, angle = values.shape[-3] - 1, values.shape[-2]

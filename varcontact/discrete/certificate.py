@@ -41,14 +41,17 @@ FULL_LIMIT = 10_000
 """Elements with friction up to which "auto" is "full"; beyond it is "gap"."""
 EPS = float(np.finfo(float).eps)
 TRANSFORM = 10.0
-"""Rounding of a product by FFT, relative, in units of the machine's per doubling of its length (three transforms)."""
+"""Rounding of a product by FFT, relative, in units of the machine's per doubling of its length
+(three transforms)."""
 ON_BOUND = 1e-12
 """Relative distance from the bound at which a traction is put on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceBounds:
-    """Bounds on the errors of Fx, Fy and Mz, and the part of them that is for the pressure's own error, (3,) each."""
+    """Bounds on the errors of Fx, Fy and Mz, and the part of them that is for the pressure's own
+    error, (3,) each.
+    """
 
     whole: np.ndarray
     pressure_part: np.ndarray
@@ -110,52 +113,74 @@ class Certificate:
     def force_bound(self) -> np.ndarray:
         """Guaranteed bounds on the errors of Fx, Fy and Mz, shape (3,), with what rounding can do.
 
-        Against the exact solution of the discrete problem. Infinite where no such bound is known: for unlike bodies,
-        whose pressure depends on the tractions, under a law of friction, whose coefficient depends on the slip, where
-        S is not found to be positive definite, with elements softened as far as a pressure covers them that is not
-        exact enough to tell, and where it is left out.
+        Against the exact solution of the discrete problem. Infinite where no such bound is known:
+        for unlike bodies, whose pressure depends on the tractions, under a law of friction, whose
+        coefficient depends on the slip, where S is not found to be positive definite, with elements
+        softened as far as a pressure covers them that is not exact enough to tell, and where it is
+        left out.
         """
         return self._known_bounds.whole
 
     def _repr_html_(self) -> str:
         measures = ("gap", "relative_gap", "residual", "normal_residual", "tangential_residual")
         rows = [(name.replace("_", " "), f"{getattr(self, name):.2e}") for name in measures]
-        bound = ", ".join(f"{name} {size:.2e}" for name, size in zip(("Fx", "Fy", "Mz"), self.force_bound, strict=True))
+        bound = ", ".join(
+            f"{name} {size:.2e}"
+            for name, size in zip(("Fx", "Fy", "Mz"), self.force_bound, strict=True)
+        )
         return preformatted(in_rows("Certificate", [*rows, ("guaranteed bounds", bound)]))
 
     def without_moment(self) -> Certificate:
         """That of tractions by a theory without a moment: NaN bounds it."""
-        return replace(self, bounds=ForceBounds(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part))
+        return replace(
+            self, bounds=ForceBounds(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part)
+        )
 
     @property
     def pressure_part(self) -> np.ndarray:
         """What of `force_bound` is for the pressure's own distance from the exact one, shape (3,).
 
-        Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is not known: then
-        `force_bound` is for the pressure as it is given, as with forces prescribed or infinite friction. In histories
-        both are those of one step, for what the steps before left.
+        Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is
+        not known: then `force_bound` is for the pressure as it is given, as with forces prescribed
+        or infinite friction. In histories both are those of one step, for what the steps before
+        left.
         """
         return self._known_bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
         """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""
-        bounds = {"force_bound": self.force_bound.tolist(), "pressure_part": self.pressure_part.tolist()}
-        return {each.name: getattr(self, each.name) for each in fields(self) if each.name != "bounds"} | bounds
+        bounds = {
+            "force_bound": self.force_bound.tolist(),
+            "pressure_part": self.pressure_part.tolist(),
+        }
+        return {
+            each.name: getattr(self, each.name) for each in fields(self) if each.name != "bounds"
+        } | bounds
 
 
 def certificate_of(
-    disc: Discretisation, state: ContactState, closed_form: bool, level: str = "full", lazily: bool = False
+    disc: Discretisation,
+    state: ContactState,
+    closed_form: bool,
+    level: str = "full",
+    lazily: bool = False,
 ) -> Certificate:
     """The certificate of a contact state; with a `closed_form`, Hertz's pressure is taken as given.
 
-    Both problems are judged with the other's final tractions: the residual is that of the whole, without the normal one
-    where the pressure is a closed form that is asked for. The `level` is one of `LEVELS`, or "auto"; `lazily` bounds
-    on forces are left to when they are asked for.
+    Both problems are judged with the other's final tractions: the residual is that of the whole,
+    without the normal one where the pressure is a closed form that is asked for. The `level` is one
+    of `LEVELS`, or "auto"; `lazily` bounds on forces are left to when they are asked for.
     """
     disc = with_implied_fields(disc, state)
-    normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
+    normal, pressure, approach = normal_as_solved(
+        disc, state.pressure, state.approach, state.traction
+    )
     normal_error = normal_residual(normal, pressure, approach)
-    tangential = None if disc.loading.frictionless else disc.tangential_problem(state.pressure, acting=state.traction)
+    tangential = (
+        None
+        if disc.loading.frictionless
+        else disc.tangential_problem(state.pressure, acting=state.traction)
+    )
     if level == "auto":
         level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
     absolute = relative_gap = normal_relative = np.nan
@@ -180,14 +205,19 @@ def certificate_of(
         normal_residual=normal_error,
         tangential_residual=residual,
         level=level,
-        bounds=partial(_force_bounds, disc, state, tangential, closed_form) if level == "full" else NO_BOUNDS,
+        bounds=partial(_force_bounds, disc, state, tangential, closed_form)
+        if level == "full"
+        else NO_BOUNDS,
     )
     return certificate if lazily else replace(certificate, bounds=certificate._known_bounds)
 
 
 @one_blas_thread()
 def _force_bounds(
-    disc: Discretisation, state: ContactState, tangential: TangentialProblem | None, closed_form: bool
+    disc: Discretisation,
+    state: ContactState,
+    tangential: TangentialProblem | None,
+    closed_form: bool,
 ) -> ForceBounds:
     scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
     elements = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
@@ -204,7 +234,9 @@ def _force_bounds(
 def _of_tractions(
     disc: Discretisation, tangential: TangentialProblem, state: ContactState, closed_form: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the pressure, (3,) each."""
+    """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the
+    pressure, (3,) each.
+    """
     not_known = np.full(3, np.nan)
     if disc.K != 0 or disc.implicit:
         return _unknown(tangential), not_known
@@ -231,10 +263,11 @@ def _of_tractions(
 
 
 def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    """Guaranteed bounds on the errors of Fx, Fy, Mz for the problem's traction bound, shape (3,), dimensionless.
+    """Guaranteed bounds on the errors of Fx, Fy, Mz for the problem's traction bound, shape (3,),
+    dimensionless.
 
-    Infinite where the symmetric part is not found to be positive definite. Tractions that are not admissible are
-    first made so; what that changes is added.
+    Infinite where the symmetric part is not found to be positive definite. Tractions that are not
+    admissible are first made so; what that changes is added.
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:
@@ -247,7 +280,9 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component, (3, c, n), without the area of an element."""
+    """What Fx, Fy and Mz count of each traction component, (3, c, n), without the area of an
+    element.
+    """
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
@@ -260,8 +295,9 @@ def _unknown(problem: TangentialProblem) -> np.ndarray:
 def _admissible(problem: TangentialProblem, traction: np.ndarray) -> np.ndarray:
     """Tractions within the bound, on it where they nearly are, with the prescribed forces.
 
-    What a force lacks goes to the elements below their bound, in the measure of what they can still carry. Where that
-    is not enough all tractions are reduced first: without any there is room for every force that friction can carry.
+    What a force lacks goes to the elements below their bound, in the measure of what they can still
+    carry. Where that is not enough all tractions are reduced first: without any there is room for
+    every force that friction can carry.
     """
     near = project(traction, problem.bound)
     if not problem.no_slip:
@@ -277,22 +313,28 @@ def _admissible(problem: TangentialProblem, traction: np.ndarray) -> np.ndarray:
         return near + lacking[:, None] / problem.size
     room = problem.bound - magnitude(near)
     short = np.linalg.norm(lacking) - room.sum()
-    if short > 0:  # room less what is lacking is a concave function of the part by which tractions are reduced
+    # room less what is lacking is a concave function of the part by which tractions are reduced
+    if short > 0:
         near = near * (1 - short / (short + problem.bound.sum() - np.linalg.norm(force)))
         lacking = np.where(held, force - near.sum(axis=1), 0.0)
         room = problem.bound - magnitude(near)
     return near + lacking[:, None] * room / room.sum()
 
 
-def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: np.ndarray, rigid: np.ndarray) -> float:
+def _distance(
+    problem: TangentialProblem, definite: PositiveDefinite, traction: np.ndarray, rigid: np.ndarray
+) -> float:
     """A bound on ``|p - p*|_S`` for admissible tractions.
 
-    Where the shift is small beside an element's share of the gap, it is taken for a change of the rigid shift, of
-    which the tractions then are the solution; what that changes is ``|E|`` in the norm of S^-1.
+    Where the shift is small beside an element's share of the gap, it is taken for a change of the
+    rigid shift, of which the tractions then are the solution; what that changes is ``|E|`` in the
+    norm of S^-1.
     """
     shift = problem.shift(traction, rigid)
     length = magnitude(shift)
-    error = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None]) / np.sqrt(definite.least)
+    error = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None]) / np.sqrt(
+        definite.least
+    )
     if problem.no_slip:
         return float(np.sqrt(definite.energies(shift[None])[0])) + error
     parts = np.maximum(problem.potential.shares(traction, shift), 0.0)
@@ -305,8 +347,13 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
 
 
 def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
-    """A bound on the 2-norm of the rounding in ``known + M field``, by FFT or by the matrix (Higham 2002)."""
-    own, softest = operator.grid_operator, 0.0 if operator.softening is None else float(operator.softening.max())
+    """A bound on the 2-norm of the rounding in ``known + M field``, by FFT or by the matrix (Higham
+    2002).
+    """
+    own, softest = (
+        operator.grid_operator,
+        0.0 if operator.softening is None else float(operator.softening.max()),
+    )
     if own.whole is None:
         product = TRANSFORM * np.log2(own.table[0, 0].size) * (norm(own) + softest)
     else:  # sums of so many products, in any order
@@ -314,15 +361,19 @@ def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray
     return float(EPS * (product * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
 
 
-# ----------------------------------------------------------------------------- the pressure's own error
+# ------------------------------------------------------------------------- the pressure's own error
 
 
-def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float) -> tuple[float, np.ndarray] | None:
-    """A bound on ``|p - p*|`` (2-norm) of a pressure (n,), and the elements where it or the exact one may be positive.
+def pressure_error(
+    problem: NormalProblem, pressure: np.ndarray, approach: float
+) -> tuple[float, np.ndarray] | None:
+    """A bound on ``|p - p*|`` (2-norm) of a pressure (n,), and the elements where it or the exact
+    one may be positive.
 
     None where A is not symmetric, or rounding hides that it is definite.
-    Where the pressure is small beside the distance, ``p e`` is that element's share of the gap; elsewhere the distance
-    is taken for a change of the undeformed one, of which the pressure then is the solution.
+    Where the pressure is small beside the distance, ``p e`` is that element's share of the gap;
+    elsewhere the distance is taken for a change of the undeformed one, of which the pressure then
+    is the solution.
     """
     definite = positive_definite(problem.operator, dense_limit=0) if problem.symmetric else None
     if definite is None:
@@ -339,7 +390,9 @@ def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float
     apart = admissible * problem.operator.diagonal <= distance
     energy = float(admissible[apart] @ distance[apart])
     changed = float(definite.energies(np.where(apart, 0.0, distance)[None, None])[0])
-    error = _rounding(problem.operator, admissible[None], problem.distance - approach) / np.sqrt(definite.least)
+    error = _rounding(problem.operator, admissible[None], problem.distance - approach) / np.sqrt(
+        definite.least
+    )
     inner = float(np.sqrt(energy) + np.sqrt(changed) + error)
     reach = inner * np.sqrt(problem.operator.diagonal)
     if problem.force is not None:  # the exact approach may be larger, and more elements in contact
@@ -350,7 +403,8 @@ def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float
 
 
 def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
-    """What a change of the traction bound by `spread` (2-norm) changes of Fx, Fy, Mz at most, (3,), dimensionless.
+    """What a change of the traction bound by `spread` (2-norm) changes of Fx, Fy, Mz at most, (3,),
+    dimensionless.
 
     The creepages are given, and the problem has all elements that may come to bear.
     """
@@ -358,6 +412,10 @@ def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
     if definite is None:
         return _unknown(problem)
     table = problem.operator.grid_operator
-    stretch = np.sqrt(norm(table.symmetric_part())) + norm(table.symmetric_part(-1.0)) / np.sqrt(definite.least)
+    stretch = np.sqrt(norm(table.symmetric_part())) + norm(table.symmetric_part(-1.0)) / np.sqrt(
+        definite.least
+    )
     lengths = np.sqrt(np.sum(outputs**2, axis=(1, 2)))
-    return np.asarray(problem.area * spread * (lengths + np.sqrt(definite.energies(outputs)) * stretch))
+    return np.asarray(
+        problem.area * spread * (lengths + np.sqrt(definite.energies(outputs)) * stretch)
+    )

@@ -44,14 +44,16 @@ RANGE = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
 
 LARGEST_SHIFT = 1e100
-"""Greatest rigid shift by the scale of displacements: squares of products with it stay in the range."""
+"""Greatest rigid shift by the scale of displacements: squares of products with it stay in the
+range."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subgrid:
     """The same contact on equal parts of the elements, on which its pressure was solved for.
 
-    The elements bear the means of their parts' pressures (ny rows, nx columns), which are dimensionless.
+    The elements bear the means of their parts' pressures (ny rows, nx columns), which are
+    dimensionless.
     """
 
     disc: Discretisation
@@ -62,7 +64,8 @@ class Subgrid:
 class Discretisation:
     """A contact on an explicit grid, with its scales and the operators it turns out to need.
 
-    The grid and the undeformed distance (ny, nx) are physical, the lattice of the operators is dimensionless.
+    The grid and the undeformed distance (ny, nx) are physical, the lattice of the operators is
+    dimensionless.
     """
 
     bodies: Bodies | BodyPair
@@ -90,21 +93,29 @@ class Discretisation:
 
     @property
     def base(self) -> float:
-        """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
+        """Least undeformed distance on the grid: dimensionless distances and approaches count from
+        there.
+        """
         return float(self.distance.min())
 
     @property
     def step(self) -> float | None:
-        """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses too short ones."""
+        """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses
+        too short ones.
+        """
         motion = self.loading.motion
         if motion is None or motion.rolls == 0:
             return None
         dx = self.grid.sides[0]
         dq = getattr(motion, "dq", None)
         if dq is not None and dq > LARGEST_STEP * dx:
-            raise SceneError("motion.dq", dq, f"at most {LARGEST_STEP:g} times the element's dx, {dx:.6g}")
+            raise SceneError(
+                "motion.dq", dq, f"at most {LARGEST_STEP:g} times the element's dx, {dx:.6g}"
+            )
         if self.loading.steady and dq is not None and dq < LEAST_STEP * dx:
-            raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
+            raise SceneError(
+                "motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}"
+            )
         return (dx if dq is None else dq) / self.scales.length
 
     @property
@@ -131,13 +142,17 @@ class Discretisation:
 
     @property
     def cells(self) -> Cells:
-        """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for elements alone."""
+        """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for
+        elements alone.
+        """
         rows, columns = self.grid.shape if self.subgrid is None else self.subgrid.pressure.shape
         return rows // self.grid.rows, columns // self.grid.nx
 
     @lazy_property
     def edge_compliance(self) -> np.ndarray | None:
-        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
+        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx),
+        or None.
+        """
         if self.grid.edge != "softened":
             return None
         if self.subgrid is not None:
@@ -158,7 +173,9 @@ class Discretisation:
 
     @property
     def surroundings(self) -> Surroundings:
-        """What interfaces find: the transport, what particles brought along, the implicit fields of this pass."""
+        """What interfaces find: the transport, what particles brought along, the implicit fields of
+        this pass.
+        """
         before = self.loading.previous_step
         arrived: Fields = {} if before is None else before.arrived
         return Surroundings(self.transport, arrived, self.loading.implicit)
@@ -180,7 +197,9 @@ class Discretisation:
 
     @property
     def implicit(self) -> tuple[Quantity, ...]:
-        """The fields of the interfaces that the contact itself determines; none: its problem is convex."""
+        """The fields of the interfaces that the contact itself determines; none: its problem is
+        convex.
+        """
         return () if self.loading.frictionless else self.interface.implicit(self.transport)
 
     def potential(self, pressure: np.ndarray) -> Potential:
@@ -204,12 +223,16 @@ class Discretisation:
             given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
             largest = max(given, key=lambda name: abs(given[name]), default="dq")
             allowed = f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most"
-            raise SceneError(f"motion.{largest}", given.get(largest, getattr(motion, "dq", None)), allowed)
+            raise SceneError(
+                f"motion.{largest}", given.get(largest, getattr(motion, "dq", None)), allowed
+            )
         return shift
 
     @property
     def slip_of_elements(self) -> np.ndarray | float:
-        """Rigid shift in a step that is given element by element, beside creepages, (2, ny, nx) [length]."""
+        """Rigid shift in a step that is given element by element, beside creepages, (2, ny, nx)
+        [length].
+        """
         given = self.loading.motion.rigid_slip if isinstance(self.loading.motion, Steady) else None
         if given is None or not isinstance(self.surface, SampledDistance):
             return 0.0
@@ -217,32 +240,44 @@ class Discretisation:
 
     @lazy_property
     def known_shift(self) -> np.ndarray:
-        """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
+        """What of the local shift the tractions do not change: W, or W - u' in a step of a history;
+        (2, ny, nx).
+        """
         before = self.loading.previous_step
         return self.rigid_shift if before is None else self.rigid_shift - before.displacement
 
     @property
     def known_distance(self) -> np.ndarray | float:
-        """What past tractions add to the distance, dimensionless (ny, nx): of viscoelastic bodies."""
+        """What past tractions add to the distance, dimensionless (ny, nx): of viscoelastic
+        bodies.
+        """
         known = getattr(self.loading.previous_step, "distance", None)
         return 0.0 if known is None else known[:, 1:-1] if self.grid.line else known[1:-1, 1:-1]
 
     def with_loading(self, **changes: Any) -> Discretisation:
-        """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient` and so on."""
+        """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
+        and so on.
+        """
         return replace(self, loading=replace(self.loading, **changes))
 
     def at_approach(self, approach: float) -> Discretisation:
-        return self.with_loading(normal_force=None, approach=approach * self.scales.displacement + self.base)
+        return self.with_loading(
+            normal_force=None, approach=approach * self.scales.displacement + self.base
+        )
 
     @lazy_property
     def along_normal(self) -> np.ndarray:
-        """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3, ny, 1): conformal."""
+        """Parts of tractions along x and y, and of pressures, along the normal of the plane, (3,
+        ny, 1): conformal.
+        """
         assert isinstance(self.surface, SampledDistance)
         angle = self.surface.inclination_at(self.grid)[:, None]
         return np.array([0.0 * angle, np.sin(angle), np.cos(angle)])
 
     def excess_force(self, traction: np.ndarray, pressure: np.ndarray) -> float:
-        """Force along the normal of the plane in conformal contact, divided by the prescribed one, less 1."""
+        """Force along the normal of the plane in conformal contact, divided by the prescribed one,
+        less 1.
+        """
         assert self.loading.normal_force is not None
         borne = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
         return borne * self.scales.force / self.loading.normal_force - 1
@@ -258,7 +293,9 @@ class Discretisation:
         return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
-        """The normal problem; where the bodies differ, with their dimensionless traction (2, ny, nx)."""
+        """The normal problem; where the bodies differ, with their dimensionless traction (2, ny,
+        nx).
+        """
         displacement = self.scales.displacement
         distance = ((self.distance - self.base) / displacement + self.known_distance).ravel()
         if traction is not None:
@@ -281,11 +318,13 @@ class Discretisation:
         acting: np.ndarray | None = None,
         possible: np.ndarray | None = None,
     ) -> TangentialProblem:
-        """The tangential problem on the elements with a traction bound, for a dimensionless pressure (ny, nx).
+        """The tangential problem on the elements with a traction bound, for a dimensionless
+        pressure (ny, nx).
 
-        The bound is friction times that pressure, or times `bound_pressure`. The tractions `acting` (2, ny, nx), where
-        given, are to be judged: the problem then has all directions in which they act. Elements with friction that are
-        `possible` (ny, nx) enter with a bound of 0 without pressure. For `marching` it keeps A too.
+        The bound is friction times that pressure, or times `bound_pressure`. The tractions `acting`
+        (2, ny, nx), where given, are to be judged: the problem then has all directions in which
+        they act. Elements with friction that are `possible` (ny, nx) enter with a bound of 0
+        without pressure. For `marching` it keeps A too.
         """
         motion = self.loading.motion
         assert motion is not None
@@ -300,10 +339,12 @@ class Discretisation:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
         directions: tuple[int, ...] = (0, 1)
-        if not self.tangential_operator.table[0, 1].any():  # elasticity does not couple them: those that move
+        # elasticity does not couple them: those that move
+        if not self.tangential_operator.table[0, 1].any():
             acts = [False, False] if acting is None else [each.any() for each in acting]
             moves = [shift[i].any() or forces[i] is not None or acts[i] for i in (0, 1)]
-            directions = tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
+            # where nothing moves, one is enough to say so
+            directions = tuple(i for i in (0, 1) if moves[i]) or (0,)
         soft, instant = self.edge_compliance, None
         soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
         operator = self.tangential_operator.between(directions, directions).on(elements, soft)
@@ -323,10 +364,11 @@ class Discretisation:
 
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
-    """A scene of one problem on an explicit grid, with the `known` operators where they are those of its lattice.
+    """A scene of one problem on an explicit grid, with the `known` operators where they are those
+    of its lattice.
 
-    A `SceneError` is raised if the grid cannot hold the contact (elements larger than it, or a distance beyond the
-    approach all over), or for a reference depth within the potential contact.
+    A `SceneError` is raised if the grid cannot hold the contact (elements larger than it, or a
+    distance beyond the approach all over), or for a reference depth within the potential contact.
     """
     hertz, (dx, dy) = scene.hertz, grid.sides
     along_x, depth = grid.nx * dx, scene.reference_depth
@@ -362,17 +404,30 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
     if not largest < RANGE:
         sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
-        raise SceneError("scene", sizes, f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}")
+        raise SceneError(
+            "scene",
+            sizes,
+            f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}",
+        )
     free = None if depth is None else depth / length
     operators = Operators(grid.scaled(length), medium_on(scene, grid, length, free, scene.speed))
     if known == operators:
         operators = known
     return Discretisation(
-        scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene, scales), operators
+        scene.bodies,
+        scene.surface,
+        grid,
+        hertz,
+        distance,
+        scales,
+        Loading.of(scene, scales),
+        operators,
     )
 
 
-def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid, beyond: float = 0.0) -> np.ndarray:
+def undeformed_distance(
+    surface: Surface, hertz: HertzContact | None, grid: Grid, beyond: float = 0.0
+) -> np.ndarray:
     """Undeformed distance at the element centres; that of an ellipse has its Hertzian radii.
 
     Samples are extrapolated as far as `beyond` [length], as by `SampledDistance.distance`.

@@ -23,11 +23,12 @@ from varcontact.scene.units import Scales
 class PreviousStep:
     """What a step of a history finds, dimensionless.
 
-    The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
-    before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where the bodies differ.
-    Of viscoelastic bodies u' is less what past tractions still add at the end, `left` (2, ny, nx) the same of the
-    particles that were here at the beginning, and `distance` what they add to the distance, an element more all round.
-    `arrived` are the other fields that particles bring along, by the names of their quantities.
+    The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force
+    (2,) of the step before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where
+    the bodies differ. Of viscoelastic bodies u' is less what past tractions still add at the end,
+    `left` (2, ny, nx) the same of the particles that were here at the beginning, and `distance`
+    what they add to the distance, an element more all round. `arrived` are the other fields that
+    particles bring along, by the names of their quantities.
     """
 
     displacement: np.ndarray
@@ -40,10 +41,11 @@ class PreviousStep:
 
 @dataclass(frozen=True, eq=False)
 class Loading:
-    """What acts on a contact: force or approach, motion, friction and layers; in a history the step before.
+    """What acts on a contact: force or approach, motion, friction and layers; in a history the step
+    before.
 
-    Without a motion it is normal contact only. `implicit` are the fields of the interfaces that the contact itself
-    determines, as they are taken in this pass.
+    Without a motion it is normal contact only. `implicit` are the fields of the interfaces that the
+    contact itself determines, as they are taken in this pass.
     """
 
     normal_force: float | None
@@ -71,7 +73,9 @@ class Loading:
 
     @property
     def coefficient(self) -> float | np.ndarray | None:
-        """The coefficient of friction, one number or (ny, nx): under a law that of this pass, or the static one."""
+        """The coefficient of friction, one number or (ny, nx): under a law that of this pass, or
+        the static one.
+        """
         if FRICTION in self.implicit:
             return self.implicit[FRICTION]
         if isinstance(self.friction, FrictionBound):

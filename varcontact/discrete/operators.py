@@ -1,4 +1,6 @@
-"""The influence numbers of a lattice: one object owns all tables, and builds each when it is first asked for."""
+"""The influence numbers of a lattice: one object owns all tables, and builds each when it is first
+asked for.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,16 @@ from varcontact.elasticity.operators import GridOperator, Homogeneous, Medium
 from varcontact.elasticity.shear_layer import ShearLayer
 from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticMedium
 from varcontact.errors import SceneError
-from varcontact.scene.bodies import RIGID, Bodies, Body, BodyPair, Layered, Stratified, Viscoelastic, materials
+from varcontact.scene.bodies import (
+    RIGID,
+    Bodies,
+    Body,
+    BodyPair,
+    Layered,
+    Stratified,
+    Viscoelastic,
+    materials,
+)
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -23,13 +34,15 @@ if TYPE_CHECKING:
     from varcontact.elasticity.layered import Stack
 
 FREE_DEPTH = 4.0
-"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
+"""Depth of line contact in lengths of the potential contact where the scene gives none: then no
+answer shows it.
 
 From one length on all influence numbers are positive, and A_zz is positive definite.
 """
 
 KEPT_DISTANCES = 4
-"""Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
+"""Operators that are kept of each kind that has a distance: of steps in time, and of steps of
+steady rolling."""
 
 KEPT_MEDIA = 12
 """Those that are kept for parts of viscoelastic bodies, and for steps of other lengths in time."""
@@ -39,13 +52,18 @@ KEPT_MEDIA = 12
 class Operators:
     """The operators between tractions and displacements on a lattice, dimensionless (G = 1).
 
-    What is derived from a discretisation holds the same object: whoever builds a table first, builds it for all.
+    What is derived from a discretisation holds the same object: whoever builds a table first,
+    builds it for all.
     """
 
     lattice: Grid
     medium: Medium
-    _tables: dict[tuple[str, str, Stencil], GridOperator] = field(default_factory=dict, repr=False, compare=False)
-    _parts: dict[tuple[Grid, Medium], Operators] = field(default_factory=dict, repr=False, compare=False)
+    _tables: dict[tuple[str, str, Stencil], GridOperator] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+    _parts: dict[tuple[Grid, Medium], Operators] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     @property
     def normal(self) -> GridOperator:
@@ -66,7 +84,9 @@ class Operators:
         return self._table("z", "xy")
 
     def carrying(self, distance: float) -> GridOperator:
-        """C: displacements of the particles that come from further along x, by all tractions that count."""
+        """C: displacements of the particles that come from further along x, by all tractions that
+        count.
+        """
         return self._table("xy", "xyz" if self.medium.K != 0 else "xy", ((distance, 1.0),))
 
     @property
@@ -91,13 +111,17 @@ class Operators:
         return self.of(self.medium.at_once)
 
     def at_end(self, time: float | None) -> Operators:
-        """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones these."""
+        """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones
+        these.
+        """
         return self if time is None else self.of(self.medium.at_end(time))
 
     def forget(self) -> None:
-        """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.
+        """Let go of the dense matrices and factors that were kept for the next pass; the tables
+        stay.
 
-        They and their tables refer to each other: without it they would stay in memory until Python looks for cycles.
+        They and their tables refer to each other: without it they would stay in memory until Python
+        looks for cycles.
         """
         for operator in self._tables.values():
             operator.forget()
@@ -110,7 +134,11 @@ class Operators:
             if stencil != HERE:
                 # a few of each kind are kept: of steps of steady rolling, and of steps in time
                 single = len(stencil) == 1
-                alike = [each for each in self._tables if each[2] != HERE and (len(each[2]) == 1) == single]
+                alike = [
+                    each
+                    for each in self._tables
+                    if each[2] != HERE and (len(each[2]) == 1) == single
+                ]
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
             operator = self.medium.operator(self.lattice, *key)
@@ -129,8 +157,11 @@ class Operators:
             raise SceneError("bodies", self.medium, message=message)
 
 
-def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None) -> Medium:
-    """The medium of a scene on a grid in units of a length: its bodies, what shears between them, the curved surface.
+def medium_on(
+    scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None
+) -> Medium:
+    """The medium of a scene on a grid in units of a length: its bodies, what shears between them,
+    the curved surface.
 
     `depth` and `speed` as of `medium_of`.
     """
@@ -141,14 +172,19 @@ def medium_on(scene: Scene, grid: Grid, length: float, depth: float | None, spee
     surface = scene.surface
     if isinstance(surface, SampledDistance) and surface.inclination is not None:
         y = grid.y if surface.y is None else surface.y
-        medium = Conformal(medium, tuple((y / length).tolist()), tuple(surface.inclination.tolist()))
+        medium = Conformal(
+            medium, tuple((y / length).tolist()), tuple(surface.inclination.tolist())
+        )
     return medium
 
 
-def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None) -> Homogeneous:
+def medium_of(
+    bodies: Bodies | BodyPair, length: float, depth: float | None, speed: float | None = None
+) -> Homogeneous:
     """The medium of a scene's bodies, at a speed, in units of a length.
 
-    `depth` is in units of that length already; without it, it is as deep as makes all influence numbers positive.
+    `depth` is in units of that length already; without it, it is as deep as makes all influence
+    numbers positive.
     """
     if isinstance(bodies, Bodies):
         return HalfSpaces(bodies.combined_nu, bodies.K, FREE_DEPTH if depth is None else depth)
@@ -167,11 +203,19 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float | None, spe
 
     lagging = []
     alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))
-    for body, upper, lower in alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),):
+    for body, upper, lower in (
+        alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),)
+    ):
         _, _, relaxations = materials(body)[0]
         if relaxations:
-            medium, share = pair(upper, lower), bodies.combined_G / BodyPair(upper, lower).combined_G
-            lagging += [Lagging((speed or 0.0) * time / length, part * share, medium) for part, time in relaxations]
+            medium, share = (
+                pair(upper, lower),
+                bodies.combined_G / BodyPair(upper, lower).combined_G,
+            )
+            lagging += [
+                Lagging((speed or 0.0) * time / length, part * share, medium)
+                for part, time in relaxations
+            ]
     whole = pair(bodies.upper, bodies.lower)
     return ViscoelasticMedium(whole, tuple(lagging)) if lagging else whole
 
@@ -186,7 +230,9 @@ def _stack(body: Body | str, G: float, length: float) -> Stack:
         modulus, nu, _ = materials(body)[0]
         return Stack((), (modulus / G, nu))
     layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
-    return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
+    return Stack(
+        layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1])
+    )
 
 
 def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:
@@ -194,7 +240,9 @@ def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: flo
     from varcontact.elasticity.rolling_layers import RollingLayers, Solids
 
     def solids(body: Body | str) -> Solids:
-        lengths = tuple(tuple((f, speed * time / length) for f, time in each) for _, _, each in materials(body))
+        lengths = tuple(
+            tuple((f, speed * time / length) for f, time in each) for _, _, each in materials(body)
+        )
         return Solids(_stack(body, bodies.combined_G, length), lengths)
 
     def surface(body: Body | str) -> Body | str:
@@ -203,22 +251,34 @@ def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: flo
             return RIGID
         return Viscoelastic(G, nu, relaxations) if relaxations else Bodies(G, nu)
 
-    surfaces = _viscoelastic(BodyPair(surface(bodies.upper), surface(bodies.lower)), length, depth, speed)
+    surfaces = _viscoelastic(
+        BodyPair(surface(bodies.upper), surface(bodies.lower)), length, depth, speed
+    )
     return RollingLayers(surfaces, solids(bodies.upper), solids(bodies.lower), depth)
 
 
-def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -> ViscoelasticMedium:
-    """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the sign of its side."""
+def _viscoelastic(
+    bodies: BodyPair, length: float, depth: float, speed: float
+) -> ViscoelasticMedium:
+    """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the
+    sign of its side.
+    """
     surfaces, parts = bodies.surfaces, dict[float, list[tuple[float, float, float]]]()
     for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
         if isinstance(body, Viscoelastic):
             for part, time in body.relaxations:
-                share = surfaces.combined_G / (2 * body.G) * part, body.nu, side * (1 - 2 * body.nu) / 2
+                share = (
+                    surfaces.combined_G / (2 * body.G) * part,
+                    body.nu,
+                    side * (1 - 2 * body.nu) / 2,
+                )
                 parts.setdefault(speed * time / length, []).append(share)
     lagging = []
     for distance, shares in parts.items():
         weights, ratios, differences = np.array(shares).T
         factor = float(weights.sum())
         K = float(weights @ differences) / factor if bodies.coupled else 0.0
-        lagging.append(Lagging(distance, factor, HalfSpaces(float(weights @ ratios) / factor, K, depth)))
+        lagging.append(
+            Lagging(distance, factor, HalfSpaces(float(weights @ ratios) / factor, K, depth))
+        )
     return ViscoelasticMedium(HalfSpaces(surfaces.combined_nu, surfaces.K, depth), tuple(lagging))

@@ -20,13 +20,16 @@ from varcontact.elasticity.operators import GridOperator, RestrictedOperator, sp
 from varcontact.system.process import lazy_property
 
 DENSE_LIMIT = 400
-"""Elements up to which S is factored: with more, conjugate gradients by FFT are faster, ten times so at 1000."""
+"""Elements up to which S is factored: with more, conjugate gradients by FFT are faster, ten times
+so at 1000."""
 
 MISSED = 1e-10
-"""The chance, over the random start, that conjugate gradients take an S for positive definite that is not."""
+"""The chance, over the random start, that conjugate gradients take an S for positive definite that
+is not."""
 
 SHARE = 1e-2
-"""Part of that chance by which the residual falls short of it, so that there is room for a least eigenvalue."""
+"""Part of that chance by which the residual falls short of it, so that there is room for a least
+eigenvalue."""
 
 SLACK = 1e-3
 """What conjugate gradients may leave open of an energy, relative; it is added."""
@@ -35,15 +38,21 @@ MAX_ITERATIONS = 1000
 SEED = 0
 
 
-def positive_definite(operator: RestrictedOperator, dense_limit: int | None = None) -> PositiveDefinite | None:
-    """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite."""
+def positive_definite(
+    operator: RestrictedOperator, dense_limit: int | None = None
+) -> PositiveDefinite | None:
+    """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be
+    positive definite.
+    """
     if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
         from scipy.linalg import LinAlgError, cholesky
         from scipy.linalg.lapack import dtrtri
 
         matrix = operator.matrix
         try:
-            factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
+            factor = cholesky(
+                (matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False
+            )
         except LinAlgError:
             return None
         return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
@@ -51,11 +60,17 @@ def positive_definite(operator: RestrictedOperator, dense_limit: int | None = No
 
 
 def norm(operator: GridOperator) -> float:
-    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box."""
+    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the
+    periodic box.
+    """
     from scipy.fft import next_fast_len
 
     rows, columns = (next_fast_len(size, real=True) for size in operator.table.shape[2:])
-    return float(np.sqrt(np.sum(np.abs(spectrum_of(operator.table, (rows, columns))) ** 2, axis=(0, 1)).max()))
+    return float(
+        np.sqrt(
+            np.sum(np.abs(spectrum_of(operator.table, (rows, columns))) ** 2, axis=(0, 1)).max()
+        )
+    )
 
 
 # ----------------------------------------------------------------------------- by Cholesky's factor
@@ -77,10 +92,12 @@ class _Factored:
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
 
 
-# ----------------------------------------------------------------------------- by conjugate gradients
+# --------------------------------------------------------------------------- by conjugate gradients
 
 
-def _preconditioned(inverse: RestrictedOperator, weight: np.ndarray, field: np.ndarray) -> np.ndarray:
+def _preconditioned(
+    inverse: RestrictedOperator, weight: np.ndarray, field: np.ndarray
+) -> np.ndarray:
     """By the inverse symbol on the periodic box, weighted: less where elements are softened."""
     return np.asarray(weight * inverse.apply(weight * field))
 
@@ -98,7 +115,9 @@ class _Iterated:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
         found, slack = np.zeros(len(right)), SLACK * self.relative
         for i in np.flatnonzero(right.any(axis=(1, 2))):
-            run = _conjugate_gradients(self.symmetric, self.inverse, right[i], lambda weight, xb: weight <= slack * xb)
+            run = _conjugate_gradients(
+                self.symmetric, self.inverse, right[i], lambda weight, xb: weight <= slack * xb
+            )
             if run is None:
                 found[i] = np.inf
                 continue
@@ -110,42 +129,58 @@ class _Iterated:
 
 
 PositiveDefinite = _Factored | _Iterated
-"""A symmetric part: `least` is a lower bound on its least eigenvalue, `energies` are upper bounds on ``b'S^-1 b``."""
+"""A symmetric part: `least` is a lower bound on its least eigenvalue, `energies` are upper bounds
+on ``b'S^-1 b``."""
 
 
 def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
-    """S, where its symbol is positive, or conjugate gradients find no direction that is not of positive energy.
+    """S, where its symbol is positive, or conjugate gradients find no direction that is not of
+    positive energy.
 
-    Between some elements a periodic operator C becomes S, and C^-1 becomes Q. Where C is positive definite, so is S,
-    and ``S >= Q^-1``. Else conjugate gradients begin with a random right-hand side b. With P(x) the polynomial of their
-    residual r, P(0) = 1, and u a direction with ``Q S u = lambda u``, ``u'Q^-1 u = 1``: the weight ``r'Q r`` is
-    ``(P(lambda) u'b)^2`` or more, and P(lambda) is 1 or more where lambda is not positive. So where the weight falls
-    below t^2, ``|u'b| < t``; for a normally distributed b the chance of that is ``t (2 / (pi |u|^2))^(1/2)`` at most,
-    and ``|u|^-2`` is at most the largest value of the symbol, by the square of the least weight. The same holds with
-    ``t / P(relative)`` for all lambda up to `relative`, below the least root of P.
+    Between some elements a periodic operator C becomes S, and C^-1 becomes Q. Where C is positive
+    definite, so is S, and ``S >= Q^-1``. Else conjugate gradients begin with a random right-hand
+    side b. With P(x) the polynomial of their residual r, P(0) = 1, and u a direction with ``Q S u =
+    lambda u``, ``u'Q^-1 u = 1``: the weight ``r'Q r`` is ``(P(lambda) u'b)^2`` or more, and
+    P(lambda) is 1 or more where lambda is not positive. So where the weight falls below t^2,
+    ``|u'b| < t``; for a normally distributed b the chance of that is ``t (2 / (pi |u|^2))^(1/2)``
+    at most, and ``|u|^-2`` is at most the largest value of the symbol, by the square of the least
+    weight. The same holds with ``t / P(relative)`` for all lambda up to `relative`, below the least
+    root of P.
     """
     inverse, least, largest, whole = _inverse_symbol(symmetric.grid_operator)
     ny, nx = inverse.shape
     own = float(np.mean(np.diagonal(inverse.table[:, :, ny - 1, nx - 1])))
-    weight = np.asarray(1 / np.sqrt(1 + own * (0.0 if symmetric.softening is None else symmetric.softening)))
-    preconditioner = partial(_preconditioned, replace(symmetric, grid_operator=inverse, softening=None), weight)
+    weight = np.asarray(
+        1 / np.sqrt(1 + own * (0.0 if symmetric.softening is None else symmetric.softening))
+    )
+    preconditioner = partial(
+        _preconditioned, replace(symmetric, grid_operator=inverse, softening=None), weight
+    )
     largest /= float(weight.min() ** 2)
     if whole and type(symmetric.grid_operator) is GridOperator:
         return _Iterated(symmetric, preconditioner, 1.0, least)
-    right = np.random.default_rng(SEED).normal(size=(inverse.table.shape[1], symmetric.elements.size))
+    right = np.random.default_rng(SEED).normal(
+        size=(inverse.table.shape[1], symmetric.elements.size)
+    )
     enough = SHARE * MISSED * np.sqrt(np.pi / (2 * largest))
-    run = _conjugate_gradients(symmetric, preconditioner, right, lambda weight, energy: weight <= enough**2)
+    run = _conjugate_gradients(
+        symmetric, preconditioner, right, lambda weight, energy: weight <= enough**2
+    )
     if run is None:
         return None
     relative, high = 0.0, 2.0
     for _ in range(50):  # where, below its least root, P has come down to the share, by bisection
         middle = (relative + high) / 2
-        relative, high = (middle, high) if _residual(run[1], middle) >= SHARE else (relative, middle)
+        relative, high = (
+            (middle, high) if _residual(run[1], middle) >= SHARE else (relative, middle)
+        )
     return _Iterated(symmetric, preconditioner, relative, relative * least)
 
 
 def _residual(steps: list[tuple[float, float]], x: float) -> float:
-    """The polynomial P of the residual at x; zero from its least root on, where one before it changes its sign."""
+    """The polynomial P of the residual at x; zero from its least root on, where one before it
+    changes its sign.
+    """
     residual = direction = 1.0
     for alpha, beta in steps:
         residual -= alpha * x * direction
@@ -161,9 +196,11 @@ def _conjugate_gradients(
     right: np.ndarray,
     enough: Callable[[float, float], bool],
 ) -> tuple[np.ndarray, list[tuple[float, float]]] | None:
-    """Solve ``S x = b`` until the weight ``r'Q r`` of the residual is enough, which is told the energy ``x'b``, too.
+    """Solve ``S x = b`` until the weight ``r'Q r`` of the residual is enough, which is told the
+    energy ``x'b``, too.
 
-    Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too many steps.
+    Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too
+    many steps.
     """
     x, residual, energy = np.zeros_like(right), right.copy(), 0.0
     direction = inverse(residual)
@@ -186,16 +223,18 @@ def _conjugate_gradients(
 
 
 def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float, bool]:
-    """The inverse of S's symbol on a periodic box of twice the grid; its least and largest value; whether it is whole.
+    """The inverse of S's symbol on a periodic box of twice the grid; its least and largest value;
+    whether it is whole.
 
-    Where it is not, its small values were lifted to ``1/(20 n)`` of the largest: 51 468 elements take 70-90 iterations
-    to 1e-8 where none takes 1100-1300.
+    Where it is not, its small values were lifted to ``1/(20 n)`` of the largest: 51 468 elements
+    take 70-90 iterations to 1e-8 where none takes 1100-1300.
     """
     from scipy import fft
 
     (ny, nx), components = symmetric.shape, np.arange(symmetric.table.shape[0])
     box = fft.next_fast_len(2 * ny, real=True), fft.next_fast_len(2 * nx, real=True)
-    # offsets beyond the table have the mean of its ends: no two elements are so far apart, and zeros would make the
+    # offsets beyond the table have the mean of its ends: no two elements are so far apart, and
+    # zeros would make the
     # symbol negative
     kernel = symmetric.table
     for axis, size in zip((2, 3), box, strict=True):
@@ -209,7 +248,16 @@ def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float
     values, vectors = np.linalg.eigh((symbol + np.conj(symbol.swapaxes(-1, -2))) / 2)
     largest, own = float(values.max()), float(values.min())
     lifted = np.maximum(values, largest / (20 * max(nx, ny)))
-    inverse = np.moveaxis((vectors / lifted[..., None, :]) @ np.conj(vectors.swapaxes(-1, -2)), (-2, -1), (0, 1))
-    wrapped = np.ix_(components, components, np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1])
+    inverse = np.moveaxis(
+        (vectors / lifted[..., None, :]) @ np.conj(vectors.swapaxes(-1, -2)), (-2, -1), (0, 1)
+    )
+    wrapped = np.ix_(
+        components, components, np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1]
+    )
     least = float(lifted.min())
-    return GridOperator(symmetric.shape, fft.irfft2(inverse, box)[wrapped]), least, largest, least == own
+    return (
+        GridOperator(symmetric.shape, fft.irfft2(inverse, box)[wrapped]),
+        least,
+        largest,
+        least == own,
+    )

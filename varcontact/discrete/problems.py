@@ -1,4 +1,6 @@
-"""The two problems that solvers meet, what they return, and half of a symmetric one; all is dimensionless."""
+"""The two problems that solvers meet, what they return, and half of a symmetric one; all is
+dimensionless.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +19,15 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class NormalProblem:
-    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact of n elements."""
+    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact of n
+    elements.
+    """
 
     operator: RestrictedOperator  # A, the influence numbers zz
     distance: np.ndarray
     area: float  # of an element
-    force: float | None  # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
+    # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
+    force: float | None
     approach: float | None
     symmetric: bool = True  # whether A is: not of viscoelastic bodies
 
@@ -33,16 +38,21 @@ class NormalProblem:
     def reachable(self) -> NormalProblem:
         """The problem on the elements that can come into contact at all.
 
-        Where pressures only push surfaces apart (A > 0), there is no contact where h exceeds the approach. With the
-        force prescribed, the approach is at most that with all of it on the lowest element. Soft layers that keep their
-        volume bulge beside a load: any element may come into contact.
+        Where pressures only push surfaces apart (A > 0), there is no contact where h exceeds the
+        approach. With the force prescribed, the approach is at most that with all of it on the
+        lowest element. Soft layers that keep their volume bulge beside a load: any element may come
+        into contact.
         """
         if self.operator.grid_operator.table.min() < 0:
             return self
         highest = self.approach
         if highest is None:
             assert self.force is not None
-            most = self.operator.diagonal if self.symmetric else self.operator.grid_operator.table.max()
+            most = (
+                self.operator.diagonal
+                if self.symmetric
+                else self.operator.grid_operator.table.max()
+            )
             highest = self.distance.min() + most * self.force / self.area
         inside = self.distance < highest
         operator = self.operator.grid_operator.on(self.operator.elements[inside])
@@ -51,20 +61,25 @@ class NormalProblem:
 
 @dataclass(frozen=True, eq=False)
 class TangentialProblem:
-    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n elements in contact.
+    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n
+    elements in contact.
 
-    Tractions have c components: two, or one where elasticity does not couple them and nothing moves along the other.
+    Tractions have c components: two, or one where elasticity does not couple them and nothing moves
+    along the other.
     """
 
-    operator: RestrictedOperator  # M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231)
+    # M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231)
+    operator: RestrictedOperator
     rigid_shift: np.ndarray  # (c, n) W, with the shift by pressures where the bodies differ
-    potential: Potential  # phi: the traction bound g (n,), positive, and what flows; ``inf`` all over: no slip
+    # phi: the traction bound g (n,), positive, and what flows; ``inf`` all over: no slip
+    potential: Potential
     points: np.ndarray  # (2, n) x and y of the elements
     area: float  # of an element
     # prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown
     force: tuple[float | None, ...] = (None, None)
     symmetric: bool = False  # whether M is symmetric (a shift, or one step of a history)
-    instant: RestrictedOperator | None = None  # A of steady rolling, for time stepping; then ``A - M`` is C
+    # A of steady rolling, for time stepping; then ``A - M`` is C
+    instant: RestrictedOperator | None = None
     directions: tuple[int, ...] = (0, 1)  # which direction (0: x, 1: y) each component has
 
     @property
@@ -90,22 +105,28 @@ class TangentialProblem:
         return bool(np.isinf(self.bound).all())
 
     def under(self, traction: np.ndarray) -> TangentialProblem:
-        """The problem with the potential that tractions (c, n) leave, where it follows from them."""
+        """The problem with the potential that tractions (c, n) leave, where it follows from
+        them.
+        """
         flow = self.potential.flow
         if flow is None or not self.potential.implicit:
             return self
         size = np.zeros(self.operator.grid_operator.shape)
         size.flat[self.operator.elements] = magnitude(traction)
         raised = replace(flow, threshold=flow.after(size), columns=0.0)
-        return replace(self, potential=replace(self.potential, flow=raised.on(self.operator.elements)))
+        return replace(
+            self, potential=replace(self.potential, flow=raised.on(self.operator.elements))
+        )
 
     @property
     def symmetric_part(self) -> PositiveDefinite | None:
-        """The symmetric part of M, where it is positive definite: then the solution is the only one.
+        """The symmetric part of M, where it is positive definite: then the solution is the only
+        one.
 
-        It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
-        elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
-        x, and the more of them there are. It is found once for an operator, which steps share.
+        It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md)
+        with steps of 0.7 elements or more; with shorter ones it may not be, the less so the larger
+        nu, the longer the elements along x, and the more of them there are. It is found once for an
+        operator, which steps share.
         """
         kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
         if "_symmetric_part" not in kept:
@@ -117,7 +138,9 @@ class TangentialProblem:
         return self.operator.apply(traction) + self.rigid_shift + rigid[:, None]
 
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of the grid."""
+        """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of
+        the grid.
+        """
         chosen = list(self.directions)
         return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
 
@@ -133,10 +156,10 @@ class TangentialProblem:
 class RawSolution:
     """What a solver returns, not yet judged.
 
-    The traction is a pressure (n,) or tractions (c, n); rigid (1,) or (c,) is the approach, or the uniform rigid shift
-    where the force is prescribed. The status is the solver's own word, `solved` what it means: whether the solver says
-    that it reached all it was asked for. The reason tells why another solver than the one asked for has answered, where
-    there was no choice.
+    The traction is a pressure (n,) or tractions (c, n); rigid (1,) or (c,) is the approach, or the
+    uniform rigid shift where the force is prescribed. The status is the solver's own word, `solved`
+    what it means: whether the solver says that it reached all it was asked for. The reason tells
+    why another solver than the one asked for has answered, where there was no choice.
     """
 
     traction: np.ndarray
@@ -154,9 +177,11 @@ class RawSolution:
 
 @dataclass(frozen=True, eq=False)
 class FoldedOperator(RestrictedOperator):
-    """An operator on half of its elements, whose mirror images have the same tractions but for a sign.
+    """An operator on half of its elements, whose mirror images have the same tractions but for a
+    sign.
 
-    The signs are of the images' tractions: (1, -1) is a mirror, (-1, 1) a mirror and a change of direction.
+    The signs are of the images' tractions: (1, -1) is a mirror, (-1, 1) a mirror and a change of
+    direction.
     """
 
     images: np.ndarray
@@ -166,7 +191,9 @@ class FoldedOperator(RestrictedOperator):
     def matrix(self) -> np.ndarray:
         """Dense matrix, (2 n, 2 n): from the elements, and from their images."""
         own = self._assembled()
-        own += self.grid_operator.dense(self.elements, self.images) * np.repeat(self.signs, self.elements.size)
+        own += self.grid_operator.dense(self.elements, self.images) * np.repeat(
+            self.signs, self.elements.size
+        )
         return own
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
@@ -179,7 +206,9 @@ class FoldedOperator(RestrictedOperator):
 
 @dataclass(frozen=True, eq=False)
 class Mirror:
-    """How a problem is its own mirror image: places of the elements on one side of the line, and of their images."""
+    """How a problem is its own mirror image: places of the elements on one side of the line, and of
+    their images.
+    """
 
     half: np.ndarray
     images: np.ndarray
@@ -195,7 +224,10 @@ class Mirror:
             rigid_shift=problem.rigid_shift[:, self.half],
             potential=problem.potential.on(self.half),
             points=problem.points[:, self.half],
-            force=(None if along_x is None else along_x / 2, None if along_y is None else along_y / 2),
+            force=(
+                None if along_x is None else along_x / 2,
+                None if along_y is None else along_y / 2,
+            ),
         )
 
     def unfold(self, raw: RawSolution) -> RawSolution:
@@ -207,21 +239,30 @@ class Mirror:
 
     def _folded(self, operator: RestrictedOperator) -> FoldedOperator:
         """The folded operator, made once for each operator, so that its matrix is, too."""
-        kept: dict[tuple[float, float], FoldedOperator] = operator.__dict__.setdefault("_folded", {})
+        kept: dict[tuple[float, float], FoldedOperator] = operator.__dict__.setdefault(
+            "_folded", {}
+        )
         if self.signs not in kept:
             half, images = operator.elements[self.half], operator.elements[self.images]
             soft = None if operator.softening is None else operator.softening[:, self.half]
-            kept[self.signs] = FoldedOperator(operator.grid_operator, half, images, self.signs, softening=soft)
+            kept[self.signs] = FoldedOperator(
+                operator.grid_operator, half, images, self.signs, softening=soft
+            )
         return kept[self.signs]
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    """The mirror of a tangential problem, or None where it has none or a row of elements lies on the line.
+    """The mirror of a tangential problem, or None where it has none or a row of elements lies on
+    the line.
 
-    Influence numbers have every such symmetry: xx and yy are even in y, xy is odd; on a surface whose curvature varies
-    where inclinations are odd.
+    Influence numbers have every such symmetry: xx and yy are even in y, xy is odd; on a surface
+    whose curvature varies where inclinations are odd.
     """
-    operator, elements, bound = problem.operator.grid_operator, problem.operator.elements, problem.bound
+    operator, elements, bound = (
+        problem.operator.grid_operator,
+        problem.operator.elements,
+        problem.bound,
+    )
     rigid_shift, columns = problem.rigid_shift, operator.shape[1]
     if elements.size == 0 or len(rigid_shift) != 2:
         return None
@@ -241,6 +282,9 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
             return None
     for signs, odd in (((1.0, -1.0), 1), ((-1.0, 1.0), 0)):
         unlike = rigid_shift[:, images] - np.array(signs)[:, None] * rigid_shift
-        if problem.force[odd] is None and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max():
+        if (
+            problem.force[odd] is None
+            and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max()
+        ):
             return Mirror(half, images[half], signs)
     return None

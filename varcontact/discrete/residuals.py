@@ -21,17 +21,21 @@ from varcontact.interfaces.potential import magnitude
 from varcontact.system.process import one_blas_thread
 
 FAINT = 1e-6
-"""Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
+"""Part of the traction bound below which tractions are measured by the bound, as to what wrong
+pressures do to them."""
 
 
 def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, float]:
-    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
+    """Natural-map residuals of the normal and of the tangential problem, each with the other's
+    final tractions.
 
-    The third is what the normal one does to the tractions of unlike bodies. All are relative to the largest pressure
-    or traction.
+    The third is what the normal one does to the tractions of unlike bodies. All are relative to the
+    largest pressure or traction.
     """
     disc = with_implied_fields(disc, state)
-    normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
+    normal, pressure, approach = normal_as_solved(
+        disc, state.pressure, state.approach, state.traction
+    )
     tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     return (
         normal_residual(normal, pressure, approach),
@@ -41,11 +45,15 @@ def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, 
 
 
 def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
-    """Residual of the tangential problem, in which tractions where no friction can carry them are all error."""
+    """Residual of the tangential problem, in which tractions where no friction can carry them are
+    all error.
+    """
     size = magnitude(state.traction.reshape(2, -1))
     error = relative(np.delete(size, problem.operator.elements).max(initial=0.0), float(size.max()))
     if problem.size:
-        error = worst(error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid)))
+        error = worst(
+            error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid))
+        )
     return error
 
 
@@ -56,13 +64,16 @@ def coupling_residual(
     state: ContactState,
     approach: np.ndarray,
 ) -> float:
-    """What the residual of the normal problem does to the tractions of unlike bodies; 0 for like bodies.
+    """What the residual of the normal problem does to the tractions of unlike bodies; 0 for like
+    bodies.
 
-    A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
-    tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
-    pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
-    that moves the elements that stick, in the mean: that changes the creepage, and no traction. Tractions of less than
-    `FAINT` of what friction bears are measured by that: where hardly anything rubs, they may be nothing but rounding.
+    A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as
+    large a part of the tractions: the less friction, the more exact the pressures have to be. So
+    the tractions are judged under the pressures that the natural map has in place of these. Where a
+    force is prescribed, the rigid shift follows what that moves the elements that stick, in the
+    mean: that changes the creepage, and no traction. Tractions of less than `FAINT` of what
+    friction bears are measured by that: where hardly anything rubs, they may be nothing but
+    rounding.
     """
     if disc.K == 0 or not np.any(state.traction):
         return 0.0
@@ -74,12 +85,18 @@ def coupling_residual(
         sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
         free = [tangential.directions[i] for i in tangential.free]
         if sticks.size:
-            moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
+            moved = (
+                disc.pressure_to_shift.apply((image - pressure)[None])
+                .reshape(2, -1)[:, sticks]
+                .mean(axis=1)
+            )
             rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
     largest = float(magnitude(state.traction.reshape(2, -1)).max())
     bound = float(tangential.bound.max(initial=0.0))
     part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
-    return part * residual_on_grid(disc.tangential_problem(image, acting=state.traction), replace(state, rigid=rigid))
+    return part * residual_on_grid(
+        disc.tangential_problem(image, acting=state.traction), replace(state, rigid=rigid)
+    )
 
 
 def relative(value: float, scale: float) -> float:
@@ -93,7 +110,10 @@ def worst(*values: float) -> float:
 
 
 def normal_residual(
-    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+    problem: NormalProblem,
+    pressure: np.ndarray,
+    rigid: np.ndarray,
+    elastic: np.ndarray | None = None,
 ) -> float:
     """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
 
@@ -114,15 +134,23 @@ def normal_residual(
 
 
 def _normal_image(
-    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+    problem: NormalProblem,
+    pressure: np.ndarray,
+    rigid: np.ndarray,
+    elastic: np.ndarray | None = None,
 ) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
     elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
-    return np.maximum(pressure - (problem.distance - rigid[0] + elastic) / problem.operator.diagonal, 0.0)
+    return np.maximum(
+        pressure - (problem.distance - rigid[0] + elastic) / problem.operator.diagonal, 0.0
+    )
 
 
 def tangential_residual(
-    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+    problem: TangentialProblem,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    shift: np.ndarray | None = None,
 ) -> float:
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces
     prescribed, what they lack.
@@ -138,7 +166,8 @@ def tangential_residual(
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
     problem = problem.under(traction)
-    with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
+    # an iterate that diverges ends at NaN, which is no residual
+    with np.errstate(over="ignore", invalid="ignore"):
         own = problem.operator.diagonal
         image = problem.potential.projected(traction - shift / own, own)
     size = worst(magnitude(traction).max(), magnitude(image).max())
@@ -148,13 +177,17 @@ def tangential_residual(
         assert force is not None
         lacking = abs(traction[i].sum() * problem.area - force)
         scale = size * problem.area * math.sqrt(problem.size)
-        residual = worst(residual, relative(lacking, scale if scale > 0 else abs(force)))  # nothing carries nothing
+        # nothing carries nothing
+        residual = worst(residual, relative(lacking, scale if scale > 0 else abs(force)))
     return residual
 
 
 @one_blas_thread()
 def gap(
-    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+    problem: TangentialProblem,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    shift: np.ndarray | None = None,
 ) -> tuple[float, float]:
     """Duality gap of admissible tractions, absolute and relative (dimensionless).
 
@@ -192,7 +225,10 @@ def gap(
 
 @one_blas_thread()
 def normal_gap(
-    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+    problem: NormalProblem,
+    pressure: np.ndarray,
+    rigid: np.ndarray,
+    elastic: np.ndarray | None = None,
 ) -> tuple[float, float]:
     """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
 
@@ -258,13 +294,19 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
         In steady rolling, which has no energy.
     """
     elastic = _elastic(problem, traction)
-    known = problem.distance - (problem.approach or 0.0) if isinstance(problem, NormalProblem) else problem.rigid_shift
+    known = (
+        problem.distance - (problem.approach or 0.0)
+        if isinstance(problem, NormalProblem)
+        else problem.rigid_shift
+    )
     return -problem.area * float(np.sum(traction * (0.5 * elastic + known)))
 
 
 @one_blas_thread()
 def potential_energy(
-    problem: NormalProblem | TangentialProblem, traction: np.ndarray, rigid: np.ndarray | None = None
+    problem: NormalProblem | TangentialProblem,
+    traction: np.ndarray,
+    rigid: np.ndarray | None = None,
 ) -> float:
     """U of the displacements that pressures, or the tractions of a shift, cause
     (214), dimensionless.
@@ -305,5 +347,9 @@ def potential_energy(
 
 def _elastic(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> np.ndarray:
     if isinstance(problem, TangentialProblem) and not problem.symmetric:
-        raise SceneError("problem", "steady rolling", "of a shift, or of a step: others have a gap, and no energy")
+        raise SceneError(
+            "problem",
+            "steady rolling",
+            "of a shift, or of a step: others have a gap, and no energy",
+        )
     return problem.operator.apply(np.atleast_2d(traction))

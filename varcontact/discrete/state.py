@@ -25,15 +25,17 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.surfaces import Cylinders
 
 SQUARE: Cells = (3, 3)
-"""Parts of an element along y and x: 2 by 2 and 4 by 4 are as good (docs/sampling.md), and odd numbers have a part in
-the middle."""
+"""Parts of an element along y and x: 2 by 2 and 4 by 4 are as good (docs/sampling.md), and odd
+numbers have a part in the middle."""
 STRIPS: Cells = (1, 7)
 """The same in line contact. With fewer errors jump more, with more they are hardly smaller."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers came to them."""
+    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers
+    came to them.
+    """
 
     pressure: np.ndarray
     approach: float
@@ -47,8 +49,10 @@ class ContactState:
     # of each pass of a coupling loop: its change, and the residual of the whole after it
     passes: tuple[tuple[float, float], ...] = ()
     bound_pressure: np.ndarray | None = None
-    slips: np.ndarray | None = None  # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
-    # implicit fields of the interfaces in the next pass, (ny, nx), and where the search for them began
+    # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
+    slips: np.ndarray | None = None
+    # implicit fields of the interfaces in the next pass, (ny, nx), and where the search for them
+    # began
     fields: Mapping[str, np.ndarray] = field(default_factory=dict)
     branch: str = ""
 
@@ -77,7 +81,9 @@ def unloaded(grid: Grid) -> ContactState:
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his
+    force.
+    """
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
@@ -95,7 +101,9 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
 
 
 def cells_of(edge: str, line: bool) -> Cells:
-    """Parts of an element on which a pressure without a closed form is solved for, by `Grid.edge`."""
+    """Parts of an element on which a pressure without a closed form is solved for, by
+    `Grid.edge`.
+    """
     if edge == "centres":
         return 1, 1
     return STRIPS if line else SQUARE
@@ -111,7 +119,8 @@ def means(values: np.ndarray, cells: Cells) -> np.ndarray:
 def divided(disc: Discretisation, cells: Cells) -> Discretisation:
     """The same contact on parts of the elements, in the same scales, for its normal problem.
 
-    The elements have their centres within the samples, where there are samples: parts may lie beyond.
+    The elements have their centres within the samples, where there are samples: parts may lie
+    beyond.
     """
     grid = disc.grid.divided(cells)
     distance = undeformed_distance(disc.surface, disc.hertz, grid, beyond=max(disc.grid.sides) / 2)
@@ -120,7 +129,9 @@ def divided(disc: Discretisation, cells: Cells) -> Discretisation:
 
 
 def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretisation:
-    """The same with the physical pressure on parts of the elements that a solution has; without one as it is."""
+    """The same with the physical pressure on parts of the elements that a solution has; without one
+    as it is.
+    """
     if pressure is None:
         return disc
     (rows, columns), (ny, nx) = pressure.shape, disc.grid.shape
@@ -128,21 +139,35 @@ def with_subgrid(disc: Discretisation, pressure: np.ndarray | None) -> Discretis
     return replace(disc, subgrid=Subgrid(parts, pressure / disc.scales.pressure))
 
 
-def as_solved(disc: Discretisation, pressure: np.ndarray, approach: float) -> tuple[Discretisation, np.ndarray, float]:
-    """A contact, its pressure (ny, nx) and approach, dimensionless, on the lattice of its normal problem."""
+def as_solved(
+    disc: Discretisation, pressure: np.ndarray, approach: float
+) -> tuple[Discretisation, np.ndarray, float]:
+    """A contact, its pressure (ny, nx) and approach, dimensionless, on the lattice of its normal
+    problem.
+    """
     if disc.subgrid is None:
         return disc, pressure, approach
     parts = disc.subgrid.disc
-    return parts, disc.subgrid.pressure, approach + (disc.base - parts.base) / disc.scales.displacement
+    return (
+        parts,
+        disc.subgrid.pressure,
+        approach + (disc.base - parts.base) / disc.scales.displacement,
+    )
 
 
 def normal_as_solved(
     disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray | None = None
 ) -> tuple[NormalProblem, np.ndarray, np.ndarray]:
-    """The normal problem as it was solved, on elements or on parts of them, its pressure (n,) and approach (1,).
+    """The normal problem as it was solved, on elements or on parts of them, its pressure (n,) and
+    approach (1,).
 
-    Given are those of the elements, and the tractions (2, ny, nx) of unlike bodies; all is dimensionless.
+    Given are those of the elements, and the tractions (2, ny, nx) of unlike bodies; all is
+    dimensionless.
     """
     lattice, pressure, approach = as_solved(disc, pressure, approach)
     coupled = traction is not None and disc.K != 0 and bool(np.any(traction))
-    return lattice.normal_problem(traction if coupled else None), pressure.ravel(), np.array([approach])
+    return (
+        lattice.normal_problem(traction if coupled else None),
+        pressure.ravel(),
+        np.array([approach]),
+    )

@@ -17,10 +17,12 @@ AT_BOUND = 1e-8
 
 
 def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
-    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick, slip, plastic.
+    """Shift by slip in the contact, (2, ny, nx), dimensionless, and 0, 1, 2, 3 for exterior, stick,
+    slip, plastic.
 
-    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
-    bound and slip opposes it. The slip is the local shift E, less what flows between the bodies.
+    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where
+    traction is at the bound and slip opposes it. The slip is the local shift E, less what flows
+    between the bodies.
     """
     shift = local_shift(disc, state)
     contact = state.pressure > 0
@@ -64,15 +66,21 @@ def response_of(disc: Discretisation, state: ContactState) -> Response:
 
 
 def with_implied_fields(disc: Discretisation, state: ContactState) -> Discretisation:
-    """The same under the fields of a layer between the bodies that go with a state, from any source."""
+    """The same under the fields of a layer between the bodies that go with a state, from any
+    source.
+    """
     layer = disc.loading.layer
     if layer is None or disc.loading.frictionless:
         return disc
     return disc.under(**layer.implied(response_of(disc, state), disc.surroundings))
 
 
-def flow_of(disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """What a layer flows in a step, (2, ny, nx), dimensionless, under the local shift of a state."""
+def flow_of(
+    disc: Discretisation, state: ContactState, shift: np.ndarray, areas: np.ndarray
+) -> np.ndarray:
+    """What a layer flows in a step, (2, ny, nx), dimensionless, under the local shift of a
+    state.
+    """
     flow = with_implied_fields(disc, state).potential(state.pressure).flow
     if flow is None:
         return np.where(areas == PLASTIC, -shift, 0.0)
@@ -80,7 +88,9 @@ def flow_of(disc: Discretisation, state: ContactState, shift: np.ndarray, areas:
 
 
 def left_fields(disc: Discretisation, state: ContactState) -> Fields:
-    """What particles have at the end of a step, dimensionless, by the names of the layer's quantities."""
+    """What particles have at the end of a step, dimensionless, by the names of the layer's
+    quantities.
+    """
     layer = disc.loading.layer
     if layer is None:
         return {}
@@ -113,11 +123,12 @@ def arriving(disc: Discretisation, field: np.ndarray, fresh: float) -> np.ndarra
 
 
 def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) -> np.ndarray:
-    """Work that the tractions p of a state lose by friction in a step, by area, (ny, nx), dimensionless.
+    """Work that the tractions p of a state lose by friction in a step, by area, (ny, nx),
+    dimensionless.
 
-    In place it is ``-p.E`` by the shift E. In rolling ``-(p.E + p'.E')/2``: p and E of the particles there at the end
-    of the step, p' and E' of those at its beginning, with spin in the middle of their paths. The sum is the work put
-    in less the elastic energy stored.
+    In place it is ``-p.E`` by the shift E. In rolling ``-(p.E + p'.E')/2``: p and E of the
+    particles there at the end of the step, p' and E' of those at its beginning, with spin in the
+    middle of their paths. The sum is the work put in less the elastic energy stored.
     """
     motion, before, traction = disc.loading.motion, disc.loading.previous_step, state.traction
     if motion is None or motion.rolls == 0 or disc.loading.frictionless:
@@ -132,7 +143,9 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
         backwards = mirrored(disc.transport.stencil)
         elastic_then = -disc.operators.tangential(backwards).apply(traction)
         if disc.K != 0:
-            elastic_then = elastic_then - disc.operators.pressure_to_shift(backwards).apply(fields[2:])
+            elastic_then = elastic_then - disc.operators.pressure_to_shift(backwards).apply(
+                fields[2:]
+            )
     elif disc.loading.steady:
         traction_then = traction
         elastic_then = -_mirrored(_elastic_shift(disc, _mirrored(fields)))
@@ -141,11 +154,15 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
         elastic_then = _mirrored(disc.operators.carrying(rolled).apply(_mirrored(fields)))
     if before is not None:
         elastic_now = elastic_now - before.displacement
-        elastic_then = elastic_then - (_elastic_shift(disc, before.traction) if before.left is None else before.left)
+        elastic_then = elastic_then - (
+            _elastic_shift(disc, before.traction) if before.left is None else before.left
+        )
         traction_then = before.traction[:2]
     path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
     free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
-    rigid_now, rigid_then = (path.shift(at, y, scales.length) / scales.displacement + free for at in (x, x - rolled))
+    rigid_now, rigid_then = (
+        path.shift(at, y, scales.length) / scales.displacement + free for at in (x, x - rolled)
+    )
     lost = traction * (rigid_now + elastic_now) + traction_then * (rigid_then + elastic_then)
     return np.asarray(0.0 - 0.5 * np.sum(lost, axis=0))
 
@@ -157,14 +174,18 @@ def _elastic_shift(disc: Discretisation, fields: np.ndarray) -> np.ndarray:
 
 
 def _mirrored(fields: np.ndarray) -> np.ndarray:
-    """Mirrored in a plane across x: between mirrored fields bodies roll the other way, whatever varies along y."""
+    """Mirrored in a plane across x: between mirrored fields bodies roll the other way, whatever
+    varies along y.
+    """
     mirrored = fields[..., ::-1].copy()
     mirrored[0] *= -1
     return mirrored
 
 
 def own_influence(disc: Discretisation) -> float:
-    """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with."""
+    """Mean of an element's influence on itself along x and y; any, where there is no traction to
+    compare with.
+    """
     return 1.0 if disc.loading.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal
 
 

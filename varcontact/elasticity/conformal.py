@@ -34,7 +34,8 @@ STRAIGHT = 1e-10
 AXES = {"x": 0, "y": 1, "z": 2}
 
 TURNED = np.array([[0, 0, 0], [0, 1, 1j], [0, -1j, 1]]) / 2
-"""Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)`` times this."""
+"""Rotations about x by an angle t are ``diag(1, 0, 0)`` and twice the real part of ``exp(i t)``
+times this."""
 
 SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 """Of harmonics, where the angle is."""
@@ -42,7 +43,8 @@ SIGNS = np.array([1, 1, -1, 1, -1]).reshape(5, 1, 1, 1, 1)
 
 @dataclass(frozen=True)
 class Conformal:
-    """A medium whose bodies meet on a curved surface: that on the flat one, and the inclination at some y, ascending.
+    """A medium whose bodies meet on a curved surface: that on the flat one, and the inclination at
+    some y, ascending.
 
     Beyond these it goes on with the curvature that it has at the ends.
     """
@@ -67,9 +69,13 @@ class Conformal:
     def at_end(self, time: float) -> Conformal:
         return replace(self, flat=self.flat.at_end(time))
 
-    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+    def operator(
+        self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
+    ) -> GridOperator:
         inclination = continuation(np.array(self.y), np.array(self.angles))(lattice.y)
-        return conformal_operator(rows, columns, inclination, partial(self.flat.operator, lattice, stencil=stencil))
+        return conformal_operator(
+            rows, columns, inclination, partial(self.flat.operator, lattice, stencil=stencil)
+        )
 
 
 def conformal_operator(
@@ -102,7 +108,9 @@ def conformal_operator(
     >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
     True
     """
-    above, across = ("x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns))
+    above, across = (
+        "x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns)
+    )
     table, turned, still = flat(above, across), TURNED, np.diag([1.0, 0.0, 0.0])
 
     def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -118,7 +126,8 @@ def conformal_operator(
     once, twice = 2 * (product(still, turned) + product(turned, still)), 2 * product(turned, turned)
     harmonics = np.array([constant, once.real, -once.imag, twice.real, -twice.imag])
     slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
-    mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))[..., None]  # by the offset alone
+    # by the offset alone
+    mean = _waves(slope * np.arange(angles.size - 1, -angles.size, -1))[..., None]
     summed = sum(map(np.multiply, mean, harmonics))
     if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
         return GridOperator(table.shape, summed)
@@ -126,15 +135,21 @@ def conformal_operator(
 
 
 def _waves(angle: np.ndarray) -> np.ndarray:
-    """Harmonics (5, ...) of half an angle: the constant, cosine and sine, and these of the whole angle."""
-    return np.array([np.ones_like(angle), np.cos(angle / 2), np.sin(angle / 2), np.cos(angle), np.sin(angle)])
+    """Harmonics (5, ...) of half an angle: the constant, cosine and sine, and these of the whole
+    angle.
+    """
+    return np.array(
+        [np.ones_like(angle), np.cos(angle / 2), np.sin(angle / 2), np.cos(angle), np.sin(angle)]
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class ConformalOperator(GridOperator):
-    """An operator on a surface whose curvature varies: products by FFT with fields modulated along y.
+    """An operator on a surface whose curvature varies: products by FFT with fields modulated along
+    y.
 
-    Its `table` is that of the mean curvature: exact for elements on themselves, and what preconditioners need.
+    Its `table` is that of the mean curvature: exact for elements on themselves, and what
+    preconditioners need.
     """
 
     toeplitz: ClassVar[bool] = False
@@ -142,20 +157,26 @@ class ConformalOperator(GridOperator):
     harmonics: np.ndarray  # (5, rows, columns, 2 ny - 1, 2 nx - 1) tables, in the order of `_waves`
 
     def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
-        """The matrix from tractions on `loaded` to displacements in `elements`, see `GridOperator.dense`."""
+        """The matrix from tractions on `loaded` to displacements in `elements`, see
+        `GridOperator.dense`.
+        """
         loaded = elements if loaded is None else loaded
         nx, (rows, columns) = self.shape[1], self.table.shape[:2]
         waves = _waves(self.angles[loaded // nx] - self.angles[elements // nx][:, None])
         matrix = np.zeros((rows, elements.size, columns, loaded.size))
         for wave, table in zip(waves, self.harmonics, strict=True):
-            matrix += GridOperator(self.shape, table).dense(elements, loaded).reshape(matrix.shape) * wave[:, None]
+            matrix += (
+                GridOperator(self.shape, table).dense(elements, loaded).reshape(matrix.shape)
+                * wave[:, None]
+            )
         return matrix.reshape(rows * elements.size, columns * loaded.size)
 
     def _product(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions (columns, ny, nx) on the whole grid, in their precision.
 
-        Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which tractions are
-        multiplied by before the transform along y, and of alpha_I, which displacements are after it.
+        Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which
+        tractions are multiplied by before the transform along y, and of alpha_I, which
+        displacements are after it.
         """
         from scipy import fft
 
@@ -193,15 +214,21 @@ class ConformalOperator(GridOperator):
 
     @classmethod
     def in_blocks(cls, blocks: list[list[GridOperator]]) -> ConformalOperator:
-        curved = [[block for block in row if isinstance(block, ConformalOperator)] for row in blocks]
+        curved = [
+            [block for block in row if isinstance(block, ConformalOperator)] for row in blocks
+        ]
         rows = [np.concatenate([block.harmonics for block in row], axis=2) for row in curved]
         table = GridOperator.in_blocks(blocks).table
-        return ConformalOperator(blocks[0][0].shape, table, curved[0][0].angles, np.concatenate(rows, axis=1))
+        return ConformalOperator(
+            blocks[0][0].shape, table, curved[0][0].angles, np.concatenate(rows, axis=1)
+        )
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
         turned = SIGNS * self.harmonics[..., ::-1, ::-1].swapaxes(1, 2)
         table = super().symmetric_part(sign).table
-        return ConformalOperator(self.shape, table, self.angles, (self.harmonics + sign * turned) / 2)
+        return ConformalOperator(
+            self.shape, table, self.angles, (self.harmonics + sign * turned) / 2
+        )
 
     @lazy_property
     def _single_transforms(self) -> Transforms:
@@ -213,4 +240,7 @@ class ConformalOperator(GridOperator):
         from scipy import fft
 
         box, used = fft_box(*self.shape), np.argwhere(self.harmonics.any(axis=(-2, -1)))
-        return {key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box))) for key in map(tuple, used.tolist())}
+        return {
+            key: np.asarray(fft.rfft2(wrapped(self.harmonics[key], box)))
+            for key in map(tuple, used.tolist())
+        }

@@ -1,4 +1,5 @@
-"""Graded half-spaces: a modulus of rigidity that changes with the depth, as a power or exponentially.
+"""Graded half-spaces: a modulus of rigidity that changes with the depth, as a power or
+exponentially.
 
 Their compliance by wave number is that of homogeneous slices, extrapolated to
 none of them thick. Source of the extrapolation: L. F. Richardson, Phil. Trans.
@@ -21,13 +22,17 @@ from varcontact.scene.bodies import Relaxations, Stratified
 from varcontact.system.process import lazy_property
 
 SLICES = 160
-"""Slices of the coarser of two stacks: the compliance is exact to 1e-4 (tests/elasticity/test_graded.py)."""
+"""Slices of the coarser of two stacks: the compliance is exact to 1e-4
+(tests/elasticity/test_graded.py)."""
 NODES_BY_DECADE = 24
-"""Wave numbers at which the compliance is computed; between them it is a cubic spline over their logarithm."""
+"""Wave numbers at which the compliance is computed; between them it is a cubic spline over their
+logarithm."""
 EXPONENTIAL_REACH = 10.0
-"""Depth divided by that of the decay from which on the deep modulus holds: exp(-10) = 5e-5 is left."""
+"""Depth divided by that of the decay from which on the deep modulus holds: exp(-10) = 5e-5 is
+left."""
 POWER_REACH = 1e4
-"""Depth divided by the scale of the power from which on the modulus is constant: contacts are much smaller."""
+"""Depth divided by the scale of the power from which on the modulus is constant: contacts are much
+smaller."""
 
 
 @dataclass(frozen=True)
@@ -116,14 +121,19 @@ class Graded(Checked, Stratified, path="bodies", G=positive, nu=poisson_ratio, d
             middles = np.expm1((places[1:] + places[:-1]) / 2 * np.log1p(self._reach))
         moduli = self.modulus(self.depth * middles) / G
         thicknesses = np.diff(edges) * self.depth / length
-        layers = tuple((h, modulus, self.nu) for h, modulus in zip(thicknesses.tolist(), moduli.tolist(), strict=True))
+        layers = tuple(
+            (h, modulus, self.nu)
+            for h, modulus in zip(thicknesses.tolist(), moduli.tolist(), strict=True)
+        )
         deepest = float(self.modulus(np.array(self.depth * self._reach))) / G
         return Stack(((layers[0][0], self.G / G, self.nu), *layers[1:]), (deepest, self.nu))
 
 
 @dataclass(frozen=True)
 class GradedStack(Stack):
-    """Slices of a graded body, and half as many: their compliance is extrapolated to none of them thick."""
+    """Slices of a graded body, and half as many: their compliance is extrapolated to none of them
+    thick.
+    """
 
     coarse: Stack
 
@@ -137,15 +147,21 @@ class GradedStack(Stack):
         inside = np.clip(k, least, largest)
         # short waves feel the surface, and what is below in proportion to their length
         short = np.minimum(largest / np.maximum(k, largest), 1.0)
-        return np.asarray(self.surface[:, None] + (spline(np.log(inside)) - self.surface[:, None]) * short)
+        return np.asarray(
+            self.surface[:, None] + (spline(np.log(inside)) - self.surface[:, None]) * short
+        )
 
     @lazy_property
     def _by_logarithm(self) -> tuple[float, float, CubicSpline]:
-        """The compliance over the logarithm of wave numbers, and the least and the largest of these."""
+        """The compliance over the logarithm of wave numbers, and the least and the largest of
+        these.
+        """
         deepest = sum(h for h, _, _ in self.layers)
         least = 1e-3 / deepest
         largest = CUT / self.thickness
-        nodes = np.linspace(np.log(least), np.log(largest), math.ceil(NODES_BY_DECADE * np.log10(largest / least)))
+        nodes = np.linspace(
+            np.log(least), np.log(largest), math.ceil(NODES_BY_DECADE * np.log10(largest / least))
+        )
         fine = super().compliance(np.exp(nodes))
         coarse = self.coarse.compliance(np.exp(nodes))
         return least, largest, CubicSpline(nodes, fine + (fine - coarse) / 3, axis=1)

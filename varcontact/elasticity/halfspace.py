@@ -57,11 +57,12 @@ def influence_numbers(
 
     Notes
     -----
-    With ``J2 = [[x^2/R^3]]`` (the integral over the element of x^2/R^3, and so on), ``J4 = [[y^2/R^3]]``,
-    ``J1 = J2 + J4``, ``J3 = [[x y/R^3]]``, ``J5 = [[x/R^2]]``, ``J6 = [[y/R^2]]``:
-    ``pi G B`` is ``J1 - nu J4`` (xx), ``J1 - nu J2`` (yy), ``nu J3`` (xy, yx), ``(1 - nu) J1`` (zz),
-    ``-K J5`` (xz), ``K J5`` (zx), ``-K J6`` (yz), ``K J6`` (zy). J4, J2 and J3 are ``-omega_xx``, ``-omega_yy`` and
-    ``omega_xy`` of `rectangle_potentials`, J5 and J6 are ``chi_x`` and ``chi_y``.
+    With ``J2 = [[x^2/R^3]]`` (the integral over the element of x^2/R^3, and so on), ``J4 =
+    [[y^2/R^3]]``, ``J1 = J2 + J4``, ``J3 = [[x y/R^3]]``, ``J5 = [[x/R^2]]``, ``J6 = [[y/R^2]]``:
+    ``pi G B`` is ``J1 - nu J4`` (xx), ``J1 - nu J2`` (yy), ``nu J3`` (xy, yx), ``(1 - nu) J1``
+    (zz), ``-K J5`` (xz), ``K J5`` (zx), ``-K J6`` (yz), ``K J6`` (zy). J4, J2 and J3 are
+    ``-omega_xx``, ``-omega_yy`` and ``omega_xy`` of `rectangle_potentials`, J5 and J6 are ``chi_x``
+    and ``chi_y``.
 
     Examples
     --------
@@ -89,7 +90,10 @@ def influence_numbers(
     else:
         potentials = rectangle_potentials(x, y, 0.0, dx, dy, kinds)
     found = dict(zip(kinds, potentials / (np.pi * G), strict=True))
-    return {name: np.sum([found[kind] * w for kind, w in form.items()], axis=0) for name, form in wanted.items()}
+    return {
+        name: np.sum([found[kind] * w for kind, w in form.items()], axis=0)
+        for name, form in wanted.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,11 @@ class HalfSpaces(Homogeneous):
     K: float = 0.0
     depth: float = 1.0
 
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+    def influence(
+        self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
+    ) -> dict[str, np.ndarray]:
         dx, dy = grid.sides
         dy = math.inf if grid.line else dy
-        return influence_numbers(x, y, dx, dy, nu=self.nu, K=self.K, depth=self.depth, components=components)
+        return influence_numbers(
+            x, y, dx, dy, nu=self.nu, K=self.K, depth=self.depth, components=components
+        )

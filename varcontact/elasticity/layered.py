@@ -33,13 +33,16 @@ from varcontact.scene.grid import Grid
 from varcontact.system.process import lazy_property
 
 CUT = 20.0
-"""Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT) CUT^2 = 2e-15."""
+"""Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT)
+CUT^2 = 2e-15."""
 
 DEEP = 25.0
-"""The same of a layer within the stack: beyond, rounding, which grows as its square, would be felt."""
+"""The same of a layer within the stack: beyond, rounding, which grows as its square, would be
+felt."""
 
 OCTAVES = 60
-"""Panels of wave numbers are halved so often towards 0: thicknesses and moduli may have any ratio."""
+"""Panels of wave numbers are halved so often towards 0: thicknesses and moduli may have any
+ratio."""
 
 DEGREE = 20
 """Of the kernels' Chebyshev polynomials, each over a doubling of the distance: 5.8^-21 = 9e-17."""
@@ -56,7 +59,8 @@ _NODES_AT_ONCE = 200_000
 
 @dataclass(frozen=True)
 class Stack:
-    """Layers (thickness, G, nu) from the surface downwards, and a base: a half-space (G, nu), "rigid" or "smooth".
+    """Layers (thickness, G, nu) from the surface downwards, and a base: a half-space (G, nu),
+    "rigid" or "smooth".
 
     Moduli may be complex numbers, one for each wave number (n,).
     """
@@ -86,7 +90,9 @@ class Stack:
         for h, G, nu in reversed(self.layers):
             state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
             (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
-            F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (q0 * p1 - q1 * p0)
+            F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (
+                q0 * p1 - q1 * p0
+            )
             F = np.where(k * h > DEEP, half_space(G, nu, k)[:3], F)
             state = _states(F)
             t = np.tanh(k * h)
@@ -108,15 +114,21 @@ def _states(F: np.ndarray) -> np.ndarray:
 def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
     """exp(-kappa M) exp(-kappa), (4, 4, n): from the lower to the upper side of a layer.
 
-    With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s hyperbolic functions.
+    With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s
+    hyperbolic functions.
     """
-    kappa, eta = np.minimum(kappa, 60.0), nu / (1 - nu)  # deeper, nothing is felt, and rounding would be
-    M = np.array([[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]])
+    # deeper, nothing is felt, and rounding would be
+    kappa, eta = np.minimum(kappa, 60.0), nu / (1 - nu)
+    M = np.array(
+        [[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]]
+    )
     N = M @ M - np.eye(4)
     terms = np.array([np.eye(4), -M, N / 2, -M @ N / 2])
     c, s = (1 + np.exp(-2 * kappa)) / 2, -np.expm1(-2 * kappa) / 2
     square = kappa**2
-    series = 1 + square / 10 * (1 + square / 28 * (1 + square / 54 * (1 + square / 88 * (1 + square / 130))))
+    series = 1 + square / 10 * (
+        1 + square / 28 * (1 + square / 54 * (1 + square / 88 * (1 + square / 130)))
+    )
     last = np.where(kappa < 0.7, np.exp(-kappa) * kappa * square / 3 * series, kappa * c - s)
     carried = np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
     units = np.array([np.ones_like(G * kappa)] * 2 + [G * np.ones_like(kappa)] * 2)
@@ -127,9 +139,9 @@ def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
 class LayeredPair(Homogeneous):
     """Two stacks of layers, the upper and the lower: a `Medium`.
 
-    Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta p_t/k`` and
-    ``u_z = (-i kappa p_s + gamma p_z)/k``. Those of line contact count from the depth, but from bases that do not
-    move.
+    Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta
+    p_t/k`` and ``u_z = (-i kappa p_s + gamma p_z)/k``. Those of line contact count from the depth,
+    but from bases that do not move.
     """
 
     upper: Stack
@@ -141,7 +153,9 @@ class LayeredPair(Homogeneous):
         """Largest size of the coupling over all wave numbers."""
         if self.upper == self.lower:
             return 0.0
-        largest = float(np.abs(self.symbols(np.geomspace(1e-6, 1e3, 400) / self.thickness)[1]).max()) / 2
+        largest = (
+            float(np.abs(self.symbols(np.geomspace(1e-6, 1e3, 400) / self.thickness)[1]).max()) / 2
+        )
         return largest if largest > 1e-15 else 0.0
 
     @property
@@ -152,52 +166,70 @@ class LayeredPair(Homogeneous):
     @property
     def at_rest(self) -> tuple[bool, bool, bool]:
         """Along which directions both bodies rest on bases that do not move."""
-        bases = ["rigid" if not stack.surface.any() else stack.base for stack in (self.upper, self.lower)]
+        bases = [
+            "rigid" if not stack.surface.any() else stack.base for stack in (self.upper, self.lower)
+        ]
         rigid = all(base == "rigid" for base in bases)
         return rigid, rigid, all(base in ("rigid", "smooth") for base in bases)
 
     def symbols(self, k: np.ndarray | None = None) -> np.ndarray:
-        """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n); or in the limit of large ones."""
-        upper, lower = (each.surface if k is None else each.compliance(k) for each in (self.upper, self.lower))
+        """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n); or in the limit of large
+        ones.
+        """
+        upper, lower = (
+            each.surface if k is None else each.compliance(k) for each in (self.upper, self.lower)
+        )
         both = upper + lower
         both[1] = upper[1] - lower[1]
         return both
 
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+    def influence(
+        self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
+    ) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
         alpha, kappa, *_ = self.symbols()
-        found = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth).influence(grid, x, y, components)
+        found = HalfSpaces(float(1 - alpha / 2), float(kappa / 2), self.depth).influence(
+            grid, x, y, components
+        )
         for name, added in added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added
         return found
 
 
-# ----------------------------------------------------------------------------- kernels of points and lines
+# ---------------------------------------------------------------------- kernels of points and lines
 
 
 def wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights (n,) for transforms at distances from `near` to `far`.
 
-    At a distance only small wave numbers count: the integrand may end smoothly, over 12 of 1/near, which leaves an
-    error of exp(-36).
+    At a distance only small wave numbers count: the integrand may end smoothly, over 12 of 1/near,
+    which leaves an error of exp(-36).
     """
     top, smooth = CUT / thickness, near * CUT > 144 * thickness
     if smooth:
         top = 144 / near
     edges = [0.0, *(top * 0.5 ** np.arange(OCTAVES, -1, -1))]
-    parts = [np.arange(a, b, (b - a) / math.ceil((b - a) * far / (2 * np.pi))) for a, b in pairwise(edges)]
+    parts = [
+        np.arange(a, b, (b - a) / math.ceil((b - a) * far / (2 * np.pi)))
+        for a, b in pairwise(edges)
+    ]
     left = np.concatenate([*parts, [top]])
     half = np.diff(left)[:, None] / 2
-    k, weights = (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel(), (half * _PANEL_WEIGHTS).ravel()
+    k, weights = (
+        (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel(),
+        (half * _PANEL_WEIGHTS).ravel(),
+    )
     return k, weights * special.erfc(near * k / 12 - 6) / 2 if smooth else weights
 
 
 @lru_cache(maxsize=8)
 def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray, np.ndarray]:
-    """What layers add to four functions of the distance: edges of intervals, and their Chebyshev coefficients.
+    """What layers add to four functions of the distance: edges of intervals, and their Chebyshev
+    coefficients.
 
-    Of point loads the transforms I0[(alpha + beta)/2], I2[(alpha - beta)/2], I0[gamma] and I1[kappa] with Bessel
-    functions; of line loads those of alpha, beta and gamma with cosines, 0 at the last edge, and of kappa with sines.
+    Of point loads the transforms I0[(alpha + beta)/2], I2[(alpha - beta)/2], I0[gamma] and
+    I1[kappa] with Bessel functions; of line loads those of alpha, beta and gamma with cosines, 0 at
+    the last edge, and of kappa with sines.
     """
     edges = np.concatenate([[0.0], pair.thickness * 2.0 ** np.arange(doublings + 1)])
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
@@ -215,13 +247,17 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
             beyond = values[-1]
         else:
             J = special.j0(k * r), special.j1(k * r), special.jv(2, k * r)
-            values = np.array([J[0] @ (alpha + beta) / 2, J[2] @ (alpha - beta) / 2, J[0] @ gamma, J[1] @ kappa])
+            values = np.array(
+                [J[0] @ (alpha + beta) / 2, J[2] @ (alpha - beta) / 2, J[0] @ gamma, J[1] @ kappa]
+            )
             values = values.T / (2 * np.pi)
         coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values[:-1], DEGREE)
     return edges, coefficients
 
 
-def _kernel_values(edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]) -> np.ndarray:
+def _kernel_values(
+    edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]
+) -> np.ndarray:
     """Some of the four functions at distances (n,), shape (which, n)."""
     found = np.empty((len(which), r.size))
     place = np.searchsorted(edges[1:-1], r, side="right")
@@ -247,7 +283,8 @@ _OF_POINTS: dict[str, _Component] = {
     "yz": lambda f, c, s: -s * f[3],
     "zy": lambda f, c, s: s * f[3],
 }
-"""Components by the four functions, and cosine and sine of the direction from the load to the point."""
+"""Components by the four functions, and cosine and sine of the direction from the load to the
+point."""
 
 _OF_LINES = {name: _OF_POINTS[name] for name in ("zz", "xz", "zx")} | {
     "xx": lambda f, c, s: f[0],
@@ -264,13 +301,23 @@ def added_numbers(
     if x.size == 0:
         return {}
     (dx, dy), line = grid.sides, grid.line
-    reach = max(np.abs(x).max() + dx, pair.depth) if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    reach = (
+        max(np.abs(x).max() + dx, pair.depth)
+        if line
+        else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    )
     doublings = max(math.ceil(math.log2(reach / pair.thickness)), 0)
     edges, coefficients = _kernels(replace(pair, depth=1.0), doublings, line)
-    of = {name: form for name, form in (_OF_LINES if line else _OF_POINTS).items() if name in components}
+    of = {
+        name: form
+        for name, form in (_OF_LINES if line else _OF_POINTS).items()
+        if name in components
+    }
     which = sorted({i for name in of for i in _NEEDED.get(name, (3,))})
     found = {name: np.empty(x.shape) for name in of}
-    for part, starts, from_x, from_y, weights in _products(grid, x.ravel(), y.ravel(), pair.thickness):
+    for part, starts, from_x, from_y, weights in _products(
+        grid, x.ravel(), y.ravel(), pair.thickness
+    ):
         r = np.hypot(from_x, from_y)
         away = np.maximum(r, np.finfo(float).tiny)
         values = dict(zip(which, _kernel_values(edges, coefficients, r, which), strict=True))
@@ -278,12 +325,19 @@ def added_numbers(
             integrand = form(values, from_x / away, from_y / away) * weights
             found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
     if line:
-        at_depth, near = _kernel_values(edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]).T
-        # where resting bases do not move: integrals of symbols times cos(k h)/(pi k), less those of half-spaces
+        at_depth, near = _kernel_values(
+            edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]
+        ).T
+        # where resting bases do not move: integrals of symbols times cos(k h)/(pi k), less those of
+        # half-spaces
         h, (k, factors) = pair.thickness, wave_numbers(pair.thickness, 0.0, pair.thickness)
         beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
-        on_base = ((pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.symbols() * beyond) / np.pi)[[0, 3, 2]]
-        for name, own in zip(("xx", "yy", "zz"), np.where(pair.at_rest, near - on_base, at_depth), strict=True):
+        on_base = (
+            (pair.symbols(k) @ (factors * np.cos(k * h) / k) + pair.symbols() * beyond) / np.pi
+        )[[0, 3, 2]]
+        for name, own in zip(
+            ("xx", "yy", "zz"), np.where(pair.at_rest, near - on_base, at_depth), strict=True
+        ):
             if name in found:
                 found[name] -= dx * own
     return found
@@ -292,8 +346,8 @@ def added_numbers(
 def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndarray, ...]:
     """Gauss's rules over the side of an element, for distances (n,) of its middle from some points.
 
-    Distances and weights of all nodes; the first of each point, and how many it has. Parts are no longer than
-    1.5 max(thickness, distance/2).
+    Distances and weights of all nodes; the first of each point, and how many it has. Parts are no
+    longer than 1.5 max(thickness, distance/2).
     """
     places, index = np.unique(distance, return_inverse=True)
     low, high = places[:, None] - side / 2, places[:, None] + side / 2
@@ -304,13 +358,19 @@ def _rules(distance: np.ndarray, side: float, thickness: float) -> tuple[np.ndar
     owner, part = np.nonzero(np.diff(edges, axis=1))
     left, right = edges[owner, part], edges[owner, part + 1]
     scale = np.maximum(thickness, np.minimum(np.abs(left), np.abs(right)) / 2)
-    order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)  # singularities are 2 scale or more away
+    # singularities are 2 scale or more away
+    order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)
     order = np.clip(order, _ORDERS.start, _ORDERS[-1])
     of, own = np.repeat(np.arange(order.size), order), _ramps(order)
     points, weights = _GAUSS[:, order[of], own]
     half = (right - left)[of] / 2
     count = np.bincount(owner[of])
-    return left[of] + half * (1 + points), half * weights, (np.cumsum(count) - count)[index], count[index]
+    return (
+        left[of] + half * (1 + points),
+        half * weights,
+        (np.cumsum(count) - count)[index],
+        count[index],
+    )
 
 
 def _ramps(counts: np.ndarray) -> np.ndarray:
@@ -318,10 +378,14 @@ def _ramps(counts: np.ndarray) -> np.ndarray:
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def _products(grid: Grid, x: np.ndarray, y: np.ndarray, scale: float) -> Iterator[tuple[np.ndarray, ...]]:
-    """Products of the rules along x and y over an element of a grid, for distances (n,), some points at a time.
+def _products(
+    grid: Grid, x: np.ndarray, y: np.ndarray, scale: float
+) -> Iterator[tuple[np.ndarray, ...]]:
+    """Products of the rules along x and y over an element of a grid, for distances (n,), some
+    points at a time.
 
-    The points, where the nodes of each start, the nodes' distances along x and along y, and their weights.
+    The points, where the nodes of each start, the nodes' distances along x and along y, and their
+    weights.
     """
     (dx, dy), one = grid.sides, np.ones(y.size, dtype=int)
     x_nodes, x_weights, x_first, x_count = _rules(x, dx, scale)
@@ -330,7 +394,9 @@ def _products(grid: Grid, x: np.ndarray, y: np.ndarray, scale: float) -> Iterato
     else:
         y_nodes, y_weights, y_first, y_count = _rules(y, dy, scale)
     sizes = x_count * y_count
-    for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(np.cumsum(sizes) // _NODES_AT_ONCE)) + 1):
+    for part in np.split(
+        np.arange(sizes.size), np.flatnonzero(np.diff(np.cumsum(sizes) // _NODES_AT_ONCE)) + 1
+    ):
         own, count = _ramps(sizes[part]), np.repeat(y_count[part], sizes[part])
         i = np.repeat(x_first[part], sizes[part]) + own // count
         j = np.repeat(y_first[part], sizes[part]) + own % count

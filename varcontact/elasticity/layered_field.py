@@ -16,7 +16,15 @@ from itertools import pairwise
 import numpy as np
 from scipy import special
 
-from varcontact.elasticity.layered import DEGREE, Stack, _carried, _kernel_values, _products, _states, wave_numbers
+from varcontact.elasticity.layered import (
+    DEGREE,
+    Stack,
+    _carried,
+    _kernel_values,
+    _products,
+    _states,
+    wave_numbers,
+)
 from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.subsurface import ElasticField
 from varcontact.errors import SceneError
@@ -26,8 +34,12 @@ SHALLOWEST = 1e-6
 """Least depth in sides of an element: nearer, fields are those at it."""
 
 
-def layered_field_at(points: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack) -> ElasticField:
-    """The elastic field at points (3, n) in a layered body, summed over the loaded elements; see `field_at`."""
+def layered_field_at(
+    points: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack
+) -> ElasticField:
+    """The elastic field at points (3, n) in a layered body, summed over the loaded elements; see
+    `field_at`.
+    """
     fields = np.empty((13, points.shape[1]))
     loaded = np.flatnonzero(tractions.any(axis=0))
     rows, columns = np.divmod(loaded, grid.nx)
@@ -39,7 +51,9 @@ def layered_field_at(points: np.ndarray, grid: Grid, tractions: np.ndarray, *, s
     return _field(fields, points[2], stack)
 
 
-def layered_field_below(depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack) -> ElasticField:
+def layered_field_below(
+    depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, stack: Stack
+) -> ElasticField:
     """The elastic field below all element centres at some depths, by FFT; see `field_below`."""
     (ny, nx), (dx, dy) = grid.shape, grid.sides
     x, y = np.arange(1 - nx, nx) * dx, np.arange(1 - ny, ny)[:, None] * dy
@@ -48,12 +62,16 @@ def layered_field_below(depths: np.ndarray, grid: Grid, tractions: np.ndarray, *
     fields = np.empty((13, depths.size, ny, nx))
     for i, depth in enumerate(depths):
         for own, table in zip(fields[:, i], _element_fields(stack, depth, grid, x, y), strict=True):
-            own[...] = fields_of((spectrum_of(wrapped(table, box), box) * spectrum).sum(axis=0), box, (ny, nx))
+            own[...] = fields_of(
+                (spectrum_of(wrapped(table, box), box) * spectrum).sum(axis=0), box, (ny, nx)
+            )
     return _field(fields, np.broadcast_to(depths[:, None, None], fields.shape[1:]), stack)
 
 
 def _field(fields: np.ndarray, depths: np.ndarray, stack: Stack) -> ElasticField:
-    """Displacement, gradient and, by Hooke's law, stress, from displacements, gradients and sigma_zz (13, ...)."""
+    """Displacement, gradient and, by Hooke's law, stress, from displacements, gradients and
+    sigma_zz (13, ...).
+    """
     gradient, normal = fields[3:12].reshape(3, 3, *fields.shape[1:]), fields[12]
     G = np.vectorize(lambda depth: _cut(stack, depth)[1][0], otypes=[float])(depths)
     shear = G * (gradient + gradient.swapaxes(0, 1))
@@ -64,7 +82,9 @@ def _field(fields: np.ndarray, depths: np.ndarray, stack: Stack) -> ElasticField
 # ----------------------------------------------------------------------------- waves
 
 
-def _cut(stack: Stack, depth: float) -> tuple[list[tuple[float, float, float]], tuple[float, float], Stack]:
+def _cut(
+    stack: Stack, depth: float
+) -> tuple[list[tuple[float, float, float]], tuple[float, float], Stack]:
     """A stack cut at a depth: the layers above, G and nu at the cut, and the stack below."""
     above: list[tuple[float, float, float]] = []
     left = depth
@@ -72,7 +92,11 @@ def _cut(stack: Stack, depth: float) -> tuple[list[tuple[float, float, float]], 
         last = i == len(stack.layers) - 1 and isinstance(stack.base, str)
         if left < h or (last and left <= h * (1 + 1e-9)):
             left = min(left, h * (1 - 1e-9))
-            return [*above, (left, G, nu)], (G, nu), Stack(((h - left, G, nu), *stack.layers[i + 1 :]), stack.base)
+            return (
+                [*above, (left, G, nu)],
+                (G, nu),
+                Stack(((h - left, G, nu), *stack.layers[i + 1 :]), stack.base),
+            )
         above.append((h, G, nu))
         left -= h
     if isinstance(stack.base, str):
@@ -83,8 +107,8 @@ def _cut(stack: Stack, depth: float) -> tuple[list[tuple[float, float, float]], 
 def _transfers(stack: Stack, depth: float, k: np.ndarray) -> np.ndarray:
     """Functions of the wave number at a depth, (17, n), in the order of `_directions`.
 
-    By a unit q and by a unit p: -u_s,s, u_z,s, u_s,z, u_z,z, sigma_zz and k u_s, k u_z; by a unit q_t: u_t,s, u_t,z
-    and k u_t.
+    By a unit q and by a unit p: -u_s,s, u_z,s, u_s,z, u_z,z, sigma_zz and k u_s, k u_z; by a unit
+    q_t: u_t,s, u_t,z and k u_t.
     """
     above, (G, nu), below = _cut(stack, depth)
     F11, F12, F22, f = below.compliance(k)
@@ -109,12 +133,22 @@ def _transfers(stack: Stack, depth: float, k: np.ndarray) -> np.ndarray:
 
 
 def _directions(angle: float) -> np.ndarray:
-    """What those functions are of displacements, gradients and sigma_zz, by tractions x, y, z: (17, 13, 3)."""
+    """What those functions are of displacements, gradients and sigma_zz, by tractions x, y, z: (17,
+    13, 3).
+    """
     c, s = math.cos(angle), math.sin(angle)
-    along, across, down, zero = np.array([c, s, 0]), np.array([-s, c, 0]), np.array([0, 0, 1]), np.zeros(3)
+    along, across, down, zero = (
+        np.array([c, s, 0]),
+        np.array([-s, c, 0]),
+        np.array([0, 0, 1]),
+        np.zeros(3),
+    )
 
     def of(
-        displacement: np.ndarray = zero, first: np.ndarray = zero, then: np.ndarray = zero, normal: int = 0
+        displacement: np.ndarray = zero,
+        first: np.ndarray = zero,
+        then: np.ndarray = zero,
+        normal: int = 0,
     ) -> np.ndarray:
         return np.array([*displacement, *np.outer(first, then).ravel(), normal], dtype=complex)
 
@@ -127,14 +161,25 @@ def _directions(angle: float) -> np.ndarray:
         of(displacement=1j * along),
         of(displacement=down),
     ]
-    anti_plane = [of(first=1j * across, then=along), of(first=across, then=down), of(displacement=across)]
+    anti_plane = [
+        of(first=1j * across, then=along),
+        of(first=across, then=down),
+        of(displacement=across),
+    ]
     loads = [*[-1j * along] * 7, *[down] * 7, *[across] * 3]
-    return np.array([np.outer(form, load) for form, load in zip([*in_plane * 2, *anti_plane], loads, strict=True)])
+    return np.array(
+        [
+            np.outer(form, load)
+            for form, load in zip([*in_plane * 2, *anti_plane], loads, strict=True)
+        ]
+    )
 
 
 @cache
 def _harmonics(line: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Cosine and sine parts (17, orders, 13, 3) of the directions, with the powers of i of their transforms."""
+    """Cosine and sine parts (17, orders, 13, 3) of the directions, with the powers of i of their
+    transforms.
+    """
     count, orders = (2, 2) if line else (8, 4)
     parts = np.fft.fft([_directions(2 * np.pi * i / count) for i in range(count)], axis=0) / count
     cosines, sines = np.zeros((2, orders, *parts.shape[1:]))
@@ -148,7 +193,9 @@ def _harmonics(line: bool) -> tuple[np.ndarray, np.ndarray]:
 # ----------------------------------------------------------------------------- elements
 
 
-def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _element_fields(
+    stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
     """Fields (13, 3, ...) at a depth and distances from an element by unit tractions on it."""
     x, y = np.broadcast_arrays(x, y)
     (dx, dy), line = grid.sides, grid.line
@@ -157,13 +204,17 @@ def _element_fields(stack: Stack, depth: float, grid: Grid, x: np.ndarray, y: np
     reach = np.abs(x).max() + dx if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
     doublings = max(math.ceil(math.log2(reach / scale)), 0)
     cosines, sines = _harmonics(line)
-    used = [tuple(each) for each in np.argwhere(np.abs([cosines, sines]).max(axis=(0, 3, 4)) > 1e-12)]
+    used = [
+        tuple(each) for each in np.argwhere(np.abs([cosines, sines]).max(axis=(0, 3, 4)) > 1e-12)
+    ]
     edges = np.concatenate([[0.0], scale * 2.0 ** np.arange(doublings + 1)])
     nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
     coefficients = np.empty((doublings + 1, DEGREE + 1, len(used)))
     for i, (near, far) in enumerate(pairwise(edges)):
         k, weights = wave_numbers(scale, near, far)
-        functions = _transfers(stack, depth, k) * (weights / np.pi if line else weights * k / (2 * np.pi))
+        functions = _transfers(stack, depth, k) * (
+            weights / np.pi if line else weights * k / (2 * np.pi)
+        )
         kr = k * ((near + far) / 2 + (far - near) / 2 * nodes)[:, None]
         waves = [np.cos(kr), np.sin(kr)] if line else [special.jv(m, kr) for m in range(4)]
         values = np.array([waves[m] @ functions[f] for f, m in used])

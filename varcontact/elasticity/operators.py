@@ -1,4 +1,6 @@
-"""Influence numbers on a grid as an operator: products by FFT, where elements are few by the matrix; dense blocks."""
+"""Influence numbers on a grid as an operator: products by FFT, where elements are few by the
+matrix; dense blocks.
+"""
 
 from __future__ import annotations
 
@@ -15,22 +17,26 @@ from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.transports import DIFFERENCES, HERE, Stencil
 
 REMEMBERED = 2
-"""Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""
+"""Number of restricted operators that an operator keeps: each may have a dense matrix and its
+factor."""
 
 FEW = 160
-"""Elements of a grid up to which a product with its whole matrix, assembled once, is faster than one by FFT."""
+"""Elements of a grid up to which a product with its whole matrix, assembled once, is faster than
+one by FFT."""
 
 KEPT_NUMBERS = 20_000
-"""Tables of no more blocks times elements are kept from one solve to the next, the last 32: at most 20 MB."""
+"""Tables of no more blocks times elements are kept from one solve to the next, the last 32: at most
+20 MB."""
 
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
 
 COMPLIANCE_FACTOR = 1.6
-"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
+"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as
+good.
 
-At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edge_compliance`. Along the other edges
-tractions do not rise in that direction, and less is enough.
+At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edge_compliance`. Along
+the other edges tractions do not rise in that direction, and less is enough.
 """
 
 LEAST_COVERED = 0.3
@@ -51,29 +57,42 @@ def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]
     """The first (ny, nx) of the fields on a box that have a spectrum, which is overwritten."""
     from scipy import fft
 
-    rows = fft.ifft(spectrum, axis=-2, overwrite_x=True)[..., : shape[0], :]  # along x only those that are asked for
+    # along x only those that are asked for
+    rows = fft.ifft(spectrum, axis=-2, overwrite_x=True)[..., : shape[0], :]
     return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
 
 
 def wrapped(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets there is added."""
+    """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets
+    there is added.
+    """
     ny, nx = (numbers.shape[-2] + 1) // 2, (numbers.shape[-1] + 1) // 2
     found = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
-    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
-        for left, to_left in ((slice(0, nx - 1), slice(box[1] - nx + 1, None)), (slice(nx - 1, None), slice(0, nx))):
+    for rows, to_rows in (
+        (slice(0, ny - 1), slice(box[0] - ny + 1, None)),
+        (slice(ny - 1, None), slice(0, ny)),
+    ):
+        for left, to_left in (
+            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
+            (slice(nx - 1, None), slice(0, nx)),
+        ):
             found[..., to_rows, to_left] += numbers[..., rows, left]
     return found
 
 
 def fft_box(ny: int, nx: int) -> tuple[int, int]:
-    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
+    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are
+    not read.
+    """
     from scipy.fft import next_fast_len
 
     return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
 
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Memory in bytes for a table of influence numbers and its transform, by its pairs of components."""
+    """Memory in bytes for a table of influence numbers and its transform, by its pairs of
+    components.
+    """
     rows, columns = fft_box(ny, nx)
     return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 
@@ -116,12 +135,16 @@ class GridOperator:
         ny, nx = self.shape
         loaded = elements if loaded is None else loaded
         (iy, ix), (jy, jx) = np.divmod(elements, nx), np.divmod(loaded, nx)
-        place, back = iy * (2 * nx - 1) + ix, jy * (2 * nx - 1) + jx - (ny - 1) * (2 * nx - 1) - nx + 1
+        place, back = (
+            iy * (2 * nx - 1) + ix,
+            jy * (2 * nx - 1) + jx - (ny - 1) * (2 * nx - 1) - nx + 1,
+        )
         rows, columns = self.table.shape[:2]
         n, m = elements.size, loaded.size
         tables = self.table.reshape(rows, columns, -1)
         matrix = np.empty((rows, n, columns, m))
-        for first in range(0, n, ROWS_AT_ONCE):  # their offsets take as much memory as a block of the matrix
+        # their offsets take as much memory as a block of the matrix
+        for first in range(0, n, ROWS_AT_ONCE):
             part = slice(first, first + ROWS_AT_ONCE)
             offset = place[part, None] - back
             for i in range(rows):
@@ -151,7 +174,9 @@ class GridOperator:
         box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)
         symbol = self._single_symbol if tractions.dtype == np.float32 else self._symbol
-        return fields_of(np.array([sum(map(np.multiply, row, spectrum)) for row in symbol]), box, self.shape)
+        return fields_of(
+            np.array([sum(map(np.multiply, row, spectrum)) for row in symbol]), box, self.shape
+        )
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
@@ -166,7 +191,9 @@ class GridOperator:
         softening : ndarray, shape (columns, n), optional
             Added to the diagonal.
         """
-        kept: dict[tuple[bytes, bytes | None], RestrictedOperator] = self.__dict__.setdefault("_kept", {})
+        kept: dict[tuple[bytes, bytes | None], RestrictedOperator] = self.__dict__.setdefault(
+            "_kept", {}
+        )
         key = elements.tobytes(), None if softening is None else softening.tobytes()
         operator = kept.pop(key, None) or RestrictedOperator(self, elements, softening=softening)
         if elements.size < self.shape[0] * self.shape[1]:
@@ -176,10 +203,14 @@ class GridOperator:
         return operator
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components of displacement (`rows`) and of traction (`columns`) only."""
+        """The same operator between some components of displacement (`rows`) and of traction
+        (`columns`) only.
+        """
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
-        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
+        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = (
+            self.__dict__.setdefault("_parts", {})
+        )
         if (rows, columns) not in parts:
             parts[rows, columns] = self._part(rows, columns)
         return parts[rows, columns]
@@ -188,7 +219,9 @@ class GridOperator:
         return GridOperator(self.shape, self.table[np.ix_(rows, columns)])
 
     def has_mirror(self, rows: slice) -> bool:
-        """Whether numbers of some `rows` of elements are even or odd about the line in their middle."""
+        """Whether numbers of some `rows` of elements are even or odd about the line in their
+        middle.
+        """
         return True
 
     @classmethod
@@ -198,7 +231,9 @@ class GridOperator:
         return GridOperator(blocks[0][0].shape, np.concatenate(rows))
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
-        """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one mirrors its table."""
+        """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one
+        mirrors its table.
+        """
         mirrored = self.table[:, :, ::-1, ::-1].swapaxes(0, 1)
         return GridOperator(self.shape, (self.table + sign * mirrored) / 2)
 
@@ -210,7 +245,9 @@ class GridOperator:
 
     @lazy_property
     def whole(self) -> np.ndarray | None:
-        """The matrix between all elements, with which products are taken; None where they are more than `FEW`."""
+        """The matrix between all elements, with which products are taken; None where they are more
+        than `FEW`.
+        """
         size = self.shape[0] * self.shape[1]
         return self.dense(np.arange(size)) if size <= FEW else None
 
@@ -228,7 +265,8 @@ class GridOperator:
 class RestrictedOperator:
     """A `GridOperator` between n elements only, named by their places on the grid, row by row.
 
-    The softening (columns, n) is added to the diagonal: elements that the contact covers in part give way more.
+    The softening (columns, n) is added to the diagonal: elements that the contact covers in part
+    give way more.
     """
 
     grid_operator: GridOperator
@@ -243,14 +281,18 @@ class RestrictedOperator:
     def _assembled(self) -> np.ndarray:
         own = self.grid_operator
         everywhere = self.elements.size == own.shape[0] * own.shape[1]
-        matrix = own.whole.copy() if everywhere and own.whole is not None else own.dense(self.elements)
+        matrix = (
+            own.whole.copy() if everywhere and own.whole is not None else own.dense(self.elements)
+        )
         if self.softening is not None:
             np.einsum("ii->i", matrix)[:] += self.softening.ravel()
         return matrix
 
     @lazy_property
     def cholesky(self) -> tuple[np.ndarray, bool]:
-        """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
+        """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's
+        ``cho_solve``.
+        """
         from scipy.linalg import cho_factor
 
         matrix = self._assembled().T  # which is the same, in the order that LAPACK has: no copy
@@ -274,17 +316,21 @@ class RestrictedOperator:
         ny, nx = self.grid_operator.shape
         fields = np.zeros((tractions.shape[0], ny * nx))
         fields[:, self.elements] = tractions
-        product = self.grid_operator.apply(fields.reshape(-1, ny, nx)).reshape(-1, ny * nx)[:, self.elements]
+        product = self.grid_operator.apply(fields.reshape(-1, ny, nx)).reshape(-1, ny * nx)[
+            :, self.elements
+        ]
         return product if self.softening is None else product + self.softening * tractions
 
 
 def edge_compliance(covered: np.ndarray) -> np.ndarray:
-    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of elements.
+    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of
+    elements.
 
-    Where particles enter the contact, tractions rise like the square root of the distance from the edge. The mean over
-    an element that is covered by the part w then falls like ``w^(3/2)``. But its slip is taken at the centre, as if
-    the traction were all over the element, and for the same slip a mean traction that hardly depends on w is found.
-    On an element that gives way by ``w^(-3/2)`` times as much it falls as it should.
+    Where particles enter the contact, tractions rise like the square root of the distance from the
+    edge. The mean over an element that is covered by the part w then falls like ``w^(3/2)``. But
+    its slip is taken at the centre, as if the traction were all over the element, and for the same
+    slip a mean traction that hardly depends on w is found. On an element that gives way by
+    ``w^(-3/2)`` times as much it falls as it should.
     """
     return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
 
@@ -302,13 +348,17 @@ class Medium(Protocol):
 
     @property
     def K(self) -> float:
-        """Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0: independent."""
+        """Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0:
+        independent.
+        """
 
     @property
     def even(self) -> bool:
         """Whether influence numbers are even or odd in x: then the bodies are elastic."""
 
-    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+    def operator(
+        self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
+    ) -> GridOperator:
         """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
 
     @property
@@ -320,7 +370,9 @@ class Medium(Protocol):
 
 
 class Homogeneous(ABC):
-    """A medium that is the same everywhere along x and y: influence numbers depend on the offset alone."""
+    """A medium that is the same everywhere along x and y: influence numbers depend on the offset
+    alone.
+    """
 
     @property
     @abstractmethod
@@ -333,13 +385,18 @@ class Homogeneous(ABC):
         return True
 
     @abstractmethod
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers of an element of a grid at points from its centre, which broadcast together.
+    def influence(
+        self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
+    ) -> dict[str, np.ndarray]:
+        """Influence numbers of an element of a grid at points from its centre, which broadcast
+        together.
 
         In line contact elements are strips, and y does not matter. All are even or odd in y.
         """
 
-    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
+    def operator(
+        self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
+    ) -> GridOperator:
         """Displacements along `rows` by tractions along `columns`, combined over a stencil."""
         names = tuple(row + column for row in rows for column in columns)
         offsets = tuple(ahead for ahead, _ in stencil)
@@ -416,15 +473,21 @@ def influence_operator(
     return bodies.operator(grid, "".join(rows), "".join(columns), stencil)
 
 
-def _tables_at(grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Homogeneous) -> np.ndarray:
-    """Influence numbers (offsets, components, 2 ny - 1, 2 nx - 1) by offset of elements, at points further along x.
+def _tables_at(
+    grid: Grid, offsets: tuple[float, ...], names: tuple[str, ...], medium: Homogeneous
+) -> np.ndarray:
+    """Influence numbers (offsets, components, 2 ny - 1, 2 nx - 1) by offset of elements, at points
+    further along x.
 
-    Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of the elements, as
-    with steps of whole elements, tables share nearly all of theirs: those of one place are made once.
+    Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of
+    the elements, as with steps of whole elements, tables share nearly all of theirs: those of one
+    place are made once.
     """
     (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
     ahead = np.array(offsets)[:, None] / dx
-    whole = np.abs(ahead - np.round(ahead)) <= 4 * np.finfo(float).eps * np.maximum(np.abs(ahead), 1.0)
+    whole = np.abs(ahead - np.round(ahead)) <= 4 * np.finfo(float).eps * np.maximum(
+        np.abs(ahead), 1.0
+    )
     x = np.where(whole, (steps + np.round(ahead)) * dx, steps * dx + np.array(offsets)[:, None])
     places, index = np.unique(np.abs(x) if medium.even else x, return_inverse=True)
     y = np.arange(grid.rows)[:, None] * dy

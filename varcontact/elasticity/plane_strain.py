@@ -49,10 +49,10 @@ def strip_influence_numbers(
 
     Notes
     -----
-    With ``L = -[[s ln(|s|/d) - s]]`` (the integral of ``-ln(|x - x'|/d)`` over the strip, s from ``x - dx/2`` to
-    ``x + dx/2``) and ``J = [[|s|]]`` (the integral of ``sgn(x - x')``): ``pi G B`` is ``2 (1 - nu) L`` (xx and zz),
-    ``2 L`` (yy), ``-pi K J`` (xz), ``pi K J`` (zx); all others are zero. They are the limits of the rectangle's as
-    its length along y grows, but for constants.
+    With ``L = -[[s ln(|s|/d) - s]]`` (the integral of ``-ln(|x - x'|/d)`` over the strip, s from
+    ``x - dx/2`` to ``x + dx/2``) and ``J = [[|s|]]`` (the integral of ``sgn(x - x')``): ``pi G B``
+    is ``2 (1 - nu) L`` (xx and zz), ``2 L`` (yy), ``-pi K J`` (xz), ``pi K J`` (zx); all others are
+    zero. They are the limits of the rectangle's as its length along y grows, but for constants.
 
     Examples
     --------
@@ -60,4 +60,6 @@ def strip_influence_numbers(
     >>> print((B * np.pi / 1.5).round(6))
     [ 1.693147 -1.093944]
     """
-    return influence_numbers(x, 0.0, dx, math.inf, nu=nu, K=K, G=G, depth=depth, components=components)
+    return influence_numbers(
+        x, 0.0, dx, math.inf, nu=nu, K=K, G=G, depth=depth, components=components
+    )

@@ -26,7 +26,8 @@ import numpy as np
 from varcontact.system.process import lazy_property
 
 FAR = 1024.0
-"""Distance in element sides from which Gauss's rule is used: its error there is about 4096^-4 = 4e-15."""
+"""Distance in element sides from which Gauss's rule is used: its error there is about 4096^-4 =
+4e-15."""
 
 SNAP = 1e-12
 """Surface points nearer to an element's edge than this (in sides) lie on it."""
@@ -42,7 +43,12 @@ _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
 def rectangle_potentials(
-    x: np.ndarray, y: np.ndarray | float, z: np.ndarray | float, dx: float, dy: float, kinds: Sequence[str] = KINDS
+    x: np.ndarray,
+    y: np.ndarray | float,
+    z: np.ndarray | float,
+    dx: float,
+    dy: float,
+    kinds: Sequence[str] = KINDS,
 ) -> np.ndarray:
     """Derivatives of the potentials of a unit density on a rectangle.
 
@@ -63,12 +69,13 @@ def rectangle_potentials(
 
     Notes
     -----
-    On the surface itself, on an edge of the element, what jumps there has the mean of both sides. What is infinite
-    there, like ``ln|x|``, has its mean over a width of the shorter side.
+    On the surface itself, on an edge of the element, what jumps there has the mean of both sides.
+    What is infinite there, like ``ln|x|``, has its mean over a width of the shorter side.
 
     Examples
     --------
-    The solid angle under which a unit square is seen from half a side below its centre is a third of a half-space's.
+    The solid angle under which a unit square is seen from half a side below its centre is a third
+    of a half-space's.
 
     >>> values = dict(zip(KINDS, rectangle_potentials(0.0, 0.0, 0.5, 1.0, 1.0)))
     >>> print(f"{(values['chi_xx'] + values['chi_yy']) / (2 * np.pi):.12f}")
@@ -81,15 +88,21 @@ def rectangle_potentials(
     far_y = ~far_x & (distance >= FAR * dy)
     near = ~(far_x | far_y)
     result = np.empty((len(kinds), x.size))
-    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy, kinds)[:, 0, 0]
+    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy, kinds)[
+        :, 0, 0
+    ]
     if far_x.any():
         result[:, far_x] = _gauss(x[far_x], y[far_x], z[far_x], dx, dy, kinds)
     if far_y.any():
-        result[:, far_y] = _gauss(y[far_y], x[far_y], z[far_y], dy, dx, [exchanged(kind) for kind in kinds])
+        result[:, far_y] = _gauss(
+            y[far_y], x[far_y], z[far_y], dy, dx, [exchanged(kind) for kind in kinds]
+        )
     return result.reshape(len(kinds), *given[0].shape)
 
 
-def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+def lattice_potentials(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float
+) -> np.ndarray:
     """`rectangle_potentials` for all elements of a lattice at once: integrals
     along shared edges are found once.
 
@@ -115,10 +128,14 @@ def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, d
 
 
 def _distance(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    return np.sqrt(np.maximum(np.abs(x) - dx / 2, 0) ** 2 + np.maximum(np.abs(y) - dy / 2, 0) ** 2 + z**2)
+    return np.sqrt(
+        np.maximum(np.abs(x) - dx / 2, 0) ** 2 + np.maximum(np.abs(y) - dy / 2, 0) ** 2 + z**2
+    )
 
 
-def strip_potentials(x: np.ndarray, z: np.ndarray | float, dx: float, reference: float = 1.0) -> np.ndarray:
+def strip_potentials(
+    x: np.ndarray, z: np.ndarray | float, dx: float, reference: float = 1.0
+) -> np.ndarray:
     """Derivatives of the potentials of a unit density on an infinite strip
     along y: line contact, plane strain.
 
@@ -151,7 +168,9 @@ def strip_potentials(x: np.ndarray, z: np.ndarray | float, dx: float, reference:
     square = _Ends(ends.first**2 + z**2, ends.second**2 + z**2, 2 * X * dx)
     inverse = square.inverse()
     first = np.where(square.first > 0, square.first, (dx / (2 * np.e)) ** 2)
-    logarithm = 0.5 * np.log1p(np.where(square.first > 0, square.step, square.second - first) / first)
+    logarithm = 0.5 * np.log1p(
+        np.where(square.first > 0, square.step, square.second - first) / first
+    )
     angle = np.arctan2(z * dx, z**2 + ends.first * ends.second)
     angle = np.where((z == 0) & (ends.first == 0), np.pi / 2, angle)
     mean_angle = 0.5 * (np.arctan2(ends.first, z) + np.arctan2(ends.second, z))
@@ -188,7 +207,9 @@ def _snapped(distance: np.ndarray, side: float, z: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class _Ends:
-    """A function's values at both ends of a segment, and the difference of the two without cancellation."""
+    """A function's values at both ends of a segment, and the difference of the two without
+    cancellation.
+    """
 
     first: np.ndarray
     second: np.ndarray
@@ -201,7 +222,9 @@ class _Ends:
         return _Ends(self.first + other.first, self.second + other.second, self.step + other.step)
 
     def inverse(self) -> _Ends:
-        """Reciprocal; at a zero, which only a corner on the surface is, its mean over all directions: 0."""
+        """Reciprocal; at a zero, which only a corner on the surface is, its mean over all
+        directions: 0.
+        """
         first, second = _reciprocal(self.first), _reciprocal(self.second)
         return _Ends(first, second, -self.step * first * second)
 
@@ -216,14 +239,17 @@ def _step(f: _Ends, g: _Ends) -> np.ndarray:
 
 
 class _Segment:
-    """Integrals along a segment in the surface, of length dy, with its middle at (xi, y) off the field point.
+    """Integrals along a segment in the surface, of length dy, with its middle at (xi, y) off the
+    field point.
 
-    They are those for ``|y|``: the differences of functions of R alone are odd in y, and want the factor `odd`.
-    Nearly all points are beside the segment, both ends on one side of them. Those between its ends (`between`) need
-    other products, put in afterwards.
+    They are those for ``|y|``: the differences of functions of R alone are odd in y, and want the
+    factor `odd`. Nearly all points are beside the segment, both ends on one side of them. Those
+    between its ends (`between`) need other products, put in afterwards.
     """
 
-    def __init__(self, xi: np.ndarray, y: np.ndarray, z: np.ndarray, dy: float, floor: float) -> None:
+    def __init__(
+        self, xi: np.ndarray, y: np.ndarray, z: np.ndarray, dy: float, floor: float
+    ) -> None:
         self.xi, self.z, self.dy, self.floor = xi, z, dy, floor
         self.odd, y = np.sign(y), np.abs(y)
         self.eta = _Ends(_snapped(y - dy / 2, dy, z), y + dy / 2, np.full_like(y, dy))
@@ -256,7 +282,9 @@ class _Segment:
 
     @lazy_property
     def cube(self) -> np.ndarray:
-        """Integral of 1/R^3: the difference of eta/R, by the squared distance of the segment's line."""
+        """Integral of 1/R^3: the difference of eta/R, by the squared distance of the segment's
+        line.
+        """
         sum_ = self.eta.second * self.r.first + self.eta.first * self.r.second
         with np.errstate(divide="ignore", invalid="ignore"):
             result = self.y_step / (self.product * sum_)
@@ -282,7 +310,9 @@ class _Segment:
         """Integral of xi/(R (R + z)): the difference of atan(xi eta/(xi^2 + z (R + z)))."""
         above = self.xi * self.square * (self.dy + self.z * self.cube * self.product)
         first, second = self.square + self.z * self.r.first, self.square + self.z * self.r.second
-        return np.arctan2(above, first * second + self.xi * self.xi * self.eta.first * self.eta.second)
+        return np.arctan2(
+            above, first * second + self.xi * self.xi * self.eta.first * self.eta.second
+        )
 
     @lazy_property
     def logarithm(self) -> np.ndarray:
@@ -330,7 +360,8 @@ _BETWEEN_EDGES: dict[str, _Form] = {
     "chi_xxy": lambda s: s.odd * s.z * s.xi * s.w.step,
     "chi_xyy": lambda s: s.z * _step(s.eta, s.w),
 }
-"""Integrals along an edge in y, whose difference over two edges is that over the element; others are `exchanged`.
+"""Integrals along an edge in y, whose difference over two edges is that over the element; others
+are `exchanged`.
 
 To chi_x belongs what the edges in x have in addition, see `_near`.
 """
@@ -359,8 +390,12 @@ _ALONG_Y: dict[str, _Form] = {
 """The integrals of all kinds along a segment that the field point is not on."""
 
 
-def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]) -> np.ndarray:
-    """Differences over opposite edges of integrals along them; shapes as in `lattice_potentials`."""
+def _near(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]
+) -> np.ndarray:
+    """Differences over opposite edges of integrals along them; shapes as in
+    `lattice_potentials`.
+    """
     floor = min(dx, dy) / (2 * np.e)  # ln(floor) is the mean of ln|x| over the side
     z = np.where(z < SNAP * min(dx, dy), 0.0, z)
     columns = _snapped(np.concatenate([x + dx / 2, x[-1:] - dx / 2]), dx, z)
@@ -378,7 +413,9 @@ def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kin
     return np.array(found)
 
 
-def _gauss(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]) -> np.ndarray:
+def _gauss(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float, kinds: Sequence[str]
+) -> np.ndarray:
     """Closed forms along y, Gauss's rule along x."""
     total = np.zeros((len(kinds), x.size))
     for point, weight in zip(_GAUSS_POINTS, _GAUSS_WEIGHTS, strict=True):

@@ -31,7 +31,9 @@ WAVES_AT_ONCE = 2_000_000
 
 @dataclass(frozen=True)
 class Solids:
-    """A stack as it is at once, and the relaxations (f, l) of its layers, from the surface, and of its base."""
+    """A stack as it is at once, and the relaxations (f, l) of its layers, from the surface, and of
+    its base.
+    """
 
     stack: Stack
     relaxations: tuple[tuple[tuple[float, float], ...], ...]
@@ -41,15 +43,24 @@ class Solids:
         if k is None:
             compliances: list[Any] = [1 + sum(f for f, _ in each) for each in self.relaxations]
         else:
-            compliances = [1 + 0 * k + sum(f / (1 - 1j * k * far) for f, far in each) for each in self.relaxations]
-        layers = tuple((h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False))
+            compliances = [
+                1 + 0 * k + sum(f / (1 - 1j * k * far) for f, far in each)
+                for each in self.relaxations
+            ]
+        layers = tuple(
+            (h, G / J, nu) for (h, G, nu), J in zip(self.stack.layers, compliances, strict=False)
+        )
         base = self.stack.base
-        return Stack(layers, base if isinstance(base, str) else (base[0] / compliances[-1], base[1]))
+        return Stack(
+            layers, base if isinstance(base, str) else (base[0] / compliances[-1], base[1])
+        )
 
 
 @dataclass(frozen=True)
 class RollingLayers(Homogeneous):
-    """Two stacks of viscoelastic layers that roll steadily, and half-spaces of the surfaces' solids: a `Medium`."""
+    """Two stacks of viscoelastic layers that roll steadily, and half-spaces of the surfaces'
+    solids: a `Medium`.
+    """
 
     surfaces: Homogeneous
     upper: Solids
@@ -75,13 +86,21 @@ class RollingLayers(Homogeneous):
         if self.upper == self.lower:
             return 0.0
         k = np.geomspace(1e-6, 1e3, 400) / self.relaxed.thickness
-        return max(float(np.abs(self._rolling(k).symbols(k)[1]).max()) / 2, self.relaxed.K, abs(self.surfaces.K))
+        return max(
+            float(np.abs(self._rolling(k).symbols(k)[1]).max()) / 2,
+            self.relaxed.K,
+            abs(self.surfaces.K),
+        )
 
     def _rolling(self, k: np.ndarray) -> LayeredPair:
         return LayeredPair(self.upper.at(k), self.lower.at(k))
 
-    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
-        """Influence numbers of strips: xz by ``Re int i kappa S exp(ikx)/k``, S the transform of a strip."""
+    def influence(
+        self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]
+    ) -> dict[str, np.ndarray]:
+        """Influence numbers of strips: xz by ``Re int i kappa S exp(ikx)/k``, S the transform of a
+        strip.
+        """
         x, (dx, _), names = np.asarray(x, dtype=float), grid.sides, list(components)
         found = self.surfaces.influence(grid, x, y, names)
         added = added_numbers(self.relaxed, grid, x, y, names)
@@ -96,5 +115,10 @@ class RollingLayers(Homogeneous):
         waves, places = np.zeros((len(symbols), x.size)), x.ravel()
         for part in np.array_split(np.arange(k.size), 1 + k.size * x.size // WAVES_AT_ONCE):
             waves += (symbols[:, part] @ np.exp(1j * k[part, None] * places)).real
-        later = dict(zip((name for name in names if name in of), waves.reshape(-1, *x.shape), strict=True))
-        return {name: found[name] + added[name] + later[name] if name in of else found[name] for name in names}
+        later = dict(
+            zip((name for name in names if name in of), waves.reshape(-1, *x.shape), strict=True)
+        )
+        return {
+            name: found[name] + added[name] + later[name] if name in of else found[name]
+            for name in names
+        }

@@ -1,4 +1,6 @@
-"""An elastic layer between the bodies, which shears by its compliance times the traction upon it."""
+"""An elastic layer between the bodies, which shears by its compliance times the traction upon
+it.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,12 @@ class ShearLayer:
     def at_end(self, time: float) -> ShearLayer:
         return replace(self, bodies=self.bodies.at_end(time))
 
-    def operator(self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE) -> GridOperator:
-        """That of the bodies, with the shear of the layer, linear between the centres of elements."""
+    def operator(
+        self, lattice: Grid, rows: str, columns: str, stencil: Stencil = HERE
+    ) -> GridOperator:
+        """That of the bodies, with the shear of the layer, linear between the centres of
+        elements.
+        """
         bare = self.bodies.operator(lattice, rows, columns, stencil)
         sheared = [name for name in "xy" if name in rows and name in columns]
         table = bare.table.copy()

@@ -8,11 +8,13 @@ tractions as weights: directly for points anywhere, by FFT for grids of points
 below the element centres. With the combinations of Boussinesq and Cerruti for a
 unit point force along x,
 
-    4 pi G u = (2 phi - z chi_xx + 2 nu omega_xx,  -z chi_xy + 2 nu omega_xy,  -z phi_x + (1 - 2 nu) chi_x),
+    4 pi G u = (2 phi - z chi_xx + 2 nu omega_xx,  -z chi_xy + 2 nu omega_xy,  -z phi_x + (1 - 2 nu)
+    chi_x),
 
 and along z
 
-    4 pi G u = (-z phi_x - (1 - 2 nu) chi_x,  -z phi_y - (1 - 2 nu) chi_y,  2 (1 - nu) phi - z phi_z).
+    4 pi G u = (-z phi_x - (1 - 2 nu) chi_x,  -z phi_y - (1 - 2 nu) chi_y,  2 (1 - nu) phi - z
+    phi_z).
 
 Stresses are combined by themselves, without G: they do not suffer where a body
 is nearly rigid or incompressible, and they satisfy the surface's conditions
@@ -57,7 +59,13 @@ class ElasticField:
 
 @one_blas_thread()
 def field_at(
-    points: np.ndarray, grid: Grid, tractions: np.ndarray, *, G: float, nu: float, reference: float = 1.0
+    points: np.ndarray,
+    grid: Grid,
+    tractions: np.ndarray,
+    *,
+    G: float,
+    nu: float,
+    reference: float = 1.0,
 ) -> ElasticField:
     """The elastic field at points anywhere in the half-space, summed over the loaded elements.
 
@@ -107,7 +115,13 @@ def field_at(
 
 
 def field_below(
-    depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, G: float, nu: float, reference: float = 1.0
+    depths: np.ndarray,
+    grid: Grid,
+    tractions: np.ndarray,
+    *,
+    G: float,
+    nu: float,
+    reference: float = 1.0,
 ) -> ElasticField:
     """The elastic field below all element centres at some depths, by FFT.
 
@@ -134,7 +148,9 @@ def field_below(
         sums = np.empty((len(KINDS), 3, ny, nx))
         values = potentials(x[:, None, None], y[None, :, None], np.array([depth]))[:, ::-1, ::-1, 0]
         for kind, table in enumerate(values):
-            sums[kind] = fields_of(spectrum_of(wrapped(table.T, box), box) * spectrum, box, (ny, nx))
+            sums[kind] = fields_of(
+                spectrum_of(wrapped(table.T, box), box) * spectrum, box, (ny, nx)
+            )
         fields.append(_combined(sums, depth, G, nu))
     return ElasticField(
         np.stack([field.displacement for field in fields], axis=1),
@@ -144,7 +160,9 @@ def field_below(
 
 
 def _potentials(grid: Grid, reference: float) -> Callable[[Any, Any, Any], np.ndarray]:
-    """Function of the distances (nx, 1, n), (1, ny, n) and depths (n,), see `lattice_potentials`."""
+    """Function of the distances (nx, 1, n), (1, ny, n) and depths (n,), see
+    `lattice_potentials`.
+    """
     dx, dy = grid.sides
     if grid.line:
         return lambda x, y, z: strip_potentials(x, z, dx, reference)
@@ -178,7 +196,9 @@ def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> E
 # Each returns 4 pi G u (3, ...), 4 pi G du_i/dx_j (3, 3, ...) and 2 pi sigma (3, 3, ...).
 
 
-def _tangential(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _tangential(
+    Q: _Sum, z: np.ndarray | float, nu: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """By tractions along x; along y with x and y exchanged."""
     part = 1 - 2 * nu
     u = [

@@ -14,7 +14,9 @@ from varcontact.scene.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
-class CarriedFriction(checks.Checked, FrictionBound, path="friction", elsewhere=checks.at_least_zero):
+class CarriedFriction(
+    checks.Checked, FrictionBound, path="friction", elsewhere=checks.at_least_zero
+):
     """Coefficients of friction by samples along the way, which particles carry
     through the contact of a history.
 
@@ -68,7 +70,9 @@ class CarriedFriction(checks.Checked, FrictionBound, path="friction", elsewhere=
         return Carried(self.coefficient - self.elsewhere, self.x, self.y, self.period)
 
     def at_step(self, grid: Grid, rolled: float) -> np.ndarray:
-        """The coefficients on a `grid`, (ny, nx), after a distance `rolled` towards positive x [length]."""
+        """The coefficients on a `grid`, (ny, nx), after a distance `rolled` towards positive x
+        [length].
+        """
         return np.maximum(self.elsewhere + self._above_elsewhere.on(grid, rolled), 0.0)
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -27,7 +27,9 @@ class Coulomb(Interface):
 
 @dataclass(frozen=True, eq=False)
 class FrictionLaw(Interface):
-    """A law of friction: the coefficients of this pass, or where nothing is known of slip the static one."""
+    """A law of friction: the coefficients of this pass, or where nothing is known of slip the
+    static one.
+    """
 
     law: Law
 

@@ -1,4 +1,5 @@
-"""The protocol of interfaces: what acts between the bodies, and what their particles remember of it.
+"""The protocol of interfaces: what acts between the bodies, and what their particles remember of
+it.
 
 An interface gives the potential of the traction under the fields that it needs.
 Fields that particles bring along from the step before have arrived; those that
@@ -34,7 +35,9 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What an interface finds: the transport, the fields that have arrived, and the implicit ones of this pass."""
+    """What an interface finds: the transport, the fields that have arrived, and the implicit ones
+    of this pass.
+    """
 
     transport: Transport
     arrived: Fields = field(default_factory=dict)
@@ -43,7 +46,9 @@ class Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What an interface is told of a contact: pressure, tractions, local shift E, and the bound of friction."""
+    """What an interface is told of a contact: pressure, tractions, local shift E, and the bound of
+    friction.
+    """
 
     pressure: np.ndarray
     traction: np.ndarray
@@ -108,7 +113,13 @@ class Several(Interface):
         return first
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        return {name: each for part in self.parts for name, each in part.implied(response, at).items()}
+        return {
+            name: each for part in self.parts for name, each in part.implied(response, at).items()
+        }
 
     def leave(self, response: Response, flowed: np.ndarray, at: Surroundings) -> Fields:
-        return {name: each for part in self.parts for name, each in part.leave(response, flowed, at).items()}
+        return {
+            name: each
+            for part in self.parts
+            for name, each in part.leave(response, flowed, at).items()
+        }

@@ -40,9 +40,9 @@ def _shortened(trial: np.ndarray, size: np.ndarray, most: np.ndarray) -> np.ndar
 class Flow:
     """A shift along the traction, ``(|p| - threshold)/hardening`` from a threshold on.
 
-    It adds ``(|p| - threshold)_+^2/(2 hardening)`` to the potential. Where the threshold follows from the
-    tractions themselves, in steady rolling, `columns` is the step in elements and the threshold that of
-    fresh particles; else zero.
+    It adds ``(|p| - threshold)_+^2/(2 hardening)`` to the potential. Where the threshold follows
+    from the tractions themselves, in steady rolling, `columns` is the step in elements and the
+    threshold that of fresh particles; else zero.
     """
 
     threshold: np.ndarray
@@ -50,7 +50,9 @@ class Flow:
     columns: float = 0.0
 
     def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
-        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound limits them."""
+        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound
+        limits them.
+        """
         ratio = 1 / (self.hardening * weight)
         flowing = (size + ratio * self.threshold) / (1 + ratio)
         return np.where(size > self.threshold, flowing, size)
@@ -62,14 +64,18 @@ class Flow:
         return np.asarray(traction * (beyond / np.where(size > 0, size, 1.0)))
 
     def tangent(self, traction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of the shift by the traction, along it and across it; zero where nothing flows."""
+        """Derivatives of the shift by the traction, along it and across it; zero where nothing
+        flows.
+        """
         size = magnitude(traction)
         flows = size > self.threshold
         across = np.where(flows, 1 - self.threshold / np.where(flows, size, 1.0), 0.0)
         return flows / self.hardening, across / self.hardening
 
     def after(self, size: np.ndarray) -> np.ndarray:
-        """The threshold with which particles arrive, raised along their rows by tractions of a size (ny, nx)."""
+        """The threshold with which particles arrive, raised along their rows by tractions of a size
+        (ny, nx).
+        """
         fresh = float(self.threshold.min())
         return further_along(along_rows(size, self.columns, fresh, np.maximum), self.columns, fresh)
 
@@ -78,7 +84,8 @@ class Flow:
         if self.columns == 0:
             return self
         way = max(self.columns, 1.0)
-        hardening = self.hardening / min(self.columns, 1.0)  # by the part of a column that a step is
+        # by the part of a column that a step is
+        hardening = self.hardening / min(self.columns, 1.0)
         fresh = float(self.threshold.min())
         ratio = 1 / hardening
 
@@ -98,8 +105,8 @@ class Flow:
 class FlowDerivative:
     """The derivative of a flow by tractions on a grid, as a product.
 
-    `along` and `across` the traction (ny, nx), which has a direction (c, ny, nx). Where the traction `grows`
-    (ny, nx) it is the threshold that particles have so many `columns` later.
+    `along` and `across` the traction (ny, nx), which has a direction (c, ny, nx). Where the
+    traction `grows` (ny, nx) it is the threshold that particles have so many `columns` later.
     """
 
     columns: float
@@ -132,21 +139,29 @@ class Potential:
     flow: Flow | None = None
 
     def __and__(self, other: Potential) -> Potential:
-        """Both together; two that flow would be in series, which no composition of their maps gives."""
+        """Both together; two that flow would be in series, which no composition of their maps
+        gives.
+        """
         assert self.flow is None or other.flow is None, "one interface that flows"
         return Potential(np.minimum(self.bound, other.bound), self.flow or other.flow)
 
     @property
     def implicit(self) -> bool:
-        """Whether it depends on the tractions themselves: a threshold that they raise in steady rolling."""
+        """Whether it depends on the tractions themselves: a threshold that they raise in steady
+        rolling.
+        """
         return self.flow is not None and self.flow.columns > 0
 
     def on(self, elements: np.ndarray) -> Potential:
         """That of some elements."""
-        return Potential(self.bound.ravel()[elements], None if self.flow is None else self.flow.on(elements))
+        return Potential(
+            self.bound.ravel()[elements], None if self.flow is None else self.flow.on(elements)
+        )
 
     def sizes(self, size: np.ndarray, weight: float) -> np.ndarray:
-        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound limits them."""
+        """Sizes of tractions from those of trial tractions ``p - E/weight``, before the bound
+        limits them.
+        """
         return size if self.flow is None else self.flow.sizes(size, weight)
 
     def projected(self, trial: np.ndarray, weight: float) -> np.ndarray:
@@ -166,12 +181,13 @@ class Potential:
         return 0.0 if self.flow is None else self.flow.shift(traction)
 
     def shares(self, traction: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        """What each element has of the duality gap, ``p'E + phi(p) + phi*(-E)``, (n,), without its cancellation.
+        """What each element has of the duality gap, ``p'E + phi(p) + phi*(-E)``, (n,), without its
+        cancellation.
 
-        Without a flow ``g |E| + p'E = (g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the
-        shift, the second part is the square of their vector product divided by ``|p| |E| - p'E``: a traction
-        turned by 1e-9 is seen, though the cosine of that is one. Where it flows, the square of what ``|p|`` is
-        off ``threshold + k |E|``, divided by 2 k.
+        Without a flow ``g |E| + p'E = (g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes
+        against the shift, the second part is the square of their vector product divided by ``|p|
+        |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one. Where it
+        flows, the square of what ``|p|`` is off ``threshold + k |E|``, divided by 2 k.
         """
         size = magnitude(traction)
         length = magnitude(shift)
@@ -181,7 +197,9 @@ class Potential:
         if len(traction) == 2:
             across = traction[0] * shift[1] - traction[1] * shift[0]
         against = along < 0
-        turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
+        turned = np.where(
+            against, across * (across / np.where(against, most - along, 1.0)), most + along
+        )
         if self.flow is None:
             return np.asarray(_slack(self.bound, size) * length + turned)
         k = self.flow.hardening
@@ -191,7 +209,9 @@ class Potential:
         slips = length > hardened / k
         off = (hardened - np.maximum(excess, 0.0)) ** 2 + 2 * hardened * np.maximum(-excess, 0.0)
         slack = _slack(np.minimum(self.bound, threshold + hardened), size)
-        return np.asarray(slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned)
+        return np.asarray(
+            slack * np.where(slips, length - hardened / k, 0.0) + off / (2 * k) + turned
+        )
 
 
 def _slack(bound: np.ndarray, size: np.ndarray) -> np.ndarray:

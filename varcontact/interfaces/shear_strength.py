@@ -12,7 +12,9 @@ from varcontact.scene.friction import FrictionBound
 
 
 @dataclass(frozen=True)
-class ShearStrength(Checked, FrictionBound, path="friction", coefficient=at_least_zero, strength=at_least_zero):
+class ShearStrength(
+    Checked, FrictionBound, path="friction", coefficient=at_least_zero, strength=at_least_zero
+):
     """The larger of Coulomb's bound and a shear strength within the contact:
     ``|p| <= max(coefficient pz, strength)``.
 
@@ -47,8 +49,12 @@ class ShearStrength(Checked, FrictionBound, path="friction", coefficient=at_leas
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.coefficient == self.strength == 0:
-            raise SceneError("friction.strength", 0.0, "positive, or a positive friction.coefficient")
+            raise SceneError(
+                "friction.strength", 0.0, "positive, or a positive friction.coefficient"
+            )
 
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The traction bound under a `pressure` [stress], of the same shape; `x` and `y` do not matter."""
+        """The traction bound under a `pressure` [stress], of the same shape; `x` and `y` do not
+        matter.
+        """
         return np.where(pressure > 0, np.maximum(self.coefficient * pressure, self.strength), 0.0)

@@ -1,4 +1,5 @@
-"""A layer between the bodies that yields: it flows along the traction, and hardens or softens as it flows.
+"""A layer between the bodies that yields: it flows along the traction, and hardens or softens as it
+flows.
 
 Its yield stress goes with the particles. Sources: Hou, Kalousek, Magel, Wear 211
 (1997) 134-140; Vollebregt, Wear 314 (2014) 87-95. The elastic shear of the layer
@@ -23,10 +24,11 @@ DISPLACEMENT = "plastic_displacement"
 
 @dataclass(frozen=True)
 class YieldingLayer(Interface):
-    """A layer that yields, dimensionless: the stress of fresh material, and how it changes with the plastic shift.
+    """A layer that yields, dimensionless: the stress of fresh material, and how it changes with the
+    plastic shift.
 
-    With a positive `hardening` elements flow within the bound of friction. Otherwise the yield stress is a bound like
-    that of friction, and what flows is the whole shift.
+    With a positive `hardening` elements flow within the bound of friction. Otherwise the yield
+    stress is a bound like that of friction, and what flows is the whole shift.
     """
 
     fresh_stress: float
@@ -34,14 +36,20 @@ class YieldingLayer(Interface):
 
     @classmethod
     def of(cls, layer: ThirdBody, scales: Scales) -> YieldingLayer:
-        return cls(layer.tau_c0 / scales.pressure, layer.k_tau * scales.displacement / scales.pressure)
+        return cls(
+            layer.tau_c0 / scales.pressure, layer.k_tau * scales.displacement / scales.pressure
+        )
 
     @property
     def carried(self) -> tuple[Quantity, ...]:
-        return Quantity(DISPLACEMENT, "length", 0.0), Quantity(YIELD_STRESS, "stress", self.fresh_stress)
+        return Quantity(DISPLACEMENT, "length", 0.0), Quantity(
+            YIELD_STRESS, "stress", self.fresh_stress
+        )
 
     def implicit(self, transport: Transport) -> tuple[Quantity, ...]:
-        """The yield stress, where tractions change it in the same step: by softening, or along rows in rolling."""
+        """The yield stress, where tractions change it in the same step: by softening, or along rows
+        in rolling.
+        """
         hardens_along_rows = self.hardening > 0 and transport.repeats
         if self.hardening < 0 or hardens_along_rows:
             return (Quantity(YIELD_STRESS, "stress", self.fresh_stress),)
@@ -58,7 +66,9 @@ class YieldingLayer(Interface):
         return Potential(np.full(pressure.shape, np.inf), Flow(stress, self.hardening, columns))
 
     def implied(self, response: Response, at: Surroundings) -> Fields:
-        """The yield stress that goes with tractions: of particles hardened on their way, or softened in the step."""
+        """The yield stress that goes with tractions: of particles hardened on their way, or
+        softened in the step.
+        """
         stress = self._arrived_stress(response.pressure.shape, at)
         if self.hardening > 0 and at.transport.repeats:
             flow = Flow(stress, self.hardening, at.transport.columns)
@@ -81,5 +91,7 @@ class YieldingLayer(Interface):
         return {DISPLACEMENT: flowed, YIELD_STRESS: stress}
 
     def _arrived_stress(self, shape: tuple[int, ...], at: Surroundings) -> np.ndarray:
-        """The yield stress at the beginning of a step: what particles bring along, else that of fresh material."""
+        """The yield stress at the beginning of a step: what particles bring along, else that of
+        fresh material.
+        """
         return at.arrived.get(YIELD_STRESS, np.full(shape, self.fresh_stress))

@@ -37,9 +37,9 @@ LAWS: dict[int, tuple[str, type[Any]]] = {
 }
 
 Case = dict[str, Any]
-"""What a case has, and the next may keep: "group", "digits", "solver" (G), "kinematics", "friction", "rolling"
-(direction, dq and speed), "bodies", "potential" and "distance" (`words.Given`), "grid", "row" (`words.Row` or None) and
-"surface"."""
+"""What a case has, and the next may keep: "group", "digits", "solver" (G), "kinematics",
+"friction", "rolling" (direction, dq and speed), "bodies", "potential" and "distance"
+(`words.Given`), "grid", "row" (`words.Row` or None) and "surface"."""
 
 
 @checks.named_options()
@@ -70,8 +70,9 @@ def read_contact_input(path: str | Path) -> list[Scene]:
 
     Notes
     -----
-    Undeformed distances (IBASE) are sampled at the centres of the elements, as CONTACT does. Hertzian contacts
-    (IPOTCN < 0) stay Hertzian: `solve` gives them Hertz's pressure, as B = 2 does, unless ``normal`` is another method.
+    Undeformed distances (IBASE) are sampled at the centres of the elements, as CONTACT does.
+    Hertzian contacts (IPOTCN < 0) stay Hertzian: `solve` gives them Hertz's pressure, as B = 2
+    does, unless ``normal`` is another method.
 
     Examples
     --------
@@ -95,7 +96,8 @@ def read_contact_input(path: str | Path) -> list[Scene]:
     ... ''')
     >>> (scene,) = vc.read_contact_input(path)
     >>> scene.motion
-    Steady(vx=0.0, vy=-0.000625, spin=0.000625, Fx=None, Fy=None, dq=0.4, spin_offset=0.16666666666666666, \
+    Steady(vx=0.0, vy=-0.000625, spin=0.000625, Fx=None, Fy=None, dq=0.4,
+    spin_offset=0.16666666666666666, \
 slip_difference='first-order', speed=None)
     >>> f"Fy = {vc.solve(scene).force[1]:.0f} N"
     'Fy = -15000 N'
@@ -110,7 +112,9 @@ slip_difference='first-order', speed=None)
         if case["digits"]["R"] == 1:
             cases.append(case)
     if not cases:
-        raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
+        raise SceneError(
+            "path", str(path), message=f"{path} holds no case that is to be calculated"
+        )
     scenes = []
     for sequence in _sequences(cases):
         with words.located(sequence[0]["group"]):
@@ -119,7 +123,9 @@ slip_difference='first-order', speed=None)
 
 
 def _case(lines: words.Lines, before: Case) -> Case:
-    group, problem, geometry, solution = words.control_digits(lines, "PBTNFS", words.SUPPORTED, words.SUPPORTED)
+    group, problem, geometry, solution = words.control_digits(
+        lines, "PBTNFS", words.SUPPORTED, words.SUPPORTED
+    )
     digits = problem | geometry | solution
     case = {**before, "group": group, "digits": digits, "kinematics": _kinematics(lines, digits)}
     if digits["L"] != 1:
@@ -134,13 +140,20 @@ def _case(lines: words.Lines, before: Case) -> Case:
         case["bodies"] = read_bodies(lines)
     for letter, kept in (("C", "bodies"), ("L", "friction")):
         if kept not in case:
-            group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
+            group.refuse(
+                letter, digits[letter], "keeps what the case before has, and there is none"
+            )
     if digits["T"] >= TRANSIENT and "rolling" not in case:
-        group.refuse("T (TANG)", digits["T"], "needs CHI, DQ and VELOC, which the case before does not give: use C = 2")
+        group.refuse(
+            "T (TANG)",
+            digits["T"],
+            "needs CHI, DQ and VELOC, which the case before does not give: use C = 2",
+        )
     _place(lines, case, before)
     if digits["T"] == STEADY and digits["R"] == 1 and case.get("solver") != CONVEX_GS:
         direction, _, velocity = case["rolling"]
-        case["rolling"] = direction, case["grid"].dx, velocity  # whatever DQ says; kept by the next case
+        # whatever DQ says; kept by the next case
+        case["rolling"] = direction, case["grid"].dx, velocity
     words.skip_stresses(lines, digits["S"])
     return case
 
@@ -154,11 +167,17 @@ def _load(case: Case) -> dict[str, Any]:
 
 
 def _kinematics(lines: words.Lines, digits: dict[str, int]) -> tuple[float, float, float, float]:
-    names = ("FN" if digits["N"] else "PEN", "FX" if digits["F"] else "CKSI", "FY" if digits["F"] == 2 else "CETA")
+    names = (
+        "FN" if digits["N"] else "PEN",
+        "FX" if digits["F"] else "CKSI",
+        "FY" if digits["F"] == 2 else "CETA",
+    )
     group = lines.group(*names, "CPHI")
     load, first, second, spin = group.numbers()
     if digits["F"] and digits["N"] == 0 and digits["T"] != NO_MOTION:
-        why = "with N = 0 is not supported: FX is a part of FSTAT FN, and FN is not known; use N = 1"
+        why = (
+            "with N = 0 is not supported: FX is a part of FSTAT FN, and FN is not known; use N = 1"
+        )
         group.refuse("F (FORCE)", digits["F"], why)
     centre = [words.number_of(word) for word in group.rest[:2]]
     if len(centre) == 2 and centre[0] is not None and centre[1] is not None:
@@ -173,7 +192,11 @@ def read_friction(lines: words.Lines, law: int) -> Callable[[float], float | Law
         group = lines.group("FSTAT", "FKIN")
         static, kinetic = group.numbers()
         if static != kinetic:
-            group.refuse("FKIN", kinetic, f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)")
+            group.refuse(
+                "FKIN",
+                kinetic,
+                f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)",
+            )
         return lambda velocity: static
     name, kind = LAWS[law]
     group = lines.group("FKIN", f"{name}1", "SABSH1", f"{name}2", "SABSH2")
@@ -200,9 +223,13 @@ def _rolling(lines: words.Lines) -> tuple[int, float, float]:
         if abs(np.cos(angle) - direction) < 1e-8 and dq > 0 and velocity > 0:
             break
     else:
-        group.refuse("CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers")
+        group.refuse(
+            "CHI, DQ, VELOC", (angle, dq, velocity), "must be 0 or 180d, and two positive numbers"
+        )
     if group.rest and words.number_of(group.rest[0]) is not None:
-        group.refuse("FACPHI", group.rest[0], "is not supported: spin is sampled at x + DQ/6; leave it out")
+        group.refuse(
+            "FACPHI", group.rest[0], "is not supported: spin is sampled at x + DQ/6; leave it out"
+        )
     return direction, dq, velocity
 
 
@@ -213,36 +240,56 @@ def _place(lines: words.Lines, case: Case, before: Case) -> None:
         kind = lines.group("IPOTCN")
         (given,) = kind.integers()
         if given not in words.POTENTIAL:
-            kind.refuse("IPOTCN", given, f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}")
+            kind.refuse(
+                "IPOTCN",
+                given,
+                f"is not supported; supported: {', '.join(map(str, words.POTENTIAL))}",
+            )
         entries = lines.group(*words.POTENTIAL[given])
         case["potential"] = entries, given, entries.numbers()
     if "potential" not in case:
-        group.refuse("D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none")
+        group.refuse(
+            "D (DISCNS)", digits["D"], "keeps the elements of the case before, and there is none"
+        )
     hertzian = case["potential"][1] < 0
     if digits["B"] == 2 and not hertzian:
         group.refuse("B (BOUND)", 2, "needs a Hertzian contact, IPOTCN < 0")
     if digits["B"] == 2 and case["bodies"].K != 0:
-        group.refuse("B (BOUND)", 2, "with unlike bodies is not supported: here their tractions change the pressure")
+        group.refuse(
+            "B (BOUND)",
+            2,
+            "with unlike bodies is not supported: here their tractions change the pressure",
+        )
     if hertzian:
         _place_hertzian(case, before)
         return
     grid, row = words.elements(case["potential"])
     if row is not None and digits["N"] == 0:
-        why = "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
+        why = (
+            "with one row (MY = 1) is not supported: in plane strain PEN is not defined; use N = 1"
+        )
         group.refuse("N (NORM)", 0, why)
     same = grid == case.get("grid")
     if digits["Z"] == 2:
         case["distance"] = words.read_distance(lines, grid)
     elif "distance" not in case:
-        group.refuse("Z (RZNORM)", digits["Z"], "keeps an undeformed distance, and no case before gives one: use Z = 2")
+        group.refuse(
+            "Z (RZNORM)",
+            digits["Z"],
+            "keeps an undeformed distance, and no case before gives one: use Z = 2",
+        )
     elif not same and (digits["Z"] == 0 or case["distance"][1] == 9):
-        group.refuse("Z (RZNORM)", digits["Z"], "keeps the undeformed distance of other elements: use Z = 2")
+        group.refuse(
+            "Z (RZNORM)", digits["Z"], "keeps the undeformed distance of other elements: use Z = 2"
+        )
     if not same or digits["Z"] != 0:
         with words.located(case["distance"][0]):
             case.update(grid=grid, row=row, surface=words.sampled(case["distance"], grid, row))
 
 
-def _hertzian_surface(ipotcn: int, first: float, second: float, bodies: Bodies) -> Ellipse | Paraboloids:
+def _hertzian_surface(
+    ipotcn: int, first: float, second: float, bodies: Bodies
+) -> Ellipse | Paraboloids:
     """By semi-axes, by two curvatures, or by one and the ratio of the semi-axes."""
     if ipotcn == -3:
         return Ellipse(a=first, b=second)
@@ -310,11 +357,15 @@ def _scene(sequence: list[Case]) -> Scene:
     if direction == -1:
         why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"
         case["group"].refuse("CHI", "180d", why)
-    return Scene(**parts, **load, friction=case["friction"](velocity), motion=Steady(dq=dq, **_rigid(case)))
+    return Scene(
+        **parts, **load, friction=case["friction"](velocity), motion=Steady(dq=dq, **_rigid(case))
+    )
 
 
 def _rigid(case: Case) -> dict[str, Any]:
-    """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of FSTAT FN."""
+    """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of
+    FSTAT FN.
+    """
     _, first, second, spin = case["kinematics"]
     friction, count = case["friction"](1.0), case["digits"]["F"]
     static = friction.static if isinstance(friction, Law) else friction
@@ -328,9 +379,12 @@ def _rigid(case: Case) -> dict[str, Any]:
 
 def _history(sequence: list[Case]) -> Transient:
     steps = [_rigid(case) | _load(case) for case in sequence]
-    rolling = [case["rolling"] if case["digits"]["T"] == TRANSIENT else (1, 0.0, 1.0) for case in sequence]
+    rolling = [
+        case["rolling"] if case["digits"]["T"] == TRANSIENT else (1, 0.0, 1.0) for case in sequence
+    ]
     rigid: dict[str, Any] = {
-        name: [step.get(name, 0.0) for step in steps] for name in ("vx", "vy", "spin", "ux", "uy", "rotation")
+        name: [step.get(name, 0.0) for step in steps]
+        for name in ("vx", "vy", "spin", "ux", "uy", "rotation")
     }
     for name in ("Fx", "Fy", "normal_force", "approach"):
         values = [step.get(name) for step in steps]
@@ -340,7 +394,10 @@ def _history(sequence: list[Case]) -> Transient:
         steps=len(sequence),
         dq=[dq for _, dq, _ in rolling],
         direction=[direction for direction, _, _ in rolling],
-        friction=[case["friction"](velocity) for case, (_, _, velocity) in zip(sequence, rolling, strict=True)],
+        friction=[
+            case["friction"](velocity)
+            for case, (_, _, velocity) in zip(sequence, rolling, strict=True)
+        ],
         surface=surfaces if any(each is not surfaces[0] for each in surfaces) else None,
         **rigid,
     )

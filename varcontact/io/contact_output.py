@@ -112,16 +112,25 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
     lines = text.splitlines()
     headings = {k: found for k, line in enumerate(lines) if (found := CASE.match(line))}
     if not headings:
-        raise wrong_line(file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT")
+        raise wrong_line(
+            file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT"
+        )
     if not text.endswith("\n"):
-        raise wrong_line(file, len(lines), "has no end: the file was cut short, or its last line break taken away")
+        raise wrong_line(
+            file,
+            len(lines),
+            "has no end: the file was cut short, or its last line break taken away",
+        )
     ends = [*list(headings)[1:], len(lines)]
     return [
-        _case(file, lines, first, last, heading) for (first, heading), last in zip(headings.items(), ends, strict=True)
+        _case(file, lines, first, last, heading)
+        for (first, heading), last in zip(headings.items(), ends, strict=True)
     ]
 
 
-def _case(file: Path, lines: list[str], first: int, last: int, heading: re.Match[str]) -> ContactOutput:
+def _case(
+    file: Path, lines: list[str], first: int, last: int, heading: re.Match[str]
+) -> ContactOutput:
     case = int(heading[1])
     element = None if heading[2] is None else int(heading[2])
     values: dict[str, float] = {}
@@ -133,27 +142,43 @@ def _case(file: Path, lines: list[str], first: int, last: int, heading: re.Match
             side, announced = found[1].lower(), int(found[2])
         elif found := PATCH.match(line):
             if int(found[1]) != len(patches) + 1:
-                raise wrong_line(file, k + 1, f"begins contact patch {found[1]}, not {len(patches) + 1}")
+                raise wrong_line(
+                    file, k + 1, f"begins contact patch {found[1]}, not {len(patches) + 1}"
+                )
             table = {}
             patches.append(table)
         names = NAME.findall(line)
         numbers = [] if k + 1 == last else [_value(word) for word in lines[k + 1].split()]
         if not names or not all(map(CAPITALS.match, names)) or not numbers or None in numbers:
-            of_profile = PROFILE.match(line) is not None or (of_profile and None not in map(_value, line.split()))
+            of_profile = PROFILE.match(line) is not None or (
+                of_profile and None not in map(_value, line.split())
+            )
         elif len(numbers) != len(names):
-            raise wrong_line(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
+            raise wrong_line(
+                file,
+                k + 2,
+                f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}",
+            )
         elif not of_profile:
-            found_here = {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
-            table |= found_here | {name.removeprefix(CURVED): value for name, value in found_here.items()}
+            found_here = {
+                name: value for name, value in zip(names, numbers, strict=True) if value is not None
+            }
+            table |= found_here | {
+                name.removeprefix(CURVED): value for name, value in found_here.items()
+            }
     if side is None and not patches and not any(NONE_FOUND in line for line in lines[first:last]):
         patches = [values]
     for place, patch in enumerate(patches, 1):
         lacking = [name for name in FORCES if name not in patch]
         if lacking:
             what = f"ends case {case}, whose contact patch {place} has no {', '.join(lacking)}"
-            raise wrong_line(file, last, f"{what}: the program stopped there, the file was cut short, or O = 0")
+            raise wrong_line(
+                file, last, f"{what}: the program stopped there, the file was cut short, or O = 0"
+            )
     if announced not in (None, len(patches)):
-        raise wrong_line(file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches")
+        raise wrong_line(
+            file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches"
+        )
     return ContactOutput(case, element, side, values, tuple(patches))
 
 

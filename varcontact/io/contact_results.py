@@ -31,7 +31,8 @@ HEADER = ("MX", "MY", "XL", "YL", "DX", "DY", "CHI", "DQ", "T", "M", "GG1", "GG2
 COLUMNS = ("I", "IGS", "PN", "PX", "PY")
 STATES = (0, 1, 2, 3)
 OTHER_BODIES = {1: "viscoelastic", 4: "with an interfacial layer"}
-"""MATER of bodies that are no elastic half-spaces; simplified theories (2, 3, 5) are compared with half-spaces."""
+"""MATER of bodies that are no elastic half-spaces; simplified theories (2, 3, 5) are compared with
+half-spaces."""
 ROUNDED = 1e-3
 """By what part of an element positions in the file may be rounded."""
 LAYOUT = "this is not the layout of CONTACT's user guide"
@@ -100,12 +101,14 @@ class ContactResult:
 
     @checks.named_options()
     def scene(self, motion: Steady | Shift) -> Scene:
-        """The problem as the file has it: elements, undeformed distance, bodies, friction, and the approach H + UN.
+        """The problem as the file has it: elements, undeformed distance, bodies, friction, and the
+        approach H + UN.
 
-        The `motion`, Steady or Shift, has creepages or shifts as CONTACT prints them, see `read_contact_output`: about
-        SPINXO, SPINYO. Of a line contact, whose approach is not defined, the normal force. Elements that the file
-        leaves out (A = 1) are taken to be out of contact: nothing is known of the distance there. SceneError if the
-        bodies are no elastic half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN and MU.
+        The `motion`, Steady or Shift, has creepages or shifts as CONTACT prints them, see
+        `read_contact_output`: about SPINXO, SPINYO. Of a line contact, whose approach is not
+        defined, the normal force. Elements that the file leaves out (A = 1) are taken to be out of
+        contact: nothing is known of the distance there. SceneError if the bodies are no elastic
+        half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN and MU.
         """
         self._check_elastic()
         lacking = {"H", "UN", "MU"} - self.columns.keys()
@@ -114,7 +117,9 @@ class ContactResult:
         touching, friction = self.pressure > 0, self.values.get("FSTAT", np.nan)
         spread = float(np.abs(self.columns["MU"][touching] - friction).max()) if self.T else 0.0
         if self.values.get("L") != 0 or spread > ROUNDED * friction:
-            raise SceneError("L (FRCLAW)", self.values.get("L"), "0, with the same MU at all elements")
+            raise SceneError(
+                "L (FRCLAW)", self.values.get("L"), "0, with the same MU at all elements"
+            )
         h = self.columns["H"]
         approach = float((h + self.columns["UN"])[touching].mean())
         h = np.where(np.isnan(h), approach, h)
@@ -123,12 +128,19 @@ class ContactResult:
             load = {"normal_force": self.normal_force / self.values["DY"]}
         x, y = (self.values.get(name, 0.0) for name in ("SPINXO", "SPINYO"))
         if isinstance(motion, Steady):
-            motion = replace(motion, dq=self.dq, vx=motion.vx + motion.spin * y, vy=motion.vy - motion.spin * x)
+            motion = replace(
+                motion, dq=self.dq, vx=motion.vx + motion.spin * y, vy=motion.vy - motion.spin * x
+            )
         else:
-            motion = replace(motion, ux=motion.ux + motion.rotation * y, uy=motion.uy - motion.rotation * x)
+            motion = replace(
+                motion, ux=motion.ux + motion.rotation * y, uy=motion.uy - motion.rotation * x
+            )
         poisson = self.values["POISS1"]  # of simplified theories the only one in the file
         return Scene(
-            bodies=Bodies(G=(self.values["GG1"], self.values["GG2"]), nu=(poisson, self.values.get("POISS2", poisson))),
+            bodies=Bodies(
+                G=(self.values["GG1"], self.values["GG2"]),
+                nu=(poisson, self.values.get("POISS2", poisson)),
+            ),
             surface=SampledDistance(h[0] if self.grid.line else h),
             **load,
             friction=friction,
@@ -145,25 +157,43 @@ class ContactResult:
 
     @checks.named_options()
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of a `scene`.
+        """Traction (2, ny, nx) and pressure (ny, nx), as `certify` takes them, if they are those of
+        a `scene`.
 
-        It is of the same case, with an explicit grid, and creepages as CONTACT had, or found, them. SceneError if
-        elements or motion are not those of the scene, or the bodies are no elastic half-spaces.
+        It is of the same case, with an explicit grid, and creepages as CONTACT had, or found, them.
+        SceneError if elements or motion are not those of the scene, or the bodies are no elastic
+        half-spaces.
         """
         self._check_elastic()
         grid, own = scene.grid, self.grid
-        if not isinstance(grid, Grid) or not grid.explicit or (grid.shape, grid.line) != (own.shape, own.line):
-            raise SceneError("scene.grid", grid, f"explicit, with the elements of the result: {own}")
+        if (
+            not isinstance(grid, Grid)
+            or not grid.explicit
+            or (grid.shape, grid.line) != (own.shape, own.line)
+        ):
+            raise SceneError(
+                "scene.grid", grid, f"explicit, with the elements of the result: {own}"
+            )
         along_x = np.abs(own.x - grid.x) <= ROUNDED * grid.sides[0]
-        if not (along_x.all() and (grid.line or np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1]))):
+        if not (
+            along_x.all()
+            and (grid.line or np.all(np.abs(own.y - grid.y) <= ROUNDED * grid.sides[1]))
+        ):
             raise SceneError("scene.grid", grid, f"that of the result: {own}")
         motion = scene.motion
-        fits = {0: motion == Shift(), 1: isinstance(motion, Shift), 3: isinstance(motion, Steady)}.get(self.T, False)
+        fits = {
+            0: motion == Shift(),
+            1: isinstance(motion, Shift),
+            3: isinstance(motion, Steady),
+        }.get(self.T, False)
         if not fits:
-            allowed = f"that of the result, which has T = {self.T}" + (": Shift()" if self.T == 0 else "")
+            allowed = f"that of the result, which has T = {self.T}" + (
+                ": Shift()" if self.T == 0 else ""
+            )
             raise SceneError("scene.motion", motion, allowed)
         dq = getattr(motion, "dq", None) or grid.sides[0]
-        # CONTACT's step of steady rolling is DX by default, and the file may have the DQ of the input
+        # CONTACT's step of steady rolling is DX by default, and the file may have the DQ of the
+        # input
         same_step = any(abs(dq - step) <= ROUNDED * step for step in (self.dq, own.sides[0]))
         if isinstance(motion, Steady) and (self.direction != 1 or not same_step):
             step = f"of the result: dq = {self.dq:g}, towards {'positive' if self.direction == 1 else 'negative'} x"
@@ -224,7 +254,12 @@ def read_contact_result(path: str | Path) -> ContactResult:
     >>> folder.cleanup()
     """
     name = checks.file_name("path", path)
-    text = text_of("path", name, MOST_BYTES, "a result of CONTACT (text; MATLAB's own .mat files are something else)")
+    text = text_of(
+        "path",
+        name,
+        MOST_BYTES,
+        "a result of CONTACT (text; MATLAB's own .mat files are something else)",
+    )
     lines = text.splitlines()
     values, names, start = _header(name, lines)
     of_grid = next(number for number, line in enumerate(lines, 2) if "MX" in line.upper().split())
@@ -240,35 +275,63 @@ def read_contact_result(path: str | Path) -> ContactResult:
             continue
         numbers = dict(zip(names, _numbers(name, number, row, len(names)), strict=False))
         element = int(numbers["I"]) - 1
-        if numbers["I"] != element + 1 or not 0 <= element < ny * nx or np.isfinite(fields[0, element]):
-            raise wrong_line(name, number, f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most")
+        if (
+            numbers["I"] != element + 1
+            or not 0 <= element < ny * nx
+            or np.isfinite(fields[0, element])
+        ):
+            raise wrong_line(
+                name,
+                number,
+                f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most",
+            )
         if numbers["IGS"] not in STATES:
             raise wrong_line(name, number, f"has IGS = {numbers['IGS']:g}; supported: 0, 1, 2, 3")
         fields[:, element] = list(numbers.values())
     columns = dict(zip(names, fields.reshape(-1, ny, nx), strict=True))
     pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
     if not np.any(pressure):
-        raise wrong_line(name, start + 1, "should begin a table with pressures; write the file with A = 1 or 2")
+        raise wrong_line(
+            name, start + 1, "should begin a table with pressures; write the file with A = 1 or 2"
+        )
     if not text.endswith("\n"):
-        raise wrong_line(name, len(lines), "has no end: the file was cut short, or its last line break taken away")
+        raise wrong_line(
+            name,
+            len(lines),
+            "has no end: the file was cut short, or its last line break taken away",
+        )
     direction = -1 if np.cos(values["CHI"]) < 0 else 1
     T = int(values["T"])
     return ContactResult(
-        grid, pressure, np.stack([px, py]), state.astype(int), T, direction, values["DQ"], values, columns
+        grid,
+        pressure,
+        np.stack([px, py]),
+        state.astype(int),
+        T,
+        direction,
+        values["DQ"],
+        values,
+        columns,
     )
 
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], int]:
-    """Numbers above the table by their names, with the line of the grid's; the table's columns, and where it begins."""
+    """Numbers above the table by their names, with the line of the grid's; the table's columns, and
+    where it begins.
+    """
     values: dict[str, float] = {}
     for k in range(0, len(lines) + 1, 2):
         if k >= len(lines) or not lines[k].strip().startswith("%"):
             raise wrong_line(path, k + 1, f"should be a comment: {LAYOUT}")
         names = re.split(r"[,\s]+", lines[k].strip(" %\t").upper())
         if names[:2] == list(COLUMNS[:2]):
-            lacking = [name for name in HEADER if name not in values] + [name for name in COLUMNS if name not in names]
+            lacking = [name for name in HEADER if name not in values] + [
+                name for name in COLUMNS if name not in names
+            ]
             if lacking:
-                raise wrong_line(path, k + 1, f"begins the table without {', '.join(lacking)}: {LAYOUT}")
+                raise wrong_line(
+                    path, k + 1, f"begins the table without {', '.join(lacking)}: {LAYOUT}"
+                )
             return values, names, k + 1
         if k + 1 >= len(lines) or lines[k + 1].strip().startswith("%"):
             raise wrong_line(path, k + 2, f"should be numbers: {LAYOUT}")

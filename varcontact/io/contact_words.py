@@ -30,10 +30,21 @@ Supported = dict[str, tuple[str, dict[int, str]]]
 SUPPORTED: Supported = {
     "P": ("PVTIME", {0: "continue the previous case", 2: "a new sequence"}),
     "B": ("BOUND", {0: "half-space", 2: "elliptic bound of a Hertzian contact"}),
-    "T": ("TANG", {0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling"}),
+    "T": (
+        "TANG",
+        {0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling"},
+    ),
     "N": ("NORM", {0: "approach given", 1: "normal force given"}),
     "F": ("FORCE", {0: "creepages given", 1: "FX given", 2: "FX and FY given"}),
-    "S": ("STRESS", {0: "no stresses", 1: "stresses, not read", 2: "stresses, not read", 3: "stresses, not read"}),
+    "S": (
+        "STRESS",
+        {
+            0: "no stresses",
+            1: "stresses, not read",
+            2: "stresses, not read",
+            3: "stresses, not read",
+        },
+    ),
     "V": ("VARFRC", {0: "one friction law"}),
     "L": ("FRCLAW", {0: "Coulomb", 1: "as before", 2: "linear", 3: "rational", 4: "exponential"}),
     "D": ("DISCNS", {0: "grid as before", 1: "grid anew", 2: "grid read"}),
@@ -45,7 +56,14 @@ SUPPORTED: Supported = {
     "H": ("HEAT", {0: "no temperatures"}),
     "G": (
         "GAUSEI",
-        {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver", 5: "GDsteady"},
+        {
+            0: "default solver",
+            1: "as before",
+            2: "ConvexGS",
+            3: "SteadyGS",
+            4: "default solver",
+            5: "GDsteady",
+        },
     ),
     "R": ("RETURN", {1: "calculate", 3: "skip"}),
 }
@@ -53,7 +71,8 @@ SUPPORTED: Supported = {
 
 INTEGER = re.compile(r"[+-]?\d{1,15}$")
 WORD = re.compile(r"'[^']*'|[%!].*|[^,\s%]+")
-"""Of a line: names in quotes may have blanks, a per cent sign or an exclamation mark begins a comment."""
+"""Of a line: names in quotes may have blanks, a per cent sign or an exclamation mark begins a
+comment."""
 FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
 """Where Fortran leaves out the E of an exponent of three digits."""
 
@@ -70,7 +89,9 @@ class Group:
 
     def refuse(self, name: str, value: object, why: str) -> NoReturn:
         """Say where which entry is, and what is wrong with it."""
-        raise SceneError(name, value, message=f"{self.path}, line {self.line}: {name} = {value} {why}")
+        raise SceneError(
+            name, value, message=f"{self.path}, line {self.line}: {name} = {value} {why}"
+        )
 
     def integers(self) -> list[int]:
         """All values, as whole numbers."""
@@ -91,7 +112,9 @@ class Group:
         return found
 
     def angle(self, k: int) -> float:
-        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians."""
+        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in
+        radians.
+        """
         text = self.values[k].lower()
         found = number_of(text.removesuffix("d").removesuffix("r"))
         if found is None:
@@ -124,12 +147,17 @@ def wrong_line(path: Path, line: int, what: str) -> SceneError:
 
 
 class Lines:
-    """An input file, read group by group: each begins on a line of its own, and may go on over several."""
+    """An input file, read group by group: each begins on a line of its own, and may go on over
+    several.
+    """
 
     def __init__(self, path: Path) -> None:
         self.name = str(path)
         text = text_of("path", path, MOST_BYTES, "an input file of CONTACT")
-        lines = [list(takewhile(lambda word: word[0] not in "%!", WORD.findall(line))) for line in text.splitlines()]
+        lines = [
+            list(takewhile(lambda word: word[0] not in "%!", WORD.findall(line)))
+            for line in text.splitlines()
+        ]
         self.left = deque((number, words) for number, words in enumerate(lines, 1) if words)
 
     def group(self, *names: str) -> Group:
@@ -139,18 +167,24 @@ class Lines:
         while len(found) < len(names):
             if not self.left:
                 wanted = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
-                raise SceneError("path", self.name, message=f"{self.name} ends where {wanted} should be given")
+                raise SceneError(
+                    "path", self.name, message=f"{self.name} ends where {wanted} should be given"
+                )
             found += self.left.popleft()[1]
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
     def many(self, name: str, count: int) -> Group:
         """The next values of an array, of which a damaged file may promise more than there are."""
         if count > sum(len(words) for _, words in self.left):
-            raise SceneError("path", self.name, message=f"{self.name} ends before {count} values of {name}")
+            raise SceneError(
+                "path", self.name, message=f"{self.name} ends before {count} values of {name}"
+            )
         return self.group(*[name] * count)
 
     def digits(self, word: str, supported: Supported) -> tuple[dict[str, int], Group]:
-        """The next control word as its digits by letter, each of which has a value that is supported."""
+        """The next control word as its digits by letter, each of which has a value that is
+        supported.
+        """
         group = self.group(word)
         (text,) = group.values
         if not re.fullmatch(r"\d+", text) or len(text) > len(word):
@@ -167,11 +201,15 @@ class Lines:
 def control_digits(
     lines: Lines, problem: str, supported: Supported, geometry: Supported
 ) -> tuple[Group, dict[str, int], dict[str, int], dict[str, int]]:
-    """Where the control words begin, and their digits: of the `problem`, of geometry and material, of the solution."""
+    """Where the control words begin, and their digits: of the `problem`, of geometry and material,
+    of the solution.
+    """
     digits, group = lines.digits(problem, supported)
     more, material = lines.digits("VLDCMZE", geometry)
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
-        material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
+        material.refuse(
+            "M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)"
+        )
     last, _ = lines.digits("XHGIAOWR", supported)
     if last["X"] == 1:
         lines.digits("PSFLRIN", {})
@@ -204,7 +242,9 @@ def modules(lines: Lines, module: int, meaning: str, others: Mapping[int, str]) 
             why = others.get(found, f"is not supported; supported: {module} ({meaning}), 0 (stop)")
             group.refuse("MODULE", found, why)
         if group.rest and number_of(group.rest[0]) is not None:
-            group.refuse("MODULE", found, f"with result element {group.rest[0]} is not supported; use one")
+            group.refuse(
+                "MODULE", found, f"with result element {group.rest[0]} is not supported; use one"
+            )
         yield group
 
 
@@ -275,13 +315,21 @@ def read_distance(lines: Lines, grid: Grid) -> Given:
         head = lines.group("NN", "XM", "RM", "Y1", "DY1")
         count = head.number(0)
         if count != int(count) or count < 2 or head.number(2) == 0 or head.number(4) <= 0:
-            head.refuse("NN, XM, RM, Y1, DY1", head.values, "must have two points or more, a radius and a positive DY1")
+            head.refuse(
+                "NN, XM, RM, Y1, DY1",
+                head.values,
+                "must have two points or more, a radius and a positive DY1",
+            )
         group = lines.many("B", int(count))
         return group, ibase, [*head.numbers()[1:], *group.numbers()]
     elif ibase == 9:
         group = lines.many("H", grid.size)
     else:
-        kinds.refuse("IBASE", ibase, "is not supported; supported: 1 (quadratic), 2 (profile), 9 (by element)")
+        kinds.refuse(
+            "IBASE",
+            ibase,
+            "is not supported; supported: 1 (quadratic), 2 (profile), 9 (by element)",
+        )
     return group, ibase, group.numbers()
 
 
@@ -298,7 +346,8 @@ def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
     else:
         axle, radius, first, step, *heights = values
         at, profile = (y - first) / step, np.array(heights)
-        k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)  # the outermost pieces go on beyond the profile
+        # the outermost pieces go on beyond the profile
+        k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)
         h = profile[k] + (at - k) * (profile[k + 1] - profile[k]) + (x - axle) ** 2 / (2 * radius)
     return SampledDistance(h if row is None else h[0])
 
@@ -309,22 +358,33 @@ def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
         if count != int(count) or count < 1:
             group.refuse(name, count, "is not a number of elements")
     if mx * my > MOST_ELEMENTS:
-        group.refuse("MX MY", f"{mx * my:.10g}", f"is more than the {MOST_ELEMENTS} elements that can be computed with")
+        group.refuse(
+            "MX MY",
+            f"{mx * my:.10g}",
+            f"is more than the {MOST_ELEMENTS} elements that can be computed with",
+        )
     return int(mx), int(my)
 
 
 MOST_ELEMENTS = 10_000_000
 
 LONG_ROW = 50
-"""Length of a row by its width from which it is as good as endless: the difference is of the order of its square."""
+"""Length of a row by its width from which it is as good as endless: the difference is of the order
+of its square."""
 
 
-def lattice(group: Group, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> tuple[Grid, Row | None]:
+def lattice(
+    group: Group, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float
+) -> tuple[Grid, Row | None]:
     """The elements; one long row, which stands for plane strain, as a line contact."""
     if ny > 1:
         with located(group):
             return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0), None
     if dy < LONG_ROW * nx * dx:
-        group.refuse("MY", 1, f"stands for plane strain, and needs DY of {LONG_ROW} MX DX at least; DY is {dy:g}")
+        group.refuse(
+            "MY",
+            1,
+            f"stands for plane strain, and needs DY of {LONG_ROW} MX DX at least; DY is {dy:g}",
+        )
     with located(group):
         return Grid(nx=nx, dx=dx, x0=x0), (y0 + dy / 2, dy)

@@ -1,4 +1,6 @@
-"""Solutions for other programs, one value an element: tables, CSV, VTK's files for ParaView, MATLAB's."""
+"""Solutions for other programs, one value an element: tables, CSV, VTK's files for ParaView,
+MATLAB's.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,18 @@ COLUMNS = (
 QUANTITIES = {"x": "length", "y": "length"}
 QUANTITIES |= {name: FIELDS[name.removesuffix("_x").removesuffix("_y")][1] for name in COLUMNS}
 """Columns of the table, and what each is measured in."""
-SINGLE = ("normal_force", "Fx", "Fy", "Mz", "approach", "vx", "vy", "spin", "max_pressure", "friction_work")
+SINGLE = (
+    "normal_force",
+    "Fx",
+    "Fy",
+    "Mz",
+    "approach",
+    "vx",
+    "vy",
+    "spin",
+    "max_pressure",
+    "friction_work",
+)
 LOADS = {"power": "work"} | {name: NUMBERS[name][0] for name in SINGLE}
 """Single numbers of a solution, as its properties are named."""
 
@@ -47,13 +60,21 @@ def units_by_name(sol: Solution) -> dict[str, str]:
     """Units of columns and of single numbers; in words where the scene names none."""
     units = sol.scene.units or IN_WORDS
     shift = sol.motion is not None and sol.motion.rolls == 0
-    return {name: units.of(kind, sol.scene.line, shift) for name, kind in {**QUANTITIES, **LOADS}.items()}
+    return {
+        name: units.of(kind, sol.scene.line, shift)
+        for name, kind in {**QUANTITIES, **LOADS}.items()
+    }
 
 
 def _columns(sol: Solution) -> dict[str, np.ndarray]:
     """Columns of the table, rows of elements after each other: (ny nx,)."""
     x, y = np.meshgrid(sol.grid.x, sol.grid.y)
-    fields = {"x": x, "y": y, "state": sol.state.astype(np.int8), "power_density": sol.power_density}
+    fields = {
+        "x": x,
+        "y": y,
+        "state": sol.state.astype(np.int8),
+        "power_density": sol.power_density,
+    }
     fields |= {name: getattr(sol, name) for name in ("pressure", "traction_bound", "distance")}
     for name in ("traction", "slip"):
         fields |= dict(zip((f"{name}_x", f"{name}_y"), getattr(sol, name), strict=True))
@@ -68,7 +89,11 @@ def _to_mat(sol: Solution) -> bytes:
     fields = {name: column.reshape(sol.grid.shape) for name, column in _columns(sol).items()}
     variables: dict[str, Any] = {**fields, "x": sol.grid.x, "y": sol.grid.y}
     variables |= {name: float(getattr(sol, name)) for name in LOADS}
-    variables |= {"units": units_by_name(sol), "scene": json.dumps(scene_to(sol.scene)), "format": FORMAT}
+    variables |= {
+        "units": units_by_name(sol),
+        "scene": json.dumps(scene_to(sol.scene)),
+        "format": FORMAT,
+    }
     made = io.BytesIO()
     savemat(made, variables, do_compression=True, oned_as="row")
     return MAT_HEAD.ljust(TEXT_OF_MAT) + made.getvalue()[TEXT_OF_MAT:]
@@ -105,14 +130,24 @@ def _to_vti(sol: Solution) -> bytes:
     left, bottom, dx, dy = map(float, (left, bottom, dx, dy))
     place = f'Origin="{left!r} {bottom!r} 0" Spacing="{dx!r} {dy!r} 1"'
     piece = f'<Piece Extent="{extent}">'
-    body = [f'<ImageData WholeExtent="{extent}" {place}>', piece, *_cell_data(sol), "</Piece>", "</ImageData>"]
+    body = [
+        f'<ImageData WholeExtent="{extent}" {place}>',
+        piece,
+        *_cell_data(sol),
+        "</Piece>",
+        "</ImageData>",
+    ]
     return _vtk_file("ImageData", body)
 
 
 def _cell_data(sol: Solution) -> list[str]:
     """Fields by element; vectors with three components, as VTK has them."""
     columns = _columns(sol)
-    arrays = [_array(name, columns[name]) for name in QUANTITIES if name not in ("x", "y") and name[-2] != "_"]
+    arrays = [
+        _array(name, columns[name])
+        for name in QUANTITIES
+        if name not in ("x", "y") and name[-2] != "_"
+    ]
     for name in ("traction", "slip"):
         plane = [columns[f"{name}_x"], columns[f"{name}_y"]]
         arrays.append(_array(name, np.stack([*plane, np.zeros_like(plane[0])], axis=1)))
@@ -138,7 +173,10 @@ def _vtk_file(kind: str, body: list[str]) -> bytes:
 
 VTK_HEAD = f'<?xml version="1.0"?>\n<!-- {FORMAT} -->\n'
 EXPORTS: dict[str, tuple[Callable[[Solution], bytes], bytes]] = {
-    ".csv": (lambda sol: dataframe(sol).to_csv(index=False).encode(), ",".join(QUANTITIES).encode()),
+    ".csv": (
+        lambda sol: dataframe(sol).to_csv(index=False).encode(),
+        ",".join(QUANTITIES).encode(),
+    ),
     ".vtu": (_to_vtu, re.escape(VTK_HEAD.encode())),
     ".vti": (_to_vti, re.escape(VTK_HEAD.encode())),
     ".mat": (_to_mat, MAT_HEAD),

@@ -36,7 +36,14 @@ from varcontact.io.records import (
     step_to_bytes,
 )
 from varcontact.io.scene_toml import scene_from, scene_to
-from varcontact.io.solution import AS_STORED, READ, SIZES, assembled, refuse_corrected, solution_from_bytes
+from varcontact.io.solution import (
+    AS_STORED,
+    READ,
+    SIZES,
+    assembled,
+    refuse_corrected,
+    solution_from_bytes,
+)
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -61,8 +68,12 @@ class Stored(Sequence[Solution]):
 
     @classmethod
     @contextmanager
-    def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
-        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history."""
+    def recording(
+        cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]
+    ) -> Iterator[Stored]:
+        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the
+        same history.
+        """
         files.check_writable("store", path, (".nc",))
         stored = cls(path, scene, plan, settings)
         with files.only_writer("store", path):
@@ -72,10 +83,14 @@ class Stored(Sequence[Solution]):
                 other = cls.read(path)
                 if _layout(path) is None:
                     raise OutputError(
-                        "store", path, "was written by an earlier version, and can only be read; name a new file"
+                        "store",
+                        path,
+                        "was written by an earlier version, and can only be read; name a new file",
                     )
                 if _identity(stored) != _identity(other):
-                    raise OutputError("store", path, "holds the history of another scene, or by other methods")
+                    raise OutputError(
+                        "store", path, "holds the history of another scene, or by other methods"
+                    )
                 other.check()
             yield stored
 
@@ -90,7 +105,10 @@ class Stored(Sequence[Solution]):
             with files.reading(path):
                 if form == HISTORY_FORMAT and _layout(path) is None:
                     raise ValueError(NOT_AS_WRITTEN)
-                scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
+                scene, plan = (
+                    scene_from(_entry(file, "scene")),
+                    Plan.of_record(_entry(file, "plan")),
+                )
                 settings = _entry(file, "settings")
                 settings["tol"] = checks.positive("tol", settings["tol"])
                 settings["polish"] = checks.flag("polish", settings["polish"])
@@ -98,7 +116,9 @@ class Stored(Sequence[Solution]):
                 if not isinstance(motion, Transient):
                     raise ValueError("steps of another motion than a Transient")
                 if "start" in file.variables:
-                    start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
+                    start = solution_from_bytes(
+                        path, np.array(file.variables["start"][:]).tobytes()
+                    )
                     scene = replace(scene, motion=replace(motion, start=start))
         return cls(path, scene, plan, settings)
 
@@ -115,10 +135,13 @@ class Stored(Sequence[Solution]):
         count = _count(self.path)
         size = self.path.stat().st_size
         if layout is not None:
-            # behind the steps that count is a part of the next one at most; others may add steps meanwhile
+            # behind the steps that count is a part of the next one at most; others may add steps
+            # meanwhile
             most = layout.begin + (_count(self.path) + 1) * layout.size
             if not layout.begin + count * layout.size <= size <= most:
-                raise OutputError("path", self.path, f"is damaged (it has not the size of {count} steps)")
+                raise OutputError(
+                    "path", self.path, f"is damaged (it has not the size of {count} steps)"
+                )
         return count
 
     def __getitem__(self, k: Any) -> Any:
@@ -142,7 +165,9 @@ class Stored(Sequence[Solution]):
         self.check([k])
         with _file(self.path) as file, files.reading(self.path, f"is damaged in step {k}"):
             grid = Grid(**_entry(file, "grid"))
-            found = {name: _native(file.variables[name][k]) for name in READ if name in file.variables}
+            found = {
+                name: _native(file.variables[name][k]) for name in READ if name in file.variables
+            }
             record = json.loads(file.variables["record"][k].tobytes())
             return assembled(self.scene.step(k, grid), grid, self.plan, found, record)
 
@@ -154,13 +179,16 @@ class Stored(Sequence[Solution]):
         with _file(self.path) as file, files.reading(self.path):
             if name != "friction_work" or "power_density" in file.variables:
                 return _native(file.variables[name][:])
-        return np.array([sol.friction_work for sol in self])  # an earlier version's was of another slip
+        # an earlier version's was of another slip
+        return np.array([sol.friction_work for sol in self])
 
     def put(self, k: int, sol: Solution) -> None:
         """Add the next step."""
         count = len(self)
         if count != k:
-            reason = f"has {count} steps where this run has written {k}: something else has changed it"
+            reason = (
+                f"has {count} steps where this run has written {k}: something else has changed it"
+            )
             raise OutputError("store", self.path, reason)
         if k == 0:
             with files.replacing("store", self.path) as file:
@@ -191,7 +219,9 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
 
 def check_history_file(field: str, path: Path, overwrite: bool) -> None:
     """Refuse a file to which no history may be written, see `save`."""
-    files.check_replaceable(field, path, (".nc",), "history", MAGIC + b".*varcontact history ", overwrite)
+    files.check_replaceable(
+        field, path, (".nc",), "history", MAGIC + b".*varcontact history ", overwrite
+    )
 
 
 def dataset(history: History) -> xr.Dataset:
@@ -245,17 +275,22 @@ def _count(path: Path) -> int:
 
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
-    """A file of ours with a whole header, open; nothing of it is in memory but what is asked for."""
+    """A file of ours with a whole header, open; nothing of it is in memory but what is asked
+    for.
+    """
     from scipy.io import netcdf_file
 
     _layout(path)
-    for left in reversed(range(10)):  # scipy maps it before it reads how many steps there are: one may come in between
+    # scipy maps it before it reads how many steps there are: one may come in between
+    for left in reversed(range(10)):
         try:
             file = netcdf_file(path, "r", mmap=True)
             break
         except Exception as error:  # whatever scipy makes of damaged bytes
             if left == 0:
-                raise OutputError("path", path, f"cannot be read as netCDF ({files.first_line(error)})") from None
+                raise OutputError(
+                    "path", path, f"cannot be read as netCDF ({files.first_line(error)})"
+                ) from None
     with file:
         yield file
 
@@ -265,7 +300,9 @@ def _entry(file: Any, name: str) -> Any:
 
 
 def _identity(stored: Stored) -> tuple[str, bytes]:
-    """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
+    """What has to be the same where a history goes on: scene, methods and settings, and the start
+    of its bodies.
+    """
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
     start = getattr(stored.scene.motion, "start", None)
     known = () if start is None else (start.pressure, start.traction, start.memory)

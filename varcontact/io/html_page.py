@@ -1,4 +1,6 @@
-"""A solution as one web page that needs nothing beside it: values, picture, certificate, scene and command."""
+"""A solution as one web page that needs nothing beside it: values, picture, certificate, scene and
+command.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def html_page(sol: Solution) -> bytes:
     image = base64.b64encode(picture.getvalue()).decode()
     title = escape(headline(sol))
     plan, accuracy = sol.plan, None if sol.error_estimate is None else sol.error_estimate.accuracy
-    how = f"--normal {plan.normal}" + (f" --tangential {plan.tangential}" if plan.has_friction else "")
+    how = f"--normal {plan.normal}" + (
+        f" --tangential {plan.tangential}" if plan.has_friction else ""
+    )
     if accuracy is not None:
         how = f"--accuracy {accuracy:g}"
     try:

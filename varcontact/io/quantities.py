@@ -1,4 +1,6 @@
-"""What is written of solutions and sweeps, by name: dimensions or none, the quantity, whose unit it has, and words."""
+"""What is written of solutions and sweeps, by name: dimensions or none, the quantity, whose unit it
+has, and words.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,11 @@ FIELDS = {
     "pressure": (ELEMENTS, "pressure", "normal traction, compression positive"),
     "traction": (("component", *ELEMENTS), "pressure", "tangential traction on body 1"),
     "slip": (("component", *ELEMENTS), "slip", "relative slip of body 1 over body 2"),
-    "power_density": (ELEMENTS, "power density", "work lost by friction by area, by distance rolled"),
+    "power_density": (
+        ELEMENTS,
+        "power density",
+        "work lost by friction by area, by distance rolled",
+    ),
     "distance": (ELEMENTS, "length", "deformed distance"),
     "state": (ELEMENTS, "1", "0 exterior, 1 stick, 2 slip, 3 plastic"),
     "traction_bound": (ELEMENTS, "pressure", "friction coefficient times pressure"),
@@ -15,16 +21,29 @@ FIELDS = {
     "force": (("component",), "force", "total tangential force on body 1"),
     "moment": ((), "moment", "twisting moment on body 1 about the origin"),
     "approach": ((), "length", "approach of the bodies"),
-    "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
+    "creepage": (
+        ("rigid",),
+        "1",
+        "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)",
+    ),
 }
 AROUND = ("relaxation", "axis", "y_around", "x_around")
 OPTIONAL = {
-    "weakening": (ELEMENTS, "1", "part of static - kinetic friction that particles have lost by slip"),
+    "weakening": (
+        ELEMENTS,
+        "1",
+        "part of static - kinetic friction that particles have lost by slip",
+    ),
     "memory": (AROUND, "pressure", "tractions that viscoelastic bodies remember"),
-    "plastic": (("flow", *ELEMENTS), "1", "third body: plastic displacement [length], yield stress [pressure]"),
+    "plastic": (
+        ("flow", *ELEMENTS),
+        "1",
+        "third body: plastic displacement [length], yield stress [pressure]",
+    ),
     "pressure_on_parts": (PARTS, "pressure", "normal traction, on parts of elements"),
 }
-"""Fields that some have: of histories under laws, viscoelastic bodies, third bodies that yield, elements in part."""
+"""Fields that some have: of histories under laws, viscoelastic bodies, third bodies that yield,
+elements in part."""
 
 NUMBERS = {
     "normal_force": ("force", "total compressive force"),
@@ -54,5 +73,8 @@ COUNTS = {
     "slip": ("1", "elements that slip"),
     "iterations": ("1", "iterations"),
 }
-ERRORS = {f"{name}_error": (NUMBERS[name][0], f"error bar of {name}") for name in ("Fx", "Fy", "Mz", "vx", "vy")}
+ERRORS = {
+    f"{name}_error": (NUMBERS[name][0], f"error bar of {name}")
+    for name in ("Fx", "Fy", "Mz", "vx", "vy")
+}
 """Error bars, of sweeps to an accuracy or within a time."""

@@ -43,7 +43,14 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.system.files import check_regular, check_writable, only_writer, reading, replacing, writing
+from varcontact.system.files import (
+    check_regular,
+    check_writable,
+    only_writer,
+    reading,
+    replacing,
+    writing,
+)
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
@@ -69,9 +76,16 @@ NOT_AS_WRITTEN = "its bytes are not those that were written"
 
 # Steps of a history
 RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
-"""Characters for how a step was found, without and with passes, of which the last are kept, or an estimate of its
-error; and for a solver's message."""
-SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by distance rolled, in a shift as it is")}
+"""Characters for how a step was found, without and with passes, of which the last are kept, or an
+estimate of its error; and for a solver's message."""
+SERIES = {
+    **FIELDS,
+    "friction_work": (
+        (),
+        "force",
+        "work lost by friction: by distance rolled, in a shift as it is",
+    ),
+}
 """The fields of each step: dimensions, quantity, description."""
 
 # Scenes of a sweep
@@ -79,8 +93,12 @@ OUTCOMES = ("solved", "approximate", "not converged", "refused", "unavailable", 
 LONGEST_OUTCOME, LONGEST_REASON = 16, 240
 
 
-def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool) -> bytes:
-    """The record of a step, with its checksum; of the first one the whole file, whose header has its own."""
+def step_to_bytes(
+    scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, first: bool
+) -> bytes:
+    """The record of a step, with its checksum; of the first one the whole file, whose header has
+    its own.
+    """
     from scipy.io import netcdf_file
 
     start = cast(Transient, scene.motion).start
@@ -91,8 +109,19 @@ def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solut
     file.layout = LAYOUT.format(0, 0, NO_DIGEST)
     file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
-    length = RECORD_OF_PASSES if plan.loops or scene.under_law or sol.error_estimate is not None else RECORD
-    sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
+    length = (
+        RECORD_OF_PASSES
+        if plan.loops or scene.under_law or sol.error_estimate is not None
+        else RECORD
+    )
+    sizes = {
+        "component": 2,
+        "y": sol.grid.rows,
+        "x": sol.grid.nx,
+        "rigid": 3,
+        "letters": 8,
+        "characters": length,
+    }
     sizes |= {name: place[1].size for name, place in places.items()}
     for dims, values, _ in variables.values():
         sizes |= zip(dims, values.shape, strict=True)
@@ -110,7 +139,9 @@ def step_to_bytes(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solut
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
     for name, (dims, values, said) in variables.items():
-        variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
+        variable = file.createVariable(
+            name, "b" if values.dtype == np.int8 else "d", ("step", *dims)
+        )
         variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
     record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
     record["passes"] = sol.passes[-LAST_PASSES:]
@@ -142,7 +173,9 @@ def with_layout(header: bytes, size: int) -> bytes:
 
 
 def header_digest(header: bytes) -> bytes:
-    """SHA-256 of the header of a history, but for its checksum and the number of steps, which grows."""
+    """SHA-256 of the header of a history, but for its checksum and the number of steps, which
+    grows.
+    """
     found = LAYOUT_PATTERN.search(header)
     assert found is not None
     parts = header[:COUNT_AT], header[COUNT_AT + 4 : found.start(3)], header[found.end(3) :]
@@ -150,7 +183,9 @@ def header_digest(header: bytes) -> bytes:
 
 
 def checked_layout(path: Path) -> Layout | None:
-    """The places of a history's steps, from a header whose checksum fits; None without any: of the format before."""
+    """The places of a history's steps, from a header whose checksum fits; None without any: of the
+    format before.
+    """
     with path.open("rb") as file:
         found = LAYOUT_PATTERN.search(file.read(LAYOUT_WITHIN))
         if found is None:
@@ -169,7 +204,10 @@ def check_steps(path: Path, layout: Layout, steps: Iterable[int]) -> None:
         for k in steps:
             file.seek(layout.begin + k * layout.size)
             record = file.read(layout.size)
-            if zlib.crc32(record[:-CHECK_BYTES]).to_bytes(CHECK_BYTES, "big") != record[-CHECK_BYTES:]:
+            if (
+                zlib.crc32(record[:-CHECK_BYTES]).to_bytes(CHECK_BYTES, "big")
+                != record[-CHECK_BYTES:]
+            ):
                 raise OutputError("path", path, f"is damaged in step {k} ({NOT_AS_WRITTEN})")
 
 
@@ -195,16 +233,23 @@ def blank(scenes: int, record: np.dtype) -> np.ndarray:
 def checksums(records: np.ndarray) -> np.ndarray:
     """Of each record, but for the checksum at its end."""
     size = records.dtype["check"].itemsize
-    return np.array([zlib.crc32(record.tobytes()[:-size]) for record in records], records.dtype["check"])
+    return np.array(
+        [zlib.crc32(record.tobytes()[:-size]) for record in records], records.dtype["check"]
+    )
 
 
 def finished(records: np.ndarray) -> np.ndarray:
     """Which records are of scenes that are solved, or have failed, and are whole."""
-    return np.isin(records["outcome"], np.array(OUTCOMES, "S")) & (records["check"] == checksums(records))
+    return np.isin(records["outcome"], np.array(OUTCOMES, "S")) & (
+        records["check"] == checksums(records)
+    )
 
 
 def tabulated(
-    records: np.ndarray, coordinates: xr.Coordinates, described: Mapping[str, Any], stored: bool = False
+    records: np.ndarray,
+    coordinates: xr.Coordinates,
+    described: Mapping[str, Any],
+    stored: bool = False,
 ) -> xr.Dataset:
     """Records by the coordinates; `stored` as in the file, with checksums, and words as bytes."""
     import xarray as xr
@@ -222,9 +267,15 @@ def tabulated(
             values = np.char.decode(values, "utf-8")
         columns[name] = tuple(coordinates), values, said
     settings = {name: value for name, value in described["settings"].items() if value is not None}
-    settings = {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}
+    settings = {
+        name: int(value) if isinstance(value, bool) else value for name, value in settings.items()
+    }
     if stored:
-        return xr.Dataset(columns, coordinates, settings | {"format": SWEEP_FORMAT, "sweep": json.dumps(described)})
+        return xr.Dataset(
+            columns,
+            coordinates,
+            settings | {"format": SWEEP_FORMAT, "sweep": json.dumps(described)},
+        )
     return xr.Dataset(columns, coordinates, settings).drop_vars("check")
 
 
@@ -232,9 +283,11 @@ def tabulated(
 def sweep_file(
     path: Path, records: np.ndarray, coordinates: xr.Coordinates, described: dict[str, Any]
 ) -> Iterator[tuple[np.ndarray, Callable[[int, np.ndarray], None]]]:
-    """The file of the same sweep, or a new one, for nobody else meanwhile: its records, and a function to put some.
+    """The file of the same sweep, or a new one, for nobody else meanwhile: its records, and a
+    function to put some.
 
-    These are put behind each other from a number on, and forced to the disk; what other readers go by comes last.
+    These are put behind each other from a number on, and forced to the disk; what other readers go
+    by comes last.
     """
     check_writable("store", path, (".nc",))
     described = json.loads(json.dumps(described))
@@ -243,13 +296,21 @@ def sweep_file(
             try:
                 records, _, there = read_sweep_file(path)
             except OutputError as error:
-                raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
+                raise OutputError(
+                    "store", path, f"exists already and {error.reason}; name a new file"
+                ) from None
             if there != described:
                 changed, old, new = "", there["settings"], described["settings"]
                 if there | {"settings": new} == described:
                     names = [name for name in new if old.get(name) != new[name]]
-                    changed = ", ".join(f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in names)
-                raise OutputError("store", path, f"holds another sweep{changed and f' ({changed})'}; name a new file")
+                    changed = ", ".join(
+                        f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in names
+                    )
+                raise OutputError(
+                    "store",
+                    path,
+                    f"holds another sweep{changed and f' ({changed})'}; name a new file",
+                )
         else:
             content = netcdf_to_bytes(tabulated(records, coordinates, described, stored=True))
             with replacing("store", path) as new:
@@ -260,7 +321,9 @@ def sweep_file(
             def put(first: int, solved: np.ndarray) -> None:
                 solved["check"] = checksums(solved)
                 with writing("store", path):
-                    if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
+                    if not (
+                        path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
+                    ):
                         reason = "has been replaced by something else since this sweep opened it"
                         raise OutputError("store", path, reason)
                     for name, (place, _) in places.items():
@@ -272,12 +335,16 @@ def sweep_file(
 
 
 def read_sweep_file(path: Path) -> tuple[np.ndarray, xr.Coordinates, dict[str, Any]]:
-    """The records of a sweep, those that are not whole as if nothing were there; their coordinates, and what it is."""
+    """The records of a sweep, those that are not whole as if nothing were there; their coordinates,
+    and what it is.
+    """
     import xarray as xr
 
     with reading(path, "cannot be read as a sweep"):
         checked_index(path)
-        need("the sweep in the file", 3.0 * path.stat().st_size, "a sweep of fewer scenes would fit")
+        need(
+            "the sweep in the file", 3.0 * path.stat().st_size, "a sweep of fewer scenes would fit"
+        )
         as_stored: dict[str, Any] = {"concat_characters": False, "decode_times": False}
         with xr.open_dataset(path, engine="h5netcdf", **as_stored) as opened:
             data = opened.load()
@@ -297,16 +364,22 @@ Index = dict[str, tuple[int, int]]
 
 
 def with_index(content: bytes, names: Iterable[str]) -> bytes:
-    """The file of a sweep, with the places of the values of these names behind it, and the checksum of the rest."""
+    """The file of a sweep, with the places of the values of these names behind it, and the checksum
+    of the rest.
+    """
     import h5py
 
     with h5py.File(io.BytesIO(content)) as file:
-        index = {name: (file[name].id.get_offset(), file[name].id.get_storage_size()) for name in names}
+        index = {
+            name: (file[name].id.get_offset(), file[name].id.get_storage_size()) for name in names
+        }
     return content + INDEX_MARK + f"{index_digest(content, index)} {json.dumps(index)}".encode()
 
 
 def index_digest(content: bytes | memoryview, index: Index) -> str:
-    """SHA-256 of what never changes in the file of a sweep: its index, and all bytes but the values."""
+    """SHA-256 of what never changes in the file of a sweep: its index, and all bytes but the
+    values.
+    """
     digest = hashlib.sha256(json.dumps(index).encode())
     at = 0
     for place, size in sorted(index.values()):
@@ -317,7 +390,9 @@ def index_digest(content: bytes | memoryview, index: Index) -> str:
 
 
 def checked_index(path: Path) -> Index:
-    """The places of the values in the file of a sweep, whose other bytes are as they were written."""
+    """The places of the values in the file of a sweep, whose other bytes are as they were
+    written.
+    """
     check_regular("path", path)
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
         end = content.rfind(INDEX_MARK)
@@ -338,5 +413,7 @@ def _of_no_sweep(path: Path, content: mmap) -> OutputError:
         return OutputError("path", path, f"is not a {SWEEP_FORMAT!r} file")
     if version[0].decode() == SWEEP_FORMAT:
         return OutputError("path", path, "is damaged (its index is missing)")
-    reason = "is a sweep of an earlier version: xarray.open_dataset reads it, but it cannot be continued"
+    reason = (
+        "is a sweep of an earlier version: xarray.open_dataset reads it, but it cannot be continued"
+    )
     return OutputError("path", path, reason)

@@ -15,7 +15,15 @@ from varcontact.elasticity.graded import Graded
 from varcontact.errors import SceneError
 from varcontact.interfaces.carried_friction import CarriedFriction
 from varcontact.interfaces.shear_strength import ShearStrength
-from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
+from varcontact.io.toml_tables import (
+    check_keys,
+    file_named,
+    make,
+    needed,
+    number_range,
+    read_toml,
+    table_of,
+)
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.carried import Carried
@@ -36,9 +44,21 @@ SURFACES = {
     "sampled-distance": SampledDistance,
 }
 BODIES: dict[str, type[Any]] = {"layered": Layered, "viscoelastic": Viscoelastic, "graded": Graded}
-MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "harmonic": Harmonic, "time-step": TimeStep}
-FRICTIONS: dict[str, type[Any]] = {**LAWS, "shear-strength": ShearStrength, "carried": CarriedFriction}
-KINDS = {cls: kind for kinds in (SURFACES, MOTIONS, FRICTIONS, BODIES) for kind, cls in kinds.items()}
+MOTIONS = {
+    "steady": Steady,
+    "shift": Shift,
+    "transient": Transient,
+    "harmonic": Harmonic,
+    "time-step": TimeStep,
+}
+FRICTIONS: dict[str, type[Any]] = {
+    **LAWS,
+    "shear-strength": ShearStrength,
+    "carried": CarriedFriction,
+}
+KINDS = {
+    cls: kind for kinds in (SURFACES, MOTIONS, FRICTIONS, BODIES) for kind, cls in kinds.items()
+}
 """The kind of each class."""
 PLACES: dict[str, Mapping[str, type[Any]] | type[Any]] = {
     "surface": SURFACES,
@@ -107,7 +127,9 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     return scene_from(table, folder), options
 
 
-def read_sweep_scene(path: str | Path, varies: bool = True) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
+def read_sweep_scene(
+    path: str | Path, varies: bool = True
+) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
     """Read a scene file with a table ``[over]``, of entries that take several values."""
     table, folder = read_toml(path, "scene file")
     options = solve_table(table)
@@ -147,8 +169,13 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
         if table.get(name, "auto") != "auto":
             table_of(name, table[name])
     rows = isinstance(table.get("grid"), Mapping) and "ny" in table["grid"]
-    dims = {"rigid_slip": 2, "factors": 2, "h": 2 if rows else 1}  # one row or column is line contact
-    entries = {name: _made(name, name, each, folder, dims) for name, each in table.items() if name != "friction"}
+    # one row or column is line contact
+    dims = {"rigid_slip": 2, "factors": 2, "h": 2 if rows else 1}
+    entries = {
+        name: _made(name, name, each, folder, dims)
+        for name, each in table.items()
+        if name != "friction"
+    }
     if "friction" in table:
         dims["friction"] = 1 if entries["surface"].line else 2
         entries["friction"] = _made("friction", "friction", table["friction"], folder, dims)
@@ -156,7 +183,8 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
 
 
 def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[str, int]) -> Any:
-    """What an entry called `key` stands for: the numbers of a file, what its table describes, or itself.
+    """What an entry called `key` stands for: the numbers of a file, what its table describes, or
+    itself.
 
     Files have as many dimensions as `dims` says, or one.
     """
@@ -180,7 +208,9 @@ def _made(name: str, key: str, value: Any, folder: Path | None, dims: Mapping[st
         return value
     if "y" in value:
         dims = {**dims, "h": 2, "height": 2}
-    entries = {inner: _made(f"{name}.{inner}", inner, each, folder, dims) for inner, each in value.items()}
+    entries = {
+        inner: _made(f"{name}.{inner}", inner, each, folder, dims) for inner, each in value.items()
+    }
     if key == "bodies" and "kind" not in entries:  # half-spaces
         modulus = "E" if "E" in entries else "G"
         check_keys(name, entries, (modulus, "nu", "E"))
@@ -199,7 +229,9 @@ def _kind(name: str, entries: dict[str, Any], kinds: Mapping[str, type[Any]]) ->
     if "kind" not in entries:
         known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
         unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
-        raise SceneError(f"{name}.kind", None, f"given: give one of {', '.join(kinds)}{''.join(unknown[:1])}")
+        raise SceneError(
+            f"{name}.kind", None, f"given: give one of {', '.join(kinds)}{''.join(unknown[:1])}"
+        )
     kind = entries.pop("kind")
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
@@ -240,7 +272,9 @@ def _plain(value: Any) -> Any:
             allowed = "laws and numbers: no file can hold a function; for the friction of a solution, sol.friction"
             raise SceneError("friction.factors", getattr(value, "__name__", "a function"), allowed)
         return value
-    entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
+    entries = {
+        f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"
+    }
     if isinstance(value, BodyPair) and not value.coupled:
         return _plain(value.upper)
     table = next(({"kind": KINDS[cls]} for cls in type(value).__mro__ if cls in KINDS), {})
@@ -248,7 +282,9 @@ def _plain(value: Any) -> Any:
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin: Any) -> np.ndarray:
-    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `ndmin` dimensions."""
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least
+    `ndmin` dimensions.
+    """
     check_keys(field, table, ("file",))
     path = file_named(f"{field}.file", needed(field, table, "file"), folder)
     try:
@@ -257,7 +293,9 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, ndmin:
         text = text_of(f"{field}.file", path)
         return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=ndmin)
     except (OSError, ValueError, EOFError, MemoryError) as error:
-        raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({first_line(error)})") from None
+        raise SceneError(
+            f"{field}.file", str(path), f"a readable file of numbers ({first_line(error)})"
+        ) from None
 
 
 WRITTEN = "# Written by varcontact\n"
@@ -267,10 +305,14 @@ WRITTEN = "# Written by varcontact\n"
 def scene_text(scene: Scene) -> str:
     """A scene as the text of a TOML file, see `Scene.to_toml`."""
     if isinstance(scene.motion, Transient) and scene.motion.start is not None:
-        allowed = 'left out: save it, and add start = "FILE.nc" to the table [motion] of the scene file'
+        allowed = (
+            'left out: save it, and add start = "FILE.nc" to the table [motion] of the scene file'
+        )
         raise SceneError("motion.start", "a solution", allowed)
     table = scene_to(scene)  # its own entries, then a section for each table in it
-    own = [f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
+    own = [
+        f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)
+    ]
     sections = [
         "\n".join([f"[{key}]", *(f"{inner} = {_value(each)}" for inner, each in value.items())])
         for key, value in table.items()

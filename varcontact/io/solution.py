@@ -30,7 +30,13 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import IN_WORDS
 from varcontact.solvers.interface import Calls
-from varcontact.system.files import begins_with, check_regular, check_replaceable, reading, write_whole
+from varcontact.system.files import (
+    begins_with,
+    check_regular,
+    check_replaceable,
+    reading,
+    write_whole,
+)
 from varcontact.system.process import need
 
 if TYPE_CHECKING:
@@ -56,28 +62,42 @@ ROUNDED = 1e-9
 def dataset(sol: Solution) -> xr.Dataset:
     """A solution as an xarray dataset, see `Solution.to_xarray`.
 
-    The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
-    scene names none; forces of a line contact are per unit length.
+    The attribute ``units`` of each variable is in the scene's units, or in words like
+    "force/length^2" where the scene names none; forces of a line contact are per unit length.
     """
     import xarray as xr
 
     shift = sol.motion is not None and sol.motion.rolls == 0
     variables, places, record = variables_of(sol, FIELDS, shift)
-    labels = {"component": ["x", "y"], "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"]}
+    labels = {
+        "component": ["x", "y"],
+        "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
+    }
     if sol.temperature is not None:
         words = {"long_name": "temperature of the surfaces of body 1 and body 2"}
         variables["temperature"] = ("body", "y", "x"), sol.temperature, words
         labels["body"] = ["upper", "lower"]
     coordinates = {"x": places["x"], "y": places["y"], **labels} | places
-    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record}
-    variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
+    rest = {
+        "scene": scene_to(sol.scene),
+        "grid": vars(sol.grid),
+        "plan": asdict(sol.plan),
+        **record,
+    }
+    variables["record"] = (
+        (),
+        json.dumps(rest),
+        {"long_name": "scene, plan, certificate and timing as JSON"},
+    )
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
 
 def variables_of(
     sol: Solution, fields: Mapping[str, Any], shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and how they were found."""
+    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and how
+    they were found.
+    """
     units, line = sol.scene.units or IN_WORDS, sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in {**fields, **OPTIONAL}.items():
@@ -92,7 +112,11 @@ def variables_of(
         ahead = (sol.memory.shape[-1] - sol.grid.nx) // 2
         grids["_around"] = sol.grid.window(-ahead, sol.grid.nx + ahead, -1, sol.grid.rows + 1)
     places: dict[str, Any] = {
-        axis + parts: (axis + parts, getattr(grid, axis), {"units": units.of("length"), "long_name": words})
+        axis + parts: (
+            axis + parts,
+            getattr(grid, axis),
+            {"units": units.of("length"), "long_name": words},
+        )
         for parts, grid in grids.items()
         for axis, words in (("x", "rolling direction"), ("y", "lateral direction"))
     }
@@ -108,7 +132,9 @@ def variables_of(
 
 
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
-    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
+    """Write a solution to a file in the format of its ending, whole or not at all, see
+    `Solution.save`.
+    """
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
     write_whole(field, path, FORMATS[path.suffix.lower()][0](sol))
@@ -121,7 +147,9 @@ def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
 
 
 def read(path: str | Path) -> Solution | History:
-    """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
+    """A solution or a history from its file, as it is stored: fields that no solution can have are
+    refused.
+    """
     from varcontact.io.history import Stored
     from varcontact.io.records import MAGIC
 
@@ -141,7 +169,8 @@ def solution_to_bytes(sol: Solution) -> bytes:
 
 
 def netcdf_to_bytes(data: xr.Dataset) -> bytes:
-    """A dataset as a netCDF-4 file, in memory: on a full disk HDF5 itself would bring the interpreter down.
+    """A dataset as a netCDF-4 file, in memory: on a full disk HDF5 itself would bring the
+    interpreter down.
 
     Without xarray's lock: beside a client of dask, it would ask the cluster for one of that file.
     """
@@ -171,23 +200,34 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
             record = json.loads(file["record"][()])
             found = {field.name[1:]: field[()] for field in stored}
     with reading(path):
-        scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
+        scene, grid, plan = (
+            scene_from(record["scene"]),
+            Grid(**record["grid"]),
+            Plan.of_record(record["plan"]),
+        )
         return assembled(scene, grid, plan, found, record)
 
 
 def refuse_corrected(path: Path, variables: Container[Any]) -> None:
-    """Refuse the variables of a solution, or of a history, that an earlier version corrected towards the continuum."""
+    """Refuse the variables of a solution, or of a history, that an earlier version corrected
+    towards the continuum.
+    """
     if CORRECTED in variables:
         reason = 'is of an earlier version, by refine = "continuum": solve its scene with accuracy in place of a grid, '
         raise OutputError("path", path, reason + "or read its fields by xarray.open_dataset")
 
 
-def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]) -> Solution:
-    """A solution from the variables of `READ` that a file has, and its record; ValueError for what none can be."""
+def assembled(
+    scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], record: dict[str, Any]
+) -> Solution:
+    """A solution from the variables of `READ` that a file has, and its record; ValueError for what
+    none can be.
+    """
     sizes, known = SIZES | {"y": grid.rows, "x": grid.nx}, FIELDS | OPTIONAL
     for name, values in found.items():  # `load` certifies the values
         of_dims = zip(known[name][0], values.shape, strict=True)
-        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)  # of parts as the first field has it
+        # of parts as the first field has it
+        shape = tuple(sizes.setdefault(dim, size) for dim, size in of_dims)
         if values.shape != shape or values.dtype.kind not in "iuf":
             raise ValueError(f"{name} that is not of numbers on the grid")
         numbers = values[~np.isnan(values)] if name in MAY_BE_UNKNOWN else values
@@ -195,10 +235,16 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
             raise ValueError("numbers beyond those that can be computed with, or not finite")
     if sizes.get("y_parts", 0) % grid.rows or sizes.get("x_parts", 0) % grid.nx:
         raise ValueError("fields that are not on parts of the elements")
-    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
+    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record[
+        "certificate"
+    ]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
-    fields = found | {"approach": float(found["approach"]), "creepage": tuple(map(float, found["creepage"]))}
-    fields.setdefault("power_density", np.full(grid.shape, np.nan))  # files of earlier versions have none
+    fields = found | {
+        "approach": float(found["approach"]),
+        "creepage": tuple(map(float, found["creepage"])),
+    }
+    # files of earlier versions have none
+    fields.setdefault("power_density", np.full(grid.shape, np.nan))
     estimate = record.get("error_estimate")
     sol = Solution(
         scene=scene,
@@ -210,7 +256,8 @@ def assembled(scene: Scene, grid: Grid, plan: Plan, found: dict[str, Any], recor
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
         warnings=tuple(str(warning) for warning in record.get("warnings", [])),
-        solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
+        # files written before these were counted have neither
+        solved_by=dict(record.get("solved_by", {})),
         calls={
             problem: {name: Calls(**each) for name, each in solvers.items()}
             for problem, solvers in record.get("calls", {}).items()
@@ -240,13 +287,20 @@ def check_entries(sol: Solution) -> None:
             (parts is not None) != (sol.plan.cells(scene) != (1, 1))
             or np.any(np.abs(on_elements - sol.pressure) > ROUNDED * sol.pressure.max())
         ),
-        "an approach that is not finite": not scene.approach_undetermined and np.isnan(sol.approach),
-        "creepages that are not finite": sol.motion and not no_creepage and np.isnan(sol.creepage).any(),
+        "an approach that is not finite": not scene.approach_undetermined
+        and np.isnan(sol.approach),
+        "creepages that are not finite": sol.motion
+        and not no_creepage
+        and np.isnan(sol.creepage).any(),
         "a certificate, times or iterations that are not numbers, zero or positive": (
-            certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0)
+            certificate.level not in LEVELS
+            or numbers.dtype.kind not in "iuf"
+            or np.any(numbers < 0)
         ),
         "no total time, or a branch that there is not": (
-            "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES)
+            "total" not in sol.timing
+            or not isinstance(sol.converged, bool)
+            or sol.branch not in ("", *BRANCHES)
         ),
     }
     for what, found in wrong.items():
@@ -255,7 +309,8 @@ def check_entries(sol: Solution) -> None:
 
 
 MARK = b"\nvarcontact sha256 "
-"""Between a file's bytes and their checksum, where netCDF and HDF5 do not look: HDF5 has none over the whole file."""
+"""Between a file's bytes and their checksum, where netCDF and HDF5 do not look: HDF5 has none over
+the whole file."""
 
 
 def with_checksum(content: bytes) -> bytes:
@@ -264,7 +319,8 @@ def with_checksum(content: bytes) -> bytes:
 
 
 def without_checksum(content: bytes) -> bytes:
-    """The bytes of a file without the checksum, which they have to fit; as they are, where there is none.
+    """The bytes of a file without the checksum, which they have to fit; as they are, where there is
+    none.
 
     A file that another program has written anew has none.
     """
@@ -275,4 +331,5 @@ def without_checksum(content: bytes) -> bytes:
 
 
 FORMATS = {".nc": (solution_to_bytes, rb"\x89HDF.*varcontact solution "), **EXPORTS}
-"""By the ending of a file the function that makes its bytes, and how it begins, as a regular expression."""
+"""By the ending of a file the function that makes its bytes, and how it begins, as a regular
+expression."""

@@ -1,4 +1,6 @@
-"""TOML files as tables: read, and their entries checked; whatever is wrong becomes an error that names it."""
+"""TOML files as tables: read, and their entries checked; whatever is wrong becomes an error that
+names it.
+"""
 
 from __future__ import annotations
 
@@ -45,12 +47,16 @@ def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
 
 
 def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Refuse keys that are not known; the error has the nearest one that is, or all of them where none is near."""
+    """Refuse keys that are not known; the error has the nearest one that is, or all of them where
+    none is near.
+    """
     for key in table:
         if key not in known:
             field = f"{name}.{key}" if name else key
             hint = checks.nearest(key, known) or f"; there are {', '.join(known)}"
-            raise SceneError(field, table[key], "left out", message=f"{field}: there is no such key{hint}")
+            raise SceneError(
+                field, table[key], "left out", message=f"{field}: there is no such key{hint}"
+            )
 
 
 def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
@@ -66,19 +72,33 @@ def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
 def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
     """Numbers ``{from = 0.0, to = 3e-3, count = 7}``; with ``spacing = "log"`` by equal ratios."""
     check_keys(field, table, ("from", "to", "count", "spacing"))
-    first, last = (checks.number(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to"))
+    first, last = (
+        checks.number(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to")
+    )
     count = checks.whole(f"{field}.count", needed(field, table, "count"), least=2, most=MOST_VALUES)
-    if checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log")) == "linear":
+    if (
+        checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log"))
+        == "linear"
+    ):
         return np.linspace(first, last, count).tolist()
     if first * last <= 0:
-        raise SceneError(f"{field}.from", first, 'of the same sign as "to", and neither zero, for spacing = "log"')
+        raise SceneError(
+            f"{field}.from",
+            first,
+            'of the same sign as "to", and neither zero, for spacing = "log"',
+        )
     return np.geomspace(first, last, count).tolist()
 
 
 def file_named(field: str, value: Any, folder: Path | None) -> Path:
     """A file that another file names: a regular one, sought beside it."""
     if folder is None:
-        raise SceneError(field, value, "numbers", message=f"{field}: only scene files may name files, stored ones not")
+        raise SceneError(
+            field,
+            value,
+            "numbers",
+            message=f"{field}: only scene files may name files, stored ones not",
+        )
     if not isinstance(value, str):
         raise SceneError(field, value, "the name of a file")
     path = folder / value

@@ -1,4 +1,6 @@
-"""A table book for vehicle codes: C99, the wrappers of MATLAB and Modelica, and functional mock-up units (FMUs)."""
+"""A table book for vehicle codes: C99, the wrappers of MATLAB and Modelica, and functional mock-up
+units (FMUs).
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,17 @@ from varcontact.errors import OutputError, SceneError
 from varcontact.reference.creepage_coefficients import END, coefficient_splines
 from varcontact.system.files import check_replaceable, reading, write_whole
 from varcontact.theories.table import NEAR, book_of
-from varcontact.theories.table_book import AT_FULL, HALFWAY, KNEE, MORE, ROOM, SPIN, TableBook, packed, shipped
+from varcontact.theories.table_book import (
+    AT_FULL,
+    HALFWAY,
+    KNEE,
+    MORE,
+    ROOM,
+    SPIN,
+    TableBook,
+    packed,
+    shipped,
+)
 
 LIBRARY = "vc_forces.c", "vc_forces.h", "vc_forces.m", "VcForces.mo"
 MARK = b"Made by varcontact"
@@ -39,7 +51,10 @@ BETWEEN = " Between them, the largest difference from exact solutions\n * at 127
 
 
 def write_c(
-    folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
+    folder: str | Path,
+    book: TableBook | None = None,
+    overwrite: bool = False,
+    field: str = "folder",
 ) -> list[Path]:
     """Write a table book as C99 source without dependencies, with the wrappers
     of MATLAB and Modelica.
@@ -70,14 +85,20 @@ def write_c(
 
     Notes
     -----
-    Forces are those of `theories.table_forces` to rounding, with derivatives by the creepages if wanted.
+    Forces are those of `theories.table_forces` to rounding, with derivatives by the creepages if
+    wanted.
     """
     known = _entries(book)
-    return _written(folder, {name: _filled(name, known).encode() for name in LIBRARY}, overwrite, field)
+    return _written(
+        folder, {name: _filled(name, known).encode() for name in LIBRARY}, overwrite, field
+    )
 
 
 def write_fmu(
-    folder: str | Path, book: TableBook | None = None, overwrite: bool = False, field: str = "folder"
+    folder: str | Path,
+    book: TableBook | None = None,
+    overwrite: bool = False,
+    field: str = "folder",
 ) -> list[Path]:
     """Write a table book as source-code FMUs of FMI 2.0 and 3.0, for model
     exchange and co-simulation.
@@ -106,7 +127,9 @@ def write_fmu(
         archive = {f"sources/{name}": text.encode() for name, text in sources.items()}
         archive["modelDescription.xml"] = _filled(f"fmi{version}.xml", known).encode()
         if version == 3:
-            archive["sources/buildDescription.xml"] = _filled("buildDescription.xml", known).encode()
+            archive["sources/buildDescription.xml"] = _filled(
+                "buildDescription.xml", known
+            ).encode()
         if binary is not None and places is not None:
             archive[f"binaries/{places[k]}/vc_forces{places[2]}"] = binary
         content = BytesIO()
@@ -119,7 +142,9 @@ def write_fmu(
 
 
 def _filled(name: str, known: Mapping[str, object]) -> str:
-    return Template((files("varcontact.data") / "vehicle_codes" / name).read_text(encoding="utf-8")).substitute(known)
+    return Template(
+        (files("varcontact.data") / "vehicle_codes" / name).read_text(encoding="utf-8")
+    ).substitute(known)
 
 
 def _entries(book: TableBook | None) -> dict[str, object]:
@@ -127,9 +152,19 @@ def _entries(book: TableBook | None) -> dict[str, object]:
     book = book_of(book)
     least, greatest = book.range
     if least < np.exp(-END) or greatest > np.exp(END):
-        raise SceneError("a/b", (least, greatest), "within 1e-3 and 1e3 in a book for vehicle codes")
+        raise SceneError(
+            "a/b", (least, greatest), "within 1e-3 and 1e3 in a book for vehicle codes"
+        )
     table, coefficients = packed(book.splines), coefficient_splines(book.nu)
-    constants = {"HALFWAY": HALFWAY, "KNEE": KNEE, "ROOM": ROOM, "SPIN": SPIN, "MORE": MORE, "near": NEAR, "end": END}
+    constants = {
+        "HALFWAY": HALFWAY,
+        "KNEE": KNEE,
+        "ROOM": ROOM,
+        "SPIN": SPIN,
+        "MORE": MORE,
+        "near": NEAR,
+        "end": END,
+    }
     constants |= {"nu": book.nu, "least": least, "greatest": greatest}
     return {
         **{name: repr(float(value)) for name, value in constants.items()},
@@ -171,7 +206,9 @@ def _compiled(sources: Mapping[str, str]) -> bytes | None:
         return (Path(folder) / "library").read_bytes()
 
 
-def _written(folder: str | Path, contents: Mapping[str, bytes], overwrite: bool, field: str) -> list[Path]:
+def _written(
+    folder: str | Path, contents: Mapping[str, bytes], overwrite: bool, field: str
+) -> list[Path]:
     """Write files in a folder, none before all are known to be writable."""
     where = checks.file_name(field, folder)
     with reading(where, "cannot be made", field):

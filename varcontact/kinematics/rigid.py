@@ -1,4 +1,6 @@
-"""Rigid bodies and frames, their distance, rigid slip and creepages (paper, sections 1.1 to 1.5)."""
+"""Rigid bodies and frames, their distance, rigid slip and creepages (paper, sections 1.1 to
+1.5).
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,10 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     >>> rotation(yaw=np.pi / 2).round(6) @ [1.0, 0.0, 0.0]
     array([0., 1., 0.])
     """
-    angles = [checks.number(name, value) for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))]
+    angles = [
+        checks.number(name, value)
+        for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))
+    ]
     (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
     about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
@@ -50,14 +55,17 @@ _vector = partial(checks.array, shape=(3,), meant="three numbers")
 def _rotation(field: str, value: object) -> np.ndarray:
     matrix = checks.array(field, value, shape=(3, 3), meant="a matrix of 3 x 3")
     if np.abs(matrix @ matrix.T - np.eye(3)).max() > UNIT or np.linalg.det(matrix) < 0:
-        raise SceneError(field, value, message=f"{field} must be a rotation: orthonormal columns, right-handed")
+        raise SceneError(
+            field, value, message=f"{field} must be a rotation: orthonormal columns, right-handed"
+        )
     return matrix
 
 
 class _Placed(Checked):
     """What has axes at a place, in the global frame."""
 
-    _place: ClassVar[tuple[str, str]]  # names of the place and of the matrix whose columns are the axes
+    # names of the place and of the matrix whose columns are the axes
+    _place: ClassVar[tuple[str, str]]
 
     def globally(self, points: np.ndarray) -> np.ndarray:
         """Its own `points` (..., 3) in the global frame."""
@@ -71,7 +79,14 @@ class _Placed(Checked):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RigidBody(_Placed, path="body", position=_vector, rotation=_rotation, velocity=_vector, angular_velocity=_vector):
+class RigidBody(
+    _Placed,
+    path="body",
+    position=_vector,
+    rotation=_rotation,
+    velocity=_vector,
+    angular_velocity=_vector,
+):
     """Where a rigid body is, and how it moves: ``x = A y + R``, (5).
 
     Parameters
@@ -109,7 +124,8 @@ class RigidBody(_Placed, path="body", position=_vector, rotation=_rotation, velo
     def velocity_at(self, points: np.ndarray) -> np.ndarray:
         """Velocity (..., 3) of the particles that are at `points` (..., 3) of the global frame."""
         a, b, c = self.angular_velocity
-        turning = np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])  # np.cross takes ten times as long
+        # np.cross takes ten times as long
+        turning = np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])
         return np.asarray(self.velocity + (np.asarray(points) - self.position) @ turning)
 
     def after(self, time: float) -> RigidBody:
@@ -117,7 +133,9 @@ class RigidBody(_Placed, path="body", position=_vector, rotation=_rotation, velo
         from scipy.spatial.transform import Rotation
 
         turn = Rotation.from_rotvec(self.angular_velocity * time).as_matrix()
-        return replace(self, position=self.position + time * self.velocity, rotation=turn @ self.rotation)
+        return replace(
+            self, position=self.position + time * self.velocity, rotation=turn @ self.rotation
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,11 +211,15 @@ def distance(point1: np.ndarray, point2: np.ndarray, normal: np.ndarray) -> np.n
     >>> float(distance([0.0, 0.0, 2.0], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0]))
     1.5
     """
-    return np.asarray(np.sum((np.asarray(point1) - np.asarray(point2)) * np.asarray(normal), axis=-1))
+    return np.asarray(
+        np.sum((np.asarray(point1) - np.asarray(point2)) * np.asarray(normal), axis=-1)
+    )
 
 
 def rigid_slip(body1: RigidBody, body2: RigidBody, points: np.ndarray) -> np.ndarray:
-    """Creep (22): velocity (..., 3) of `body1` over `body2` at `points` (..., 3) of the global frame [length/time]."""
+    """Creep (22): velocity (..., 3) of `body1` over `body2` at `points` (..., 3) of the global
+    frame [length/time].
+    """
     return body1.velocity_at(points) - body2.velocity_at(points)
 
 
@@ -239,7 +261,8 @@ def creepages(
 
     Examples
     --------
-    The simplified wheel of section 1.5, z up: radius 0.5, angular velocity 19, the rail drawn backwards at 10.
+    The simplified wheel of section 1.5, z up: radius 0.5, angular velocity 19, the rail drawn
+    backwards at 10.
 
     >>> wheel = RigidBody(position=[0.0, 0.0, 0.5], angular_velocity=[0.0, 19.0, 0.0])
     >>> rail = RigidBody(position=[0.0, 0.0, 0.0], velocity=[-10.0, 0.0, 0.0])
@@ -248,8 +271,12 @@ def creepages(
     0.051282 at 9.75
     """
     moving = np.zeros(3) if frame_velocity is None else _vector("frame_velocity", frame_velocity)
-    first = frame.axes.T @ (body1.velocity_at(frame.origin if at1 is None else _vector("at1", at1)) - moving)
-    second = frame.axes.T @ (body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving)
+    first = frame.axes.T @ (
+        body1.velocity_at(frame.origin if at1 is None else _vector("at1", at1)) - moving
+    )
+    second = frame.axes.T @ (
+        body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving
+    )
     speed = -float(first[0] + second[0]) / 2
     if speed <= 0:
         rolling = f"along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, and must be positive"
@@ -287,5 +314,7 @@ def spin_pole(vx: float, vy: float, spin: float) -> tuple[float, float]:
     """
     vx, vy = checks.number("vx", vx), checks.number("vy", vy)
     if checks.number("spin", spin) == 0:
-        raise SceneError("spin", spin, "not zero: without spin the rigid slip is the same everywhere")
+        raise SceneError(
+            "spin", spin, "not zero: without spin the rigid slip is the same everywhere"
+        )
     return -vy / spin, vx / spin

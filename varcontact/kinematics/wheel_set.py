@@ -11,7 +11,11 @@ from varcontact.reference.creepage_coefficients import creepage_coefficients
 
 
 def _pair(field: str, value: object) -> tuple[float, ...]:
-    return tuple(array(field, value, shape=(2,), meant="two numbers, of the left and the right wheel").tolist())
+    return tuple(
+        array(
+            field, value, shape=(2,), meant="two numbers, of the left and the right wheel"
+        ).tolist()
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,8 +80,8 @@ class WheelSetMotion(
     def creepages(self) -> tuple[Creepages, Creepages]:
         """Of the left and the right wheel over the rails, (135) to (139).
 
-        Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without which Klingel's
-        rolling would have the creep ``-omega gamma y / V`` where it has none.
+        Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without
+        which Klingel's rolling would have the creep ``-omega gamma y / V`` where it has none.
         """
         mean, difference = sum(self.radii) / 2, (self.radii[0] - self.radii[1]) / 2
         driven = 1 - self.angular_velocity * mean / self.speed
@@ -117,7 +121,11 @@ def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> flo
     >>> print(f"{klingel_wavelength(1 / 40, 0.5, 0.715):.1f} m")
     23.8 m
     """
-    gamma, R, b = positive("conicity", conicity), positive("radius", radius), positive("half_gauge", half_gauge)
+    gamma, R, b = (
+        positive("conicity", conicity),
+        positive("radius", radius),
+        positive("half_gauge", half_gauge),
+    )
     return 2 * math.pi * math.sqrt(R * b / gamma)
 
 
@@ -149,8 +157,8 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
 
     Notes
     -----
-    Hertz's circle has ``a^3 = 3 N R (1 - nu)/(4 G)``, spin is ``gamma/R``, and the linear theory's force by it
-    ``G a^3 C23 gamma/R``. The paper prints 16 in place of 4.
+    Hertz's circle has ``a^3 = 3 N R (1 - nu)/(4 G)``, spin is ``gamma/R``, and the linear theory's
+    force by it ``G a^3 C23 gamma/R``. The paper prints 16 in place of 4.
 
     Examples
     --------

@@ -1,4 +1,6 @@
-"""Fields over the contact: maps of stick and slip with tractions and of others in colours; curves along rows."""
+"""Fields over the contact: maps of stick and slip with tractions and of others in colours; curves
+along rows.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,9 @@ FIELDS = {
     "slip": Field("Slip of body 1 over body 2", "slip", "slip", "YlOrBr"),
     "distance": Field("Distance of the bodies", "distance", "length", "cividis", outside=True),
     "power_density": Field("Power density of friction", "work by area", "power density", "YlOrBr"),
-    "temperature": Field("Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True),
+    "temperature": Field(
+        "Temperature of body 1", "temperature [degrees]", "1", "inferno", outside=True
+    ),
 }
 """By the word for `Solution.plot`, which is the name in the solution."""
 
@@ -52,8 +56,12 @@ def is_shift(sol: Solution) -> bool:
     return sol.motion is not None and sol.motion.rolls == 0
 
 
-def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any) -> None:
-    """Areas of elements (ny, nx) by their state, between lines at x and y; each in one rectangle for a run along x."""
+def draw_states(
+    ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plastic: bool, **options: Any
+) -> None:
+    """Areas of elements (ny, nx) by their state, between lines at x and y; each in one rectangle
+    for a run along x.
+    """
     for number, (name, look) in enumerate(list(style.LOOKS.items())[: 2 + plastic], 1):
         inside = np.pad(state == number, ((0, 0), (0, 1))).ravel()
         first, end = np.flatnonzero(np.diff(inside, prepend=False)).reshape(-1, 2).T
@@ -65,15 +73,20 @@ def draw_states(ax: Axes, state: np.ndarray, x: np.ndarray, y: np.ndarray, plast
         ax.add_patch(PathPatch(outline, gid=name, label=name, **look, **options))
 
 
-def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
-    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture.
+def draw_areas(
+    ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None
+) -> None:
+    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the
+    picture.
 
-    `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow, if not given.
+    `box` is the contact with a margin, `largest` the largest traction, that with the longest arrow,
+    if not given.
     """
     shown = box_of(sol.state > 0, sol.grid) if box is None else box
     lengths = measure(sol.scene, "length", sol.grid.box)
     state = sol.state
-    if isinstance(sol.motion, Steady):  # slip at the leading edge, before elements that stick, is grid error
+    # slip at the leading edge, before elements that stick, is grid error
+    if isinstance(sol.motion, Steady):
         around = np.pad(state, ((0, 0), (1, 1)))
         leading = (around[:, 2:] == EXTERIOR) & (around[:, :-2] == STICK)
         state = np.where(leading & (state == SLIP), STICK, state)
@@ -82,7 +95,15 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     size = np.hypot(*sol.traction).max(initial=0.0)
     if _draw_arrows(ax, sol.grid, sol.traction, sol.state > 0, 26, lengths, shown, largest or size):
         words = f"traction, up to {measure(sol.scene, 'pressure', size).text(size)}"
-        ax.plot([], [], color=style.TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words)
+        ax.plot(
+            [],
+            [],
+            color=style.TRACTION_COLOUR,
+            marker=r"$\rightarrow$",
+            markersize=9,
+            ls="",
+            label=words,
+        )
     vx, vy, spin = sol.creepage
     left, right, bottom, top = shown
     if spin != 0 and left < -vy / spin < right and bottom < vx / spin < top:
@@ -93,7 +114,8 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
 
 
 def draw_field(ax: Axes, sol: Solution, name: str) -> None:
-    """One of `FIELDS`: in colours with its bar, slip with its directions, and outside the contact its edge; or a curve.
+    """One of `FIELDS`: in colours with its bar, slip with its directions, and outside the contact
+    its edge; or a curve.
 
     In line contact vectors are drawn by their components, over stick and slip areas.
     """
@@ -134,18 +156,25 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
     _frame(ax, sol, lengths, box)
     contact = sol.state > 0
     if field.outside and contact.any():
-        ax.contour(lengths(sol.grid.x), lengths(sol.grid.y), contact, [0.5], colors="w", linewidths=1.0)
+        ax.contour(
+            lengths(sol.grid.x), lengths(sol.grid.y), contact, [0.5], colors="w", linewidths=1.0
+        )
         ax.plot([], [], color="0.6", linewidth=1.0, label="contact edge")
         style.legend_below(ax)
 
 
 def draw_section(
-    ax: Axes, sol: Solution, y: float | None = None, box: Box | None = None, largest: float | None = None
+    ax: Axes,
+    sol: Solution,
+    y: float | None = None,
+    box: Box | None = None,
+    largest: float | None = None,
 ) -> None:
-    """A row of elements: tractions and their size within the traction bound; without a motion the pressure.
+    """A row of elements: tractions and their size within the traction bound; without a motion the
+    pressure.
 
-    In line contact over stick and slip areas; then `box` is the contact with a margin, `largest` the traction that has
-    room, all of this solution if not given.
+    In line contact over stick and slip areas; then `box` is the contact with a margin, `largest`
+    the traction that has room, all of this solution if not given.
     """
     line, grid = sol.scene.line, sol.grid
     row, lengths = int(np.argmax(sol.pressure.max(axis=1))), measure(sol.scene, "length", grid.box)
@@ -210,13 +239,18 @@ def _draw_arrows(
     box: Box,
     largest: float,
 ) -> bool:
-    """Arrows on some elements, `most` along a side, the longest nearly two distances long; whether there are any."""
+    """Arrows on some elements, `most` along a side, the longest nearly two distances long; whether
+    there are any.
+    """
     every = max(1, int(np.ceil(max(grid.shape) / most)))
-    iy, ix = (every * i + every // 2 for i in np.nonzero(where[every // 2 :: every, every // 2 :: every]))
+    iy, ix = (
+        every * i + every // 2 for i in np.nonzero(where[every // 2 :: every, every // 2 :: every])
+    )
     if largest <= 0 or ix.size == 0:
         return False
     u, v = values[:, iy, ix] / largest
-    # if axes are not to one scale, directions are kept on the page, and the longest arrow is a twentieth of its width
+    # if axes are not to one scale, directions are kept on the page, and the longest arrow is a
+    # twentieth of its width
     scale: dict[str, Any] = {"angles": "uv", "scale_units": "width", "scale": 20}
     if to_scale(box):
         length = 1.6 * every * float(lengths(max(grid.sides)))
@@ -243,12 +277,22 @@ def to_scale(box: Box) -> bool:
 
 
 def _x_label(sol: Solution, lengths: Measure) -> str:
-    return lengths.label("x") + style.ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, "")
+    return lengths.label("x") + style.ROLLING.get(
+        sol.motion.rolls if sol.motion is not None else 0, ""
+    )
 
 
 def _line_areas(ax: Axes, sol: Solution, lengths: Measure) -> None:
     x, page = lengths(sol.grid.lines[0]), np.array([0.0, 1.0])
-    draw_states(ax, sol.state, x, page, sol.plastic is not None, transform=ax.get_xaxis_transform(), zorder=0)
+    draw_states(
+        ax,
+        sol.state,
+        x,
+        page,
+        sol.plastic is not None,
+        transform=ax.get_xaxis_transform(),
+        zorder=0,
+    )
 
 
 def _draw_components(ax: Axes, x: np.ndarray, values: np.ndarray, line: bool) -> None:

@@ -1,4 +1,6 @@
-"""Pictures in frequency: Bode's and Nyquist's diagrams of a response, and the growth of corrugation over wavelength."""
+"""Pictures in frequency: Bode's and Nyquist's diagrams of a response, and the growth of corrugation
+over wavelength.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,15 @@ from varcontact.results.frequency import FrequencyResponse
 if TYPE_CHECKING:
     import xarray as xr
 
-NAMES = {"Fx": "F_x", "Fy": "F_y", "Mz": "M_z", "Fz": "F_z", "vx": "v_x", "vy": "v_y", "spin": r"\varphi"}
+NAMES = {
+    "Fx": "F_x",
+    "Fy": "F_y",
+    "Mz": "M_z",
+    "Fz": "F_z",
+    "vx": "v_x",
+    "vy": "v_y",
+    "spin": r"\varphi",
+}
 NAMES |= {"normal_force": "N", "roughness": "r", "approach": r"\delta"}
 
 
@@ -35,7 +45,9 @@ def plot_response(
         size, phase, plane = panels["size"], panels["phase"], panels["plane"]
         size.loglog(waves(k), measured(np.abs(values)), color=style.colour(0))
         phase.semilogx(waves(k), np.degrees(np.unwrap(np.angle(values))), color=style.colour(0))
-        plane.plot(measured(values.real), measured(values.imag), "o-", markersize=2, color=style.colour(0))
+        plane.plot(
+            measured(values.real), measured(values.imag), "o-", markersize=2, color=style.colour(0)
+        )
         plane.axhline(0, color="k", linewidth=0.5)
         plane.axvline(0, color="k", linewidth=0.5)
         plane.set_aspect("equal", "datalim")
@@ -84,7 +96,9 @@ def plot_growth(
             style.colour_bar(ax, image, ax.get_ylabel())
             ax.set_ylabel("speed")
         else:
-            ax.semilogx(x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label)
+            ax.semilogx(
+                x, values, "o-", color=style.colour(len(ax.lines)), markersize=3, label=label
+            )
             ax.axhline(0, color="k", linewidth=0.5, zorder=0)
         style.legend_below(ax)
     return figure

@@ -1,4 +1,6 @@
-"""Pictures of a history: forces, creepages and areas over one abscissa, and all steps as a moving picture."""
+"""Pictures of a history: forces, creepages and areas over one abscissa, and all steps as a moving
+picture.
+"""
 
 from __future__ import annotations
 
@@ -28,18 +30,25 @@ FEW = 40
 
 
 def plot_history(history: History, figsize: tuple[float, float] | None = None) -> Figure:
-    """Forces, creepages where forces are prescribed, and the areas along the middle row, over one abscissa."""
+    """Forces, creepages where forces are prescribed, and the areas along the middle row, over one
+    abscissa.
+    """
     places, edges, label = _abscissa(history)
     found = {}  # creepages that prescribed forces gave: NaN in steps where none is sought or known
     for i, force in enumerate(("Fx", "Fy")):
         motions = [sol.motion for sol in history]
-        sought = [motion is not None and motion.rolls != 0 and getattr(motion, force) is not None for motion in motions]
+        sought = [
+            motion is not None and motion.rolls != 0 and getattr(motion, force) is not None
+            for motion in motions
+        ]
         values = np.where(sought, history.creepage[:, i], np.nan)
         if np.isfinite(values).any():
             found[i] = values
     panels = 3 if found else 2
     with style.styled():
-        figure, axes = style.new_figure(panels, 1, (style.COLUMN * 1.5, 0.4 + 1.7 * panels), figsize, sharex=True)
+        figure, axes = style.new_figure(
+            panels, 1, (style.COLUMN * 1.5, 0.4 + 1.7 * panels), figsize, sharex=True
+        )
         _draw_forces(axes[0], history, places)
         if found:
             measured = measure(None, "1", list(found.values()))
@@ -63,7 +72,8 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
 def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
     """Places of the steps, the edges between which each takes place, and the label.
 
-    These are the distance rolled, or the numbers of the steps where steps after the first are in place.
+    These are the distance rolled, or the numbers of the steps where steps after the first are in
+    place.
     """
     if len(history) > 1 and np.all(history.dq[1:] > 0):
         measured = measure(history.scene, "length", history.rolled)
@@ -76,13 +86,23 @@ def _abscissa(history: History) -> tuple[np.ndarray, np.ndarray, str]:
 def _draw_forces(ax: Axes, history: History, places: np.ndarray) -> None:
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
-    measured = measure(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
+    measured = measure(
+        history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq]
+    )
     markers = ("o", "s") if len(history) < FEW else ("", "")
     size = np.abs(history.force).max(initial=0.0)
     for i, (name, line) in enumerate((("$F_x$", "-"), ("$F_y$", "--"))):
         values = history.force[:, i]
         if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
-            ax.plot(places, measured(values), line, marker=markers[i], markersize=2.5, label=name, clip_on=False)
+            ax.plot(
+                places,
+                measured(values),
+                line,
+                marker=markers[i],
+                markersize=2.5,
+                label=name,
+                clip_on=False,
+            )
     if finite:
         ax.plot(places, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
         ax.plot(places, -measured(limit), color="0.45", linestyle=":")
@@ -96,7 +116,9 @@ def animate(
     field: str = "path",
     overwrite: bool = False,
 ) -> None:
-    """Write a moving picture of a history, see `History.animate`; `field` is what the path is called in errors."""
+    """Write a moving picture of a history, see `History.animate`; `field` is what the path is
+    called in errors.
+    """
     path = checks.file_name(field, path)
     fps = checks.number("fps", checks.positive("fps", fps), most=100.0)
     if len(history) == 0:
@@ -111,14 +133,18 @@ def animate(
         film = Path(folder) / f"film{path.suffix.lower()}"
         _draw_steps(history, film, writer)
         content = film.read_bytes()
-    write_whole(field, path, content if style.MARK.encode() in content else content + style.MARK.encode())
+    write_whole(
+        field, path, content if style.MARK.encode() in content else content + style.MARK.encode()
+    )
 
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
     check_replaceable(field, path, KINDS, "picture", style.OURS, overwrite, inputs)
     if not KINDS[path.suffix.lower()].isAvailable():
-        raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
+        raise OutputError(
+            field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else"
+        )
 
 
 def _draw_steps(history: History, film: Path, writer: Any) -> None:
@@ -130,7 +156,9 @@ def _draw_steps(history: History, film: Path, writer: Any) -> None:
         largest = max(largest, float(np.hypot(*sol.traction).max()))
         if line and np.all(np.isfinite(sol.traction_bound)):
             largest = max(largest, float(sol.traction_bound.max()))
-    figure, (above, below) = style.new_figure(2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
+    figure, (above, below) = style.new_figure(
+        2, 1, (style.COLUMN * 1.4, 4.8), height_ratios=(2.2, 1)
+    )
     _draw_forces(below, history, places)
     below.set_xlabel(label)
     below.legend(**style.BESIDE)

@@ -43,7 +43,9 @@ def plot(
             figure, axes = style.new_figure(len(names), 1, size, figsize, sharex=True)
         else:  # of one height
             left, right, bottom, top = box = box_of(sol.state > 0, sol.grid)
-            shape = float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if to_scale(box) else 1.0
+            shape = (
+                float(np.clip((top - bottom) / (right - left), 0.7, 1.3)) if to_scale(box) else 1.0
+            )
             side = 2.8 if len(names) == 1 else 1.45  # beside it are labels and a colour bar
             figure, axes = style.new_panels(len(names), shape * side + 1.3, figsize)
             for panel in axes:
@@ -72,19 +74,29 @@ def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
             names = ["pressure"] if sol.scene.line else ["pressure", "section"]
         else:
             names = ["traction", "slip"] if sol.scene.line else ["pressure", "traction", "section"]
-        return names if ax is None else [names[0] if sol.scene.line or sol.scene.motion is None else "traction"]
+        return (
+            names
+            if ax is None
+            else [names[0] if sol.scene.line or sol.scene.motion is None else "traction"]
+        )
     names = [what] if isinstance(what, str) or not isinstance(what, Sequence) else list(what)
     for name in names:
         checks.choice("what", name, PANELS)
         if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
-            raise SceneError("what", name, "pressure, distance or section, where there is no motion")
+            raise SceneError(
+                "what", name, "pressure, distance or section, where there is no motion"
+            )
         if name == "temperature" and sol.temperature is None:
-            raise SceneError("what", name, "another panel: temperatures need thermal data, and steady rolling")
+            raise SceneError(
+                "what", name, "another panel: temperatures need thermal data, and steady rolling"
+            )
         if name == "power_density" and np.isnan(sol.power_density).all():
             allowed = f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
             raise SceneError("what", name, allowed)
     if not names or (ax is not None and len(names) > 1):
-        raise SceneError("what", what, "one panel" + (" for one ax" if ax is not None else " at least"))
+        raise SceneError(
+            "what", what, "one panel" + (" for one ax" if ax is not None else " at least")
+        )
     return names
 
 
@@ -103,7 +115,10 @@ def plot_passes(sol: Solution) -> Figure:
         message = f"solution has no passes to plot (coupling {sol.plan.coupling}): loops and laws of friction have them"
         raise SceneError("solution", sol.plan.coupling, message=message)
     if isinstance(sol.scene.friction, Law):
-        shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
+        shown, changed = (
+            f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}",
+            "coefficients",
+        )
     else:
         shown = f"{sol.plan.coupling}, {sol.scene.difference}"
         changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
@@ -111,7 +126,9 @@ def plot_passes(sol: Solution) -> Figure:
         figure, (ax,) = style.new_figure(1, 1, (style.COLUMN, 2.6))
         changes, residuals = np.array(sol.passes).T
         passes = np.arange(1, len(residuals) + 1)
-        ax.semilogy(passes, residuals, "o-", color=style.TRACTION_COLOUR, label="residual of the whole")
+        ax.semilogy(
+            passes, residuals, "o-", color=style.TRACTION_COLOUR, label="residual of the whole"
+        )
         ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", label=f"change of the {changed}")
         ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         ax.set_xlabel("pass")

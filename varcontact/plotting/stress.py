@@ -104,24 +104,38 @@ def plot_stress(
         else:
             values = np.stack([getattr(each, quantity) for each in fields])
         places = np.stack([[each.points[i] for each in fields] for i in axes])
-        lengths, stresses = measure(sol.scene, "length", places), measure(sol.scene, "pressure", values)
+        lengths, stresses = (
+            measure(sol.scene, "length", places),
+            measure(sol.scene, "pressure", values),
+        )
         shown = stresses(values)
-        levels = MaxNLocator(20, symmetric=signed).tick_values(float(shown.min()), float(shown.max()))
+        levels = MaxNLocator(20, symmetric=signed).tick_values(
+            float(shown.min()), float(shown.max())
+        )
         for first, second, value in zip(*lengths(places), shown, strict=True):
-            image = drawn.contourf(first, second, value, levels, cmap="RdBu_r" if signed else "viridis")
-            drawn.contour(first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid")
+            image = drawn.contourf(
+                first, second, value, levels, cmap="RdBu_r" if signed else "viridis"
+            )
+            drawn.contour(
+                first, second, value, levels[::2], colors="k", linewidths=0.3, linestyles="solid"
+            )
         style.colour_bar(drawn, image, stresses.label(name))
         if plane == "xy":
             x_lines, y_lines = lengths(sol.grid.x), lengths(sol.grid.y)
             inside = (sol.pressure > 0).astype(float)
-            for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
-                drawn.contour(x_lines, y_lines, inside, [0.5], colors=ink, linewidths=width, linestyles=line)
+            # black on white: seen on all colours
+            for ink, width, line in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):
+                drawn.contour(
+                    x_lines, y_lines, inside, [0.5], colors=ink, linewidths=width, linestyles=line
+                )
             drawn.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
         else:
             cells = _cells(sol, axes[0])
             ends = lengths(sol.grid.lines[axes[0]][[cells[0], cells[-1] + 1]])
             drawn.axhline(0, color="0.35", linewidth=0.6)
-            drawn.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
+            drawn.plot(
+                ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact"
+            )
         most = int(np.abs(values).argmax())  # a cross where the stress is largest in size
         value = float(values.flat[most])
         first, second = (float(lengths(each.flat[most])) + 0.0 for each in places)
@@ -142,7 +156,9 @@ def plot_stress(
 def _cut(
     sol: Solution, plane: Any, x: Any, y: Any, depth: Any, side: int
 ) -> tuple[list[SubsurfaceStress], tuple[int, int], float, str]:
-    """Fields where a stress is shown, the two axes of the picture, and the place on the third with its name."""
+    """Fields where a stress is shown, the two axes of the picture, and the place on the third with
+    its name.
+    """
     plane = checks.choice("plane", plane, PLANES)
     if sol.scene.line and plane != "xz":
         raise SceneError("plane", plane, '"xz" in line contact, which is the same in all sections')
@@ -169,7 +185,9 @@ def _cut(
         at = checks.number(third, given, most=FARTHEST)
     fields = []
     for half, sign in ((1, 1.0), (2, -1.0)):
-        z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, along, indexing="ij")
+        z, place = np.meshgrid(
+            sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, along, indexing="ij"
+        )
         points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
         fields.append(stress(sol, points, half))
     return fields, (axis, 2), at, "" if sol.scene.line else third
@@ -182,7 +200,9 @@ def _cells(sol: Solution, axis: int) -> np.ndarray:
 
 
 def _abscissae(sol: Solution, axis: int) -> np.ndarray:
-    """Coordinates below element centres, half a contact's length beyond it on both sides; `axis` as of `_cells`."""
+    """Coordinates below element centres, half a contact's length beyond it on both sides; `axis` as
+    of `_cells`.
+    """
     side, first = sol.grid.sides[axis], (sol.grid.x, sol.grid.y)[axis][0]
     cells = _cells(sol, axis)
     every = max(1, int(np.ceil(cells.size / ACROSS)))

@@ -1,4 +1,6 @@
-"""Pictures of studies: creep-force curves, comparisons of methods, refinements of the grid, and tradeoffs."""
+"""Pictures of studies: creep-force curves, comparisons of methods, refinements of the grid, and
+tradeoffs.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +28,16 @@ if TYPE_CHECKING:
     from varcontact.study.convergence import Convergence
     from varcontact.study.tradeoff import Tradeoff
 
-CREEPAGES = {"vx": ("longitudinal creepage", "1"), "vy": ("lateral creepage", "1"), "spin": ("spin", "spin")}
-SHIFTS = {"vx": ("shift along x", "length"), "vy": ("shift along y", "length"), "spin": ("rotation", "1")}
+CREEPAGES = {
+    "vx": ("longitudinal creepage", "1"),
+    "vy": ("lateral creepage", "1"),
+    "spin": ("spin", "spin"),
+}
+SHIFTS = {
+    "vx": ("shift along x", "length"),
+    "vy": ("shift along y", "length"),
+    "spin": ("rotation", "1"),
+}
 STYLES = ("-", "--", ":")
 LEGEND = {
     "auto": "exact",
@@ -41,7 +51,8 @@ LEGEND = {
 LEAST_DISTANCE = 1e-16
 """Distances below are rounding, and drawn here."""
 LEAST_ERROR = 1e-5
-"""Errors in per cent of the unit below which the references' own bars are all that is seen: drawn here."""
+"""Errors in per cent of the unit below which the references' own bars are all that is seen: drawn
+here."""
 MOST_ERROR = 100.0
 """Errors in per cent above which a method is of no use: not drawn."""
 
@@ -99,10 +110,14 @@ def plot_curve(
     normalised, total = checks.flag("normalised", normalised), checks.flag("total", total)
     read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
     curves, x_label, force, limit = read(solutions, against, normalised)
-    largest = np.nanmax([np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0)
+    largest = np.nanmax(
+        [np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0
+    )
     shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
     several = len(curves) > 1
-    y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
+    y_label = (
+        f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
+    )
     with style.panel(ax, figsize, (style.COLUMN * 1.15, 2.9)) as (figure, ax):
         for number, (name, (x, forces)) in enumerate(curves.items()):
             lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in shown]
@@ -112,12 +127,19 @@ def plot_curve(
                 words = f"{name}: {part}" if name and len(lines) > 1 else name or part
                 every = max(1, len(x) // 12)
                 ax.plot(
-                    x, values, **style.look(number if several else j), linestyle=STYLES[j], markevery=every, label=words
+                    x,
+                    values,
+                    **style.look(number if several else j),
+                    linestyle=STYLES[j],
+                    markevery=every,
+                    label=words,
                 )
         if normalised:
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
         ax.axhline(0.0, color="k", linewidth=0.5)
-        ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
+        ax.set(
+            xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label)
+        )
         style.legend_below(ax, columns=2)
         figure.draw_without_rendering()
     return figure
@@ -127,12 +149,18 @@ Curves = dict[str, tuple[np.ndarray, np.ndarray]]
 """By name, what is along x and the forces (n, 2) with the sign turned, as shown."""
 
 
-def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curves, str, Measure, str]:
+def _of_solutions(
+    solutions: Any, against: str, normalised: bool
+) -> tuple[Curves, str, Measure, str]:
     """Curves, the label along x, how forces are shown, and the name of what they are divided by."""
     given = dict(solutions) if isinstance(solutions, Mapping) else {"": solutions}
     allowed = "a list of solutions that all roll or all shift, as scan gives them, or a dict of such by name"
     for curve in given.values():
-        if not isinstance(curve, Sequence) or not curve or not all(isinstance(sol, Solution) for sol in curve):
+        if (
+            not isinstance(curve, Sequence)
+            or not curve
+            or not all(isinstance(sol, Solution) for sol in curve)
+        ):
             raise SceneError("solutions", solutions, allowed)
     every = [sol for curve in given.values() for sol in curve]
     if any(sol.motion is None for sol in every) or len({is_shift(sol) for sol in every}) != 1:
@@ -146,7 +174,9 @@ def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curve
     words, quantity = (SHIFTS if is_shift(every[0]) else CREEPAGES)[name]
     values = [getattr(sol, name) for sol in every]
     along = measure(None, "1", values) if quantity == "1" else measure(scene, quantity, values)
-    force = Measure(1.0, "") if normalised else measure(scene, "force", [sol.force for sol in every])
+    force = (
+        Measure(1.0, "") if normalised else measure(scene, "force", [sol.force for sol in every])
+    )
     curves = {}
     for label, curve in given.items():
         loads = [sol.normalised if normalised else sol for sol in curve]
@@ -158,11 +188,18 @@ def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curve
 
 def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str, Measure, str]:
     """The same of the curves of `creep_curve`, one for each method."""
-    if not {"Fx", "Fy", *CREEPAGES} <= {str(name) for name in found.variables} or found.Fx.dims != ("theory", "point"):
-        raise SceneError("solutions", type(found), message="solutions: not a dataset of creep_curve")
+    if not {"Fx", "Fy", *CREEPAGES} <= {str(name) for name in found.variables} or found.Fx.dims != (
+        "theory",
+        "point",
+    ):
+        raise SceneError(
+            "solutions", type(found), message="solutions: not a dataset of creep_curve"
+        )
     limit = float(found.attrs.get("limit", np.nan))
     if normalised and not limit > 0:
-        raise SceneError("normalised", normalised, "False: these curves have no single limit of friction")
+        raise SceneError(
+            "normalised", normalised, "False: these curves have no single limit of friction"
+        )
     if against == "auto":  # lengths are unknown here: creepages come before the spin
         moving = [name for name in ("vx", "vy") if np.ptp(found[name].values) > 0] or ["spin"]
         against = max(moving, key=lambda name: float(np.ptp(found[name].values)))
@@ -170,7 +207,10 @@ def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str
     forces = -np.stack([found.Fx.values, found.Fy.values], axis=-1) / (limit if normalised else 1.0)
     x = along(found[against].values)
     names = [str(name) for name in found.theory.values]
-    shown = [LEGEND.get(name, name.replace("fastsim", "FASTSIM").replace("fastrip", "FaStrip")) for name in names]
+    shown = [
+        LEGEND.get(name, name.replace("fastsim", "FASTSIM").replace("fastrip", "FaStrip"))
+        for name in names
+    ]
     curves = {label: (x, each) for label, each in zip(shown, forces, strict=True)}
     return curves, along.label(CREEPAGES[against][0]), Measure(1.0, ""), "friction limit"
 
@@ -217,8 +257,9 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
 def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None) -> Figure:
     """A panel for each quantity with a limit, a colour for each method.
 
-    Small points are single solves, large ones means over the offsets, each by its distance from the extrapolated
-    value; the line has the fitted order. What is below the level of the shade is within the error of that value.
+    Small points are single solves, large ones means over the offsets, each by its distance from the
+    extrapolated value; the line has the fitted order. What is below the level of the shade is
+    within the error of that value.
     """
     limits = [row for row in study.limits.to_dict("records") if np.isfinite(row["order"])]
     names = list(dict.fromkeys(row["quantity"] for row in limits))
@@ -233,7 +274,12 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             for row in (row for row in limits if row["quantity"] == name):
                 _draw_limit(ax, study, row, methods.index(row["method"]))
             cells = sorted(set(study.runs["cells"]))
-            ax.set(xscale="log", yscale="log", title=name.replace("_", " "), xlabel="elements across the contact")
+            ax.set(
+                xscale="log",
+                yscale="log",
+                title=name.replace("_", " "),
+                xlabel="elements across the contact",
+            )
             shown = cells[:: -(-len(cells) // (5 if len(names) > 1 else 8))]
             ax.set_xticks(cells, labels=[str(n) if n in shown else "" for n in cells])
             ax.xaxis.minorticks_off()
@@ -243,10 +289,21 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
             ax.set_ylabel("distance from\nextrapolated value")
         if names:
             key = [
-                Line2D([], [], color="0.4", marker=".", markersize=3, ls="", alpha=0.5, label="single solve"),
+                Line2D(
+                    [],
+                    [],
+                    color="0.4",
+                    marker=".",
+                    markersize=3,
+                    ls="",
+                    alpha=0.5,
+                    label="single solve",
+                ),
                 Line2D([], [], color="0.4", marker="o", ls="", label="mean of a grid"),
                 Line2D([], [], color="0.4", ls="--", label="fitted order"),
-                Patch(color="0.4", alpha=0.15, linewidth=0, label="error of the extrapolated value"),
+                Patch(
+                    color="0.4", alpha=0.15, linewidth=0, label="error of the extrapolated value"
+                ),
             ]
             figure.legend(handles=key, ncols=4, loc="outside upper left")
         figure.draw_without_rendering()
@@ -255,12 +312,17 @@ def plot_convergence(study: Convergence, quantities: Sequence[str] | None = None
 
 def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) -> None:
     name, method, value = row["quantity"], row["method"], row["value"]
-    runs = study.runs[(study.runs["method"] == method) & study.runs["outcome"].isin(["solved", "approximate"])]
+    runs = study.runs[
+        (study.runs["method"] == method) & study.runs["outcome"].isin(["solved", "approximate"])
+    ]
     grids = study.grids[(study.grids["method"] == method) & study.grids[name].notna()]
     cells, errors = grids["cells"].to_numpy(), (grids[name] - value).abs().to_numpy()
     tint = style.colour(number)
     ax.plot(runs["cells"], (runs[name] - value).abs(), ".", color=tint, alpha=0.4, markersize=3)
-    label = row["reason"] or f"order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
+    label = (
+        row["reason"]
+        or f"order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
+    )
     if study.runs["method"].nunique() > 1:
         label = f"{method}, {label}"
     ax.plot(cells, errors, **style.look(number), linestyle="", label=label)
@@ -272,12 +334,22 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
 
 
 def plot_tradeoff(study: Tradeoff) -> Figure:
-    """Errors of methods over processor seconds: the largest of each class of scenes, and the front; a panel a class."""
+    """Errors of methods over processor seconds: the largest of each class of scenes, and the front;
+    a panel a class.
+    """
     kinds, families = (list(dict.fromkeys(study.classes[name])) for name in ("kind", "family"))
     with style.styled():
-        looks = {name: style.look(i) | {"markersize": 3.5, "linestyle": ""} for i, name in enumerate(families)}
+        looks = {
+            name: style.look(i) | {"markersize": 3.5, "linestyle": ""}
+            for i, name in enumerate(families)
+        }
         if "accuracy" in looks:  # hollow: the grid was found for it
-            looks["accuracy"] |= {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0}
+            looks["accuracy"] |= {
+                "color": "k",
+                "marker": "o",
+                "markerfacecolor": "none",
+                "markersize": 6.0,
+            }
         looks["front"] = {"color": "0.3", "lw": 0.8, "zorder": 0}
         figure, axes = style.new_panels(len(kinds), 2.8)
         for ax, kind in zip(axes, kinds, strict=True):

@@ -1,4 +1,6 @@
-"""How all pictures look, and their files: the style, figures, sizes in print, ticks, and legends that cover nothing."""
+"""How all pictures look, and their files: the style, figures, sizes in print, ticks, and legends
+that cover nothing.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,8 @@ LOOKS: dict[str, dict[str, Any]] = {
     "slip": {"facecolor": SLIP_COLOUR, "edgecolor": "#c98a5a", "hatch": "//////", "linewidth": 0},
     "plastic": {"facecolor": "#d9c7e3", "edgecolor": "#7d5f91", "hatch": "....", "linewidth": 0},
 }
-"""Of areas in the order of their states: in print the colours of stick and slip are the same grey."""
+"""Of areas in the order of their states: in print the colours of stick and slip are the same
+grey."""
 
 ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
@@ -45,7 +48,9 @@ _SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator
 
 
 class Picture(Figure):
-    """A figure outside pyplot's registry: a loop of pictures fills no memory, and a notebook shows each once."""
+    """A figure outside pyplot's registry: a loop of pictures fills no memory, and a notebook shows
+    each once.
+    """
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
@@ -71,7 +76,9 @@ def look(number: int) -> dict[str, Any]:
 
 
 def empty_figure(default: tuple[float, float], figsize: Any = None) -> Picture:
-    """A figure without axes, of the width and height that are given or the default [inch]; call it within `styled`."""
+    """A figure without axes, of the width and height that are given or the default [inch]; call it
+    within `styled`.
+    """
     sizes = checks.numbers("figsize", default if figsize is None else figsize)
     if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
         raise SceneError("figsize", figsize, "(width, height) in inches, each from 0.5 to 100")
@@ -99,8 +106,12 @@ def new_panels(count: int, height: float, figsize: Any = None) -> tuple[Figure, 
 
 
 @contextmanager
-def panel(ax: Axes | None, figsize: Any, default: tuple[float, float]) -> Iterator[tuple[Figure, Axes]]:
-    """The axes that are given, or those of a new figure, after it, and the style for what is drawn within."""
+def panel(
+    ax: Axes | None, figsize: Any, default: tuple[float, float]
+) -> Iterator[tuple[Figure, Axes]]:
+    """The axes that are given, or those of a new figure, after it, and the style for what is drawn
+    within.
+    """
     if not isinstance(ax, Axes | None):
         raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
     with styled():
@@ -115,7 +126,11 @@ def legend_below(ax: Axes, columns: int = 3) -> None:
     if not found:
         return
     ticks = max((float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]), default=8.0)
-    points = 6 + 1.5 * ticks + 1.5 * float(ax.xaxis.label.get_fontsize()) * len(ax.get_xlabel().splitlines())
+    points = (
+        6
+        + 1.5 * ticks
+        + 1.5 * float(ax.xaxis.label.get_fontsize()) * len(ax.get_xlabel().splitlines())
+    )
     down = ScaledTranslation(0, -points / 72, ax.figure.dpi_scale_trans)
     ax.legend(
         ncols=min(columns, len(found)),
@@ -136,15 +151,23 @@ def colour_bar(ax: Axes, image: Any, label: str) -> None:
 def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
     """Refuse a picture that could not, or must not, be written, before any work is done for it.
 
-    `inputs` are files that have to stay; `overwrite` is for a file that is no picture which varcontact drew.
+    `inputs` are files that have to stay; `overwrite` is for a file that is no picture which
+    varcontact drew.
     """
     kinds = sorted(set(FigureCanvasAgg.get_supported_filetypes()) - {"pgf"})  # which is for LaTeX
-    check_replaceable(FIELD, path, [f".{kind}" for kind in kinds], "picture", OURS, overwrite, inputs)
+    check_replaceable(
+        FIELD, path, [f".{kind}" for kind in kinds], "picture", OURS, overwrite, inputs
+    )
 
 
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the path's ending, whole or not at all."""
     picture, kind = io.BytesIO(), path.suffix[1:].lower()
     with reading(path, "cannot be drawn", FIELD, (OSError, RuntimeError, ValueError)):
-        figure.savefig(picture, format=kind, dpi=300, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
+        figure.savefig(
+            picture,
+            format=kind,
+            dpi=300,
+            metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None,
+        )
     write_whole(FIELD, path, picture.getvalue())

@@ -1,4 +1,6 @@
-"""Numbers and units on the axes of pictures: prefixes by size where the units are metric, as given where not."""
+"""Numbers and units on the axes of pictures: prefixes by size where the units are metric, as given
+where not.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ _PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 
 
 @dataclass(frozen=True)
 class Measure:
-    """A quantity as shown: its numbers times `factor` are in `unit`, empty where the scene names none."""
+    """A quantity as shown: its numbers times `factor` are in `unit`, empty where the scene names
+    none.
+    """
 
     factor: float
     unit: str
@@ -53,8 +57,8 @@ class Measure:
 def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
     """How values in the units of a scene are shown: the largest has the prefix that fits.
 
-    `quantity` is one of `_POWERS` or "1"; forces and moments of line contact are per unit length. Where no prefix
-    fits, the unit has a power of a thousand.
+    `quantity` is one of `_POWERS` or "1"; forces and moments of line contact are per unit length.
+    Where no prefix fits, the unit has a power of a thousand.
     """
     units, line = (None, False) if scene is None else (scene.units, scene.line)
     sizes = np.abs(np.asarray(values, dtype=float))
@@ -74,7 +78,8 @@ def measure(scene: Scene | None, quantity: str, values: Any) -> Measure:
         fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
             prefix
             for prefix, size in _PREFIXES.items()
-            if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1) and not (symbol == "m" and size > 1)
+            if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1)
+            and not (symbol == "m" and size > 1)
         ]
         prefix = "" if largest == 0 else [*fitting, "n"][0]
         factor, unit = factor / _PREFIXES[prefix], prefix + symbol

@@ -2,7 +2,12 @@
 
 from varcontact.reference.bufler import Bufler, bufler
 from varcontact.reference.carter import Carter, carter
-from varcontact.reference.cattaneo import CattaneoLine, CattaneoMindlin, cattaneo_line, cattaneo_mindlin
+from varcontact.reference.cattaneo import (
+    CattaneoLine,
+    CattaneoMindlin,
+    cattaneo_line,
+    cattaneo_mindlin,
+)
 from varcontact.reference.creepage_coefficients import (
     CreepageCoefficients,
     creepage_coefficients,

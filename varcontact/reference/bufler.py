@@ -46,12 +46,16 @@ class Bufler:
     bodies: CombinedConstants
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Pressure pz [force/area] at points `x` [length], in their shape; zero outside the contact."""
+        """Pressure pz [force/area] at points `x` [length], in their shape; zero outside the
+        contact.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.cos(phase)
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction px [force/area] at points `x` [length], in their shape; zero outside the contact."""
+        """Traction px [force/area] at points `x` [length], in their shape; zero outside the
+        contact.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.sin(phase)
 
@@ -65,7 +69,9 @@ class Bufler:
         return np.where(np.abs(x) < self.a, peak * root, 0.0), 2 * self.eta * np.arctanh(t)
 
 
-def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a: float | None = None) -> Bufler:
+def bufler(
+    R: float, bodies: CombinedConstants, *, force: float | None = None, a: float | None = None
+) -> Bufler:
     """Free rolling of unlike cylinders in the direction of x, with friction so
     large that nothing slips.
 
@@ -91,8 +97,9 @@ def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a
 
     Notes
     -----
-    Stick ``du/dx = vx`` and contact ``dw/dx = -x/R`` over the strip, with the derivatives of the displacement
-    differences in plane strain and ``beta = K / (1 - nu)`` (Dundurs), are one equation for ``P = pz + i px``::
+    Stick ``du/dx = vx`` and contact ``dw/dx = -x/R`` over the strip, with the derivatives of the
+    displacement differences in plane strain and ``beta = K / (1 - nu)`` (Dundurs), are one equation
+    for ``P = pz + i px``::
 
         (1/pi) PV int P(t)/(x - t) dt + i beta P(x) = G/(2 (1 - nu)) (x/R - i vx),    |x| < a.
 
@@ -127,6 +134,8 @@ def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a
     elastic(bodies)
     eta = math.atanh(bodies.K / (1 - bodies.combined_nu)) / math.pi
     more = 1 + 4 * eta**2  # so many times the force of Hertz's contact of the same half-width
-    hertz = line_contact(R, bodies, force=None if force is None else positive("force", force) / more, a=a)
+    hertz = line_contact(
+        R, bodies, force=None if force is None else positive("force", force) / more, a=a
+    )
     force = more * hertz.force if force is None else float(force)
     return Bufler(hertz.a, force, -2 * eta * hertz.a / hertz.R, eta, hertz.R, bodies)

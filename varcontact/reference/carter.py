@@ -49,23 +49,35 @@ class Carter:
         return self.friction * self.contact.a / self.contact.R
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction along x [force/area] at points `x` [length]: the bound, less a Hertz-like one where it sticks."""
+        """Traction along x [force/area] at points `x` [length]: the bound, less a Hertz-like one
+        where it sticks.
+        """
         a, c = self.contact.a, self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - np.asarray(x) ** 2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - (np.asarray(x) - (a - c)) ** 2, 0.0)) / a
-        return math.copysign(self.friction * self.contact.peak_pressure, -self.creepage) * (outer - inner)
+        return math.copysign(self.friction * self.contact.peak_pressure, -self.creepage) * (
+            outer - inner
+        )
 
     def slip(self, x: np.ndarray) -> np.ndarray:
-        """Relative slip [-] of body 1 over body 2 at points `x` [length]: zero in the stick area, nan outside."""
+        """Relative slip [-] of body 1 over body 2 at points `x` [length]: zero in the stick area,
+        nan outside.
+        """
         x, a, c = np.asarray(x, dtype=float), self.contact.a, self.stick_half_width
         beyond = np.maximum((x - (a - c)) ** 2 - c**2, 0.0)
         excess = max(abs(self.creepage) - self.full_sliding_creepage, 0.0)
-        size = np.where(x <= a - 2 * c, self.friction / self.contact.R * np.sqrt(beyond), 0.0) + excess
+        size = (
+            np.where(x <= a - 2 * c, self.friction / self.contact.R * np.sqrt(beyond), 0.0) + excess
+        )
         return np.where(np.abs(x) <= a, math.copysign(1.0, self.creepage) * size, np.nan)
 
 
 def carter(
-    contact: LineContact, friction: float, *, creepage: float | None = None, force: float | None = None
+    contact: LineContact,
+    friction: float,
+    *,
+    creepage: float | None = None,
+    force: float | None = None,
 ) -> Carter:
     """Carter's steady rolling in the direction of x, like cylinders.
 
@@ -93,9 +105,9 @@ def carter(
 
     Notes
     -----
-    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson 1985). The relative slip is
-    ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From a creepage of ``f a / R``
-    on, the whole contact slides, and the force is ``f N``.
+    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson 1985). The
+    relative slip is ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 -
+    c^2)``. From a creepage of ``f a / R`` on, the whole contact slides, and the force is ``f N``.
 
     Examples
     --------
@@ -113,9 +125,19 @@ def carter(
         force = number("force", force)
         part = part_of_limit(force, limit)
         root = math.sqrt(1 - part)
-        return Carter(contact, friction, -math.copysign(full * part / (1 + root), force), force, contact.a * root)
+        return Carter(
+            contact,
+            friction,
+            -math.copysign(full * part / (1 + root), force),
+            force,
+            contact.a * root,
+        )
     creepage = number("creepage", creepage)
     part = min(abs(creepage) / full, 1.0)
     return Carter(
-        contact, friction, creepage, -math.copysign(limit * part * (2 - part), creepage), contact.a * (1 - part)
+        contact,
+        friction,
+        creepage,
+        -math.copysign(limit * part * (2 - part), creepage),
+        contact.a * (1 - part),
     )

@@ -44,7 +44,9 @@ class CattaneoMindlin:
     shift: float
 
     def traction(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Traction along x [force/area] at points `x`, `y` [length]: the bound, less Hertz's shape where it sticks."""
+        """Traction along x [force/area] at points `x`, `y` [length]: the bound, less Hertz's shape
+        where it sticks.
+        """
         r2 = np.asarray(x) ** 2 + np.asarray(y) ** 2
         p0, a, c = self.friction * self.contact.peak_pressure, self.contact.a, self.stick_radius
         outer = np.sqrt(np.maximum(a**2 - r2, 0.0)) / a
@@ -77,8 +79,8 @@ def cattaneo_mindlin(
 
     Notes
     -----
-    ``shift = -sign(F) 3 (2 - nu) f Fz / (8 G a) (1 - (1 - |F|/(f Fz))^(2/3))``, the displacement difference
-    of both bodies (Johnson 1985). The lateral traction that keeps slip and traction
+    ``shift = -sign(F) 3 (2 - nu) f Fz / (8 G a) (1 - (1 - |F|/(f Fz))^(2/3))``, the displacement
+    difference of both bodies (Johnson 1985). The lateral traction that keeps slip and traction
     opposite is neglected in it, as it vanishes for nu = 0 only: there the solution is exact.
 
     Examples
@@ -125,17 +127,28 @@ class CattaneoLine:
     stick_half_width: float
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction along x [force/area] at points `x` [length]: the bound, less Hertz's shape where it sticks."""
+        """Traction along x [force/area] at points `x` [length]: the bound, less Hertz's shape where
+        it sticks.
+        """
         x2, a, c = np.asarray(x) ** 2, self.contact.a, self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - x2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - x2, 0.0)) / a
-        return math.copysign(self.friction * self.contact.peak_pressure, self.force) * (outer - inner)
+        return math.copysign(self.friction * self.contact.peak_pressure, self.force) * (
+            outer - inner
+        )
 
     def slip(self, x: np.ndarray) -> np.ndarray:
-        """Shift [length] of body 1 over body 2 at points `x` [length]: zero in the stick area, nan outside."""
+        """Shift [length] of body 1 over body 2 at points `x` [length]: zero in the stick area, nan
+        outside.
+        """
         c = self.stick_half_width
         ratio = np.maximum(np.abs(np.asarray(x, dtype=float)) / c, 1.0)
-        size = self.friction * c**2 / (2 * self.contact.R) * (ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio))
+        size = (
+            self.friction
+            * c**2
+            / (2 * self.contact.R)
+            * (ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio))
+        )
         return np.where(np.abs(x) <= self.contact.a, -math.copysign(1.0, self.force) * size, np.nan)
 
 
@@ -166,8 +179,8 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
     Notes
     -----
     Johnson 1985. In the slip areas the local shift is
-    ``-sign(F) f / (2 R) (|x| sqrt(x^2 - c^2) - c^2 arcosh(|x|/c))``. The rigid shift of the bodies is not given: in
-    plane strain it depends on the bodies as a whole.
+    ``-sign(F) f / (2 R) (|x| sqrt(x^2 - c^2) - c^2 arcosh(|x|/c))``. The rigid shift of the bodies
+    is not given: in plane strain it depends on the bodies as a whole.
 
     Examples
     --------

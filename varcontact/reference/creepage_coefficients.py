@@ -1,4 +1,6 @@
-"""Kalker's creepage and spin coefficients of the linear theory (paper, section 2.1.1, Table 3), for any ellipse."""
+"""Kalker's creepage and spin coefficients of the linear theory (paper, section 2.1.1, Table 3), for
+any ellipse.
+"""
 
 from __future__ import annotations
 
@@ -57,10 +59,11 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
 
     Notes
     -----
-    Interpolated in a table of what `no_slip_ellipse` computes: 121 ratios from 1e-3 to 1e3 by a cubic spline over
-    log(a/b), 13 Poisson's ratios by Chebyshev's polynomials. ``python -m varcontact.reference.no_slip_table`` makes
-    it. Compared with what it is made from, and that with twice as many polynomials, the error is below 2e-5 for a/b
-    from 0.01 to 100, and below 1e-4 from 1e-3 to 1e3 (of C23 where it passes through 0: of the terms it consists of).
+    Interpolated in a table of what `no_slip_ellipse` computes: 121 ratios from 1e-3 to 1e3 by a
+    cubic spline over log(a/b), 13 Poisson's ratios by Chebyshev's polynomials. ``python -m
+    varcontact.reference.no_slip_table`` makes it. Compared with what it is made from, and that with
+    twice as many polynomials, the error is below 2e-5 for a/b from 0.01 to 100, and below 1e-4 from
+    1e-3 to 1e3 (of C23 where it passes through 0: of the terms it consists of).
 
     Beyond the table the coefficients follow their asymptotes, joined to its
     last entries. With ``L = ln(16 max(a/b, b/a)^2)``, wide contacts (a/b to 0)
@@ -84,7 +87,12 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     >>> print(f"{coefficients.C11:.4f} {coefficients.C22:.4f} {coefficients.C23:.4f} {coefficients.C33:.4f}")
     4.7140 4.3555 2.0577 0.9267
     """
-    if type(a_over_b) is float and type(nu) is float and 1e-100 <= a_over_b <= 1e100 and -1 < nu <= 0.5:
+    if (
+        type(a_over_b) is float
+        and type(nu) is float
+        and 1e-100 <= a_over_b <= 1e100
+        and -1 < nu <= 0.5
+    ):
         return _single(a_over_b, nu)
     ratio, nu = positives("a_over_b", a_over_b), poisson(nu)
     if ratio.ndim == nu.ndim == 0:
@@ -134,13 +142,17 @@ def _values(ratio: np.ndarray, nu: np.ndarray) -> np.ndarray:
     place = (inside + END) * (INTERVALS / (2 * END))
     first, weights = near_splines(place if x.ndim else float(place), INTERVALS)
     splines = _table() if nu.ndim else coefficient_splines(float(nu))
-    near = np.einsum("k...,...kc->...c", np.array(weights), splines[np.asarray(first)[..., None] + FOUR])
+    near = np.einsum(
+        "k...,...kc->...c", np.array(weights), splines[np.asarray(first)[..., None] + FOUR]
+    )
     if nu.ndim:
         near = np.einsum("...ck,...k->...c", near.reshape(*x.shape, 4, _POWERS), _powers(nu))
     by_x, by_y, by_spin, turning = np.moveaxis(near, -1, 0)
     by_spin = by_spin + np.pi * nu / (3 * (1 - nu)) * (inside - np.minimum(x, inside))
     root = np.hypot(1.0, ratio)
-    values = np.array([root / by_x, root / by_y, np.sqrt(ratio) * root * by_spin, root / ratio * turning])
+    values = np.array(
+        [root / by_x, root / by_y, np.sqrt(ratio) * root * by_spin, root / ratio * turning]
+    )
     if np.any(x > END):
         values *= _slender(np.maximum(x, END), nu) / _slender(np.full_like(x, END), nu)
     return values
@@ -164,24 +176,37 @@ _POWERS = 13
 def _table() -> np.ndarray:
     """Splines over log(a/b) of Chebyshev's coefficients in nu: (k, 4 times 13).
 
-    With ``q = (1 + (a/b)^2)^(1/2)`` they have q/C11, q/C22, C23/((a/b)^(1/2) q) and C33 (a/b)/q. In wide contacts all
-    but the third tend to constants, and the third to a straight line; in slender ones the first two do.
+    With ``q = (1 + (a/b)^2)^(1/2)`` they have q/C11, q/C22, C23/((a/b)^(1/2) q) and C33 (a/b)/q. In
+    wide contacts all but the third tend to constants, and the third to a straight line; in slender
+    ones the first two do.
     """
-    text = files("varcontact.reference").joinpath("creepage_coefficients.csv").read_text(encoding="utf-8")
-    rows = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1).reshape(INTERVALS + 1, _POWERS, 6)
+    text = (
+        files("varcontact.reference")
+        .joinpath("creepage_coefficients.csv")
+        .read_text(encoding="utf-8")
+    )
+    rows = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1).reshape(
+        INTERVALS + 1, _POWERS, 6
+    )
     ratio, nu = rows[:, :1, 0], rows[0, :, 1]
     C11, C22, C23, C33 = np.moveaxis(rows[:, :, 2:], -1, 0)
     root = np.hypot(1.0, ratio)
-    scaled = np.stack([root / C11, root / C22, C23 / (np.sqrt(ratio) * root), C33 * ratio / root], axis=1)
+    scaled = np.stack(
+        [root / C11, root / C22, C23 / (np.sqrt(ratio) * root), C33 * ratio / root], axis=1
+    )
     coefficients = scaled @ np.linalg.inv(_powers(nu)).T
     return splines_at_knots(coefficients.reshape(INTERVALS + 1, -1))
 
 
 def _slender(x: Any, nu: np.ndarray) -> np.ndarray:
-    """What the asymptotes of slender contacts are proportional to, as they change with log(a/b) beyond the table."""
+    """What the asymptotes of slender contacts are proportional to, as they change with log(a/b)
+    beyond the table.
+    """
     L = math.log(16) + 2 * x
     less, D = L - 3 + math.log(4), (1 - nu) * L - 2 + 4 * nu
-    return np.stack([1 / (less - 2 * nu), 1 / ((1 - nu) * less + 2 * nu), 1 / D, (1 - nu * (L - 4) / D) ** 2])
+    return np.stack(
+        [1 / (less - 2 * nu), 1 / ((1 - nu) * less + 2 * nu), 1 / D, (1 - nu * (L - 4) / D) ** 2]
+    )
 
 
 FOUR = np.arange(4)
@@ -189,7 +214,9 @@ FOUR = np.arange(4)
 
 
 def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, Any]]:
-    """The B-splines that are not zero at a place: the number of the first of four, and their values."""
+    """The B-splines that are not zero at a place: the number of the first of four, and their
+    values.
+    """
     if isinstance(place, float):
         first: Any = min(int(place), intervals - 1)
     else:
@@ -201,7 +228,9 @@ def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, 
 
 
 def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner knots are none."""
+    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner
+    knots are none.
+    """
     values = np.moveaxis(values, axis, 0)
     n = len(values)
     matrix = np.zeros((n + 2, n + 2))

@@ -20,7 +20,8 @@ from varcontact.reference.no_slip_ellipse import Kernel, check_ellipse, no_slip_
 from varcontact.system.process import one_blas_thread
 
 DEGREE, MODES = 80, 20
-"""Polynomials' degree and Fourier's modes: six digits for a/b in [0.2, 10] and kappa a up to `HIGHEST`."""
+"""Polynomials' degree and Fourier's modes: six digits for a/b in [0.2, 10] and kappa a up to
+`HIGHEST`."""
 PERIOD = 1.6
 """Period of Fourier's extension of k(y), by the width of the contact."""
 HIGHEST = 20.0
@@ -61,8 +62,9 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
 
     Notes
     -----
-    As `no_slip_ellipse`, but ``u = (particular) + exp(i kappa x) k(y)`` with Fourier's series of k(y) on 1.6 times the
-    width, and the Legendre series of plane waves. The traction vanishes at the leading edge by least squares.
+    As `no_slip_ellipse`, but ``u = (particular) + exp(i kappa x) k(y)`` with Fourier's series of
+    k(y) on 1.6 times the width, and the Legendre series of plane waves. The traction vanishes at
+    the leading edge by least squares.
 
     Examples
     --------
@@ -93,21 +95,41 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     waves = (2 * n + 1) * 1j**n * spherical_jn(n, radius[:, None])
     along = (2 * n + 1) * 1j**n * spherical_jn(n, frequency)
     singular = (kernel.of_all_degrees(points, first + m) for m in range(eta.size))
-    matrix = np.stack([np.einsum("tinj,n->tij", K, wave) for K, wave in zip(singular, waves, strict=True)], axis=2)
-    # u by vx is (i/kappa) (1 - exp(i kappa x)); by spin (-i y/kappa, i x/kappa + (1 - exp(i kappa x))/kappa^2)
-    lift = kernel(0, points, ALONG) - np.einsum("tinj,n->tij", kernel.of_all_degrees(points, ALONG), along)
-    turn = 1j / kappa * (a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0])
-    rigid = np.concatenate([1j / kappa * lift, (turn + lift[:, :, 1] / kappa**2)[..., None]], axis=-1)
+    matrix = np.stack(
+        [np.einsum("tinj,n->tij", K, wave) for K, wave in zip(singular, waves, strict=True)], axis=2
+    )
+    # u by vx is (i/kappa) (1 - exp(i kappa x)); by spin (-i y/kappa, i x/kappa + (1 - exp(i kappa
+    # x))/kappa^2)
+    lift = kernel(0, points, ALONG) - np.einsum(
+        "tinj,n->tij", kernel.of_all_degrees(points, ALONG), along
+    )
+    turn = (
+        1j
+        / kappa
+        * (a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0])
+    )
+    rigid = np.concatenate(
+        [1j / kappa * lift, (turn + lift[:, :, 1] / kappa**2)[..., None]], axis=-1
+    )
     equations = (matrix * weight[:, None, None, None]).reshape(2 * edge.size, -1)
-    k, *_ = np.linalg.lstsq(equations, -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3), rcond=1e-13)
+    k, *_ = np.linalg.lstsq(
+        equations, -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3), rcond=1e-13
+    )
     k = k.reshape(eta.size, 2, 3)
     # force and moment are the parts of degree 0 and 1; columns of `constant` are vx, vy and spin
     constant = np.array([[1j / kappa, 0, 0], [0, 1j / kappa, 1 / kappa**2]])
-    force = 4 * np.pi * kernel(0, points[:1], ALONG)[0] @ (np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant)
+    force = (
+        4
+        * np.pi
+        * kernel(0, points[:1], ALONG)[0]
+        @ (np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant)
+    )
     ends = np.array([ALONG, ACROSS])
     by_edge = sum(wave * kernel(1, ends, first + m) @ k[m] for m, wave in enumerate(waves[:, 1]))
     by_edge = by_edge - along[1] * kernel(1, ends, ALONG) @ constant
-    by_edge[:, :, 2] += 1j / kappa * (a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0])
+    by_edge[:, :, 2] += (
+        1j / kappa * (a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0])
+    )
     moment = 4 * np.pi / 3 * (a * by_edge[0, 1] - b * by_edge[1, 0])
     return -np.array([force[0], force[1], moment])
 
@@ -138,9 +160,9 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
 
     Notes
     -----
-    ``(pi/m) (J0 + i J1)/(J0 + i kappa a ln(2 d/a) (J0 + i J1))`` with Bessel's functions at kappa a, m = 2 (1 - nu):
-    ``int q(x') ln|x - x'|`` over the strip is what ``v (1 - exp(i kappa x))/(i kappa)`` and a constant times
-    ``exp(i kappa x)`` ask for, with no traction at the leading edge.
+    ``(pi/m) (J0 + i J1)/(J0 + i kappa a ln(2 d/a) (J0 + i J1))`` with Bessel's functions at kappa
+    a, m = 2 (1 - nu): ``int q(x') ln|x - x'|`` over the strip is what ``v (1 - exp(i kappa x))/(i
+    kappa)`` and a constant times ``exp(i kappa x)`` ask for, with no traction at the leading edge.
 
     Examples
     --------
@@ -153,6 +175,8 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     nu = checks.poisson_ratio("nu", nu)
     depth = checks.positive("depth_over_a", depth_over_a)
     if depth < 2:
-        raise SceneError("depth_over_a", depth, "at least 2: the depth is beyond the length of the contact")
+        raise SceneError(
+            "depth_over_a", depth, "at least 2: the depth is beyond the length of the contact"
+        )
     both = complex(j0(kappa), j1(kappa))
     return math.pi / (2 * (1 - nu)) * both / (j0(kappa) + 1j * kappa * math.log(2 * depth) * both)

@@ -87,8 +87,14 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
         C = (D - B) / m2
     else:  # there D - B cancels, and the trapezoidal rule is exact to rounding
         t = (np.arange(32) + 0.5) * math.pi / 64
-        C = float(np.sum(np.sin(t) ** 2 * np.cos(t) ** 2 / (1 - m2 * np.sin(t) ** 2) ** 1.5) * math.pi / 64)
-    return EllipticIntegrals(float(B), float(C), float(D), float(2 * elliprg(0, k2, 1)), float(elliprf(0, k2, 1)))
+        C = float(
+            np.sum(np.sin(t) ** 2 * np.cos(t) ** 2 / (1 - m2 * np.sin(t) ** 2) ** 1.5)
+            * math.pi
+            / 64
+        )
+    return EllipticIntegrals(
+        float(B), float(C), float(D), float(2 * elliprg(0, k2, 1)), float(elliprf(0, k2, 1))
+    )
 
 
 @dataclass(frozen=True)
@@ -118,7 +124,9 @@ class HertzContact:
     Ry: float
 
     def pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Semi-ellipsoidal pressure (88) [force/area] at points `x`, `y` [length], zero outside the ellipse."""
+        """Semi-ellipsoidal pressure (88) [force/area] at points `x`, `y` [length], zero outside the
+        ellipse.
+        """
         inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
 
@@ -140,10 +148,10 @@ class HertzContact:
 
         Notes
         -----
-        With X = x/a, Y = y/b and R^2 = 1 - X^2 - Y^2 (0 outside the circle), the volume under the pressure between the
-        axes and a corner is ``2XYR + X(3 - X^2) atan(Y/R) + Y(3 - Y^2) atan(X/R) - 2 atan(XY/R)`` times p_max a b/6.
-        Outside the circle this is what two caps leave of a quarter. In line contact the area is ``X R + asin X`` times
-        p_max a/2.
+        With X = x/a, Y = y/b and R^2 = 1 - X^2 - Y^2 (0 outside the circle), the volume under the
+        pressure between the axes and a corner is ``2XYR + X(3 - X^2) atan(Y/R) + Y(3 - Y^2)
+        atan(X/R) - 2 atan(XY/R)`` times p_max a b/6. Outside the circle this is what two caps leave
+        of a quarter. In line contact the area is ``X R + asin X`` times p_max a/2.
 
         Examples
         --------
@@ -153,7 +161,8 @@ class HertzContact:
         >>> print(f"{contact.mean_pressure(lines, lines).sum() * 0.1**2:.15f}")
         0.001000000000000
         """
-        # elements are differences of corners: digits that the platform has beyond double are welcome
+        # elements are differences of corners: digits that the platform has beyond double are
+        # welcome
         x, y = np.asarray(x, dtype=np.longdouble), np.asarray(y, dtype=np.longdouble)
         X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
         if math.isinf(self.b):
@@ -183,8 +192,9 @@ class HertzContact:
 
         Notes
         -----
-        With X = x/a, Y = y/b, the area of the ellipse between the axes and a corner is X Y within it, and outside
-        what two half caps ``(acos X - X sqrt(1 - X^2))/2`` leave of a quarter, pi/4.
+        With X = x/a, Y = y/b, the area of the ellipse between the axes and a corner is X Y within
+        it, and outside what two half caps ``(acos X - X sqrt(1 - X^2))/2`` leave of a quarter,
+        pi/4.
 
         Examples
         --------
@@ -208,14 +218,21 @@ class HertzContact:
         return np.where(part > 1 - WHOLE, 1.0, part)
 
     def on_elements(self, grid: Any) -> np.ndarray:
-        """Pressure (ny, nx) [force/area] on elements of an explicit `grid`: at centres, or means, by `Grid.edge`."""
+        """Pressure (ny, nx) [force/area] on elements of an explicit `grid`: at centres, or means,
+        by `Grid.edge`.
+        """
         if grid.edge != "centres":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])
 
 
 def hertz(
-    Rx: float, Ry: float, bodies: CombinedConstants, *, force: float | None = None, approach: float | None = None
+    Rx: float,
+    Ry: float,
+    bodies: CombinedConstants,
+    *,
+    force: float | None = None,
+    approach: float | None = None,
 ) -> HertzContact:
     """Hertz's solution for the undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``.
 
@@ -243,8 +260,8 @@ def hertz(
     Notes
     -----
     With m' = S/L (minor over major semi-axis), (93) and (94) give the equation for the axial ratio
-    ``larger / smaller curvature = B / (m'^2 D)``, and (104), (92) the size and the approach. The equation
-    is solved in log m', for curvature ratios far beyond 1e-8..1e8.
+    ``larger / smaller curvature = B / (m'^2 D)``, and (104), (92) the size and the approach. The
+    equation is solved in log m', for curvature ratios far beyond 1e-8..1e8.
 
     Examples
     --------
@@ -272,7 +289,9 @@ def hertz(
 def semi_axes(
     Rx: np.ndarray, Ry: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Semi-axes along x and y of many contacts at once, as of `hertz`, with combined constants G and nu."""
+    """Semi-axes along x and y of many contacts at once, as of `hertz`, with combined constants G
+    and nu.
+    """
     from scipy.special import elliprg
 
     ratio = _axial_ratios(np.abs(np.log(Rx / Ry)))
@@ -282,11 +301,14 @@ def semi_axes(
 
 
 def _axial_ratios(log_radii: np.ndarray | float) -> np.ndarray | float:
-    """m' from logarithms of the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
+    """m' from logarithms of the ratio of the larger to the smaller radius of curvature, by (93) /
+    (94).
+    """
     from scipy.special import elliprd
 
     log_ratio, change = -0.5 * log_radii, 1.0
-    while change > 4 * np.finfo(float).eps * (1 + np.max(log_radii)):  # contracts by a third or more
+    # contracts by a third or more
+    while change > 4 * np.finfo(float).eps * (1 + np.max(log_radii)):
         k2 = np.exp(2 * log_ratio)
         new = (np.log(k2 * elliprd(0, 1, k2) / elliprd(0, k2, 1)) - log_radii) / 2
         change, log_ratio = np.abs(new - log_ratio).max(), np.minimum(new, 0.0)
@@ -298,7 +320,9 @@ def _axial_ratio(radius_ratio: float) -> float:
     return float(_axial_ratios(math.log(radius_ratio)))
 
 
-def approaches(a: np.ndarray, b: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray) -> np.ndarray:
+def approaches(
+    a: np.ndarray, b: np.ndarray, G: np.ndarray, nu: np.ndarray, force: np.ndarray
+) -> np.ndarray:
     """Approaches of many contacts at once (92), by their semi-axes."""
     from scipy.special import elliprf
 
@@ -308,7 +332,12 @@ def approaches(a: np.ndarray, b: np.ndarray, G: np.ndarray, nu: np.ndarray, forc
 
 
 def hertz_ellipse(
-    a: float, b: float, bodies: CombinedConstants, *, force: float | None = None, approach: float | None = None
+    a: float,
+    b: float,
+    bodies: CombinedConstants,
+    *,
+    force: float | None = None,
+    approach: float | None = None,
 ) -> HertzContact:
     """The Hertzian contact whose semi-axes are given: the radii follow, see `hertz`.
 
@@ -347,8 +376,13 @@ def hertz_ellipse(
     by_force = n * integrals.K / max(a, b)
     force = positive("approach", approach) / by_force if force is None else positive("force", force)
     scale = 2 * n * force / (a * b * min(a, b))
-    sharp, blunt = 1 / (scale * integrals.B), 1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D)
-    return _contact(a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), by_force, force, approach)
+    sharp, blunt = (
+        1 / (scale * integrals.B),
+        1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D),
+    )
+    return _contact(
+        a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), by_force, force, approach
+    )
 
 
 def _check_slender(one: str, first: float, other: str, second: float, most: float) -> None:
@@ -363,8 +397,12 @@ def _normal_constant(bodies: CombinedConstants) -> float:
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
 
 
-def _contact(a: float, b: float, Rx: float, Ry: float, by_force: float, force: Any, approach: Any) -> HertzContact:
-    """Complete a contact by (92) and (89) from the ellipse and what is given of force and approach."""
+def _contact(
+    a: float, b: float, Rx: float, Ry: float, by_force: float, force: Any, approach: Any
+) -> HertzContact:
+    """Complete a contact by (92) and (89) from the ellipse and what is given of force and
+    approach.
+    """
     force = float(approach) / by_force if force is None else float(force)
     approach = by_force * force if approach is None else float(approach)
     return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)

@@ -37,7 +37,9 @@ class Hunter:
     moment: float
 
 
-def hunter(a: float, R: float, G: float, nu: float, part: float, relaxation_length: float) -> Hunter:
+def hunter(
+    a: float, R: float, G: float, nu: float, part: float, relaxation_length: float
+) -> Hunter:
     """Load and moment of a cylinder in viscoelastic line contact without friction.
 
     Parameters
@@ -65,10 +67,11 @@ def hunter(a: float, R: float, G: float, nu: float, part: float, relaxation_leng
 
     Notes
     -----
-    With ``c = 2 (1 - nu)/G``, ``g = (1 + f) p - l p'`` is what an elastic contact has under the distance less l times
-    its slope: ``(sqrt(a^2 - xi^2) - (x_m - l) xi/sqrt(a^2 - xi^2) + C/sqrt(a^2 - xi^2))/(c R)``, xi from the middle
-    ``x_m = l f/(1 + f) I1/(I1 + I0 K1/K0)``, ``C = x_m a K1/K0``, with Bessel's functions I at ``(1 + f) a/l``, K at
-    ``a/l``, such that p vanishes at both ends.
+    With ``c = 2 (1 - nu)/G``, ``g = (1 + f) p - l p'`` is what an elastic contact has under the
+    distance less l times its slope: ``(sqrt(a^2 - xi^2) - (x_m - l) xi/sqrt(a^2 - xi^2) +
+    C/sqrt(a^2 - xi^2))/(c R)``, xi from the middle ``x_m = l f/(1 + f) I1/(I1 + I0 K1/K0)``, ``C =
+    x_m a K1/K0``, with Bessel's functions I at ``(1 + f) a/l``, K at ``a/l``, such that p vanishes
+    at both ends.
 
     Examples
     --------
@@ -80,11 +83,18 @@ def hunter(a: float, R: float, G: float, nu: float, part: float, relaxation_leng
 
     a, R, G = checks.positive("a", a), checks.positive("R", R), checks.positive("G", G)
     nu = checks.poisson_ratio("nu", nu)
-    f, length = checks.positive("part", part), checks.positive("relaxation_length", relaxation_length)
+    f, length = (
+        checks.positive("part", part),
+        checks.positive("relaxation_length", relaxation_length),
+    )
     relaxed = (1 + f) * a / length
     ratio = float(kve(1, a / length) / kve(0, a / length))
-    centre = length * f / (1 + f) * float(ive(1, relaxed) / (ive(1, relaxed) + ive(0, relaxed) * ratio))
+    centre = (
+        length * f / (1 + f) * float(ive(1, relaxed) / (ive(1, relaxed) + ive(0, relaxed) * ratio))
+    )
     compliance = 2 * (1 - nu) / G * R
     force = math.pi * (a * a / 2 + centre * a * ratio) / (compliance * (1 + f))
-    moment = centre * force - ((centre - length) * math.pi * a * a / (2 * compliance) + length * force) / (1 + f)
+    moment = centre * force - (
+        (centre - length) * math.pi * a * a / (2 * compliance) + length * force
+    ) / (1 + f)
     return Hunter(a, centre, force, moment)

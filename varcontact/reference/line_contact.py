@@ -40,15 +40,19 @@ class LineContact:
     bodies: CombinedConstants
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Semi-elliptical pressure [force/area] at points `x` [length], zero outside the contact."""
+        """Semi-elliptical pressure [force/area] at points `x` [length], zero outside the
+        contact.
+        """
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
     def approach(self, depth: float) -> float:
-        """Approach [length] where displacements count from the `depth` d of the logarithm, ``-ln(|x|/d)``, positive.
+        """Approach [length] where displacements count from the `depth` d of the logarithm,
+        ``-ln(|x|/d)``, positive.
 
-        ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth z
-        far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that of its
-        own body: with that d it is Johnson's formula (Johnson 1985).
+        ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below
+        it, at a depth z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2
+        (1 - nu_i)))`` has, nu_i that of its own body: with that d it is Johnson's formula (Johnson
+        1985).
         """
         return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
 
@@ -89,9 +93,9 @@ def line_contact(
 
     Notes
     -----
-    ``a^2 = 4 (1 - nu) N R / (pi G)`` and ``p0 = 2 N / (pi a) = G a / (2 (1 - nu) R)`` with the combined constants
-    (58), (59); ``G/(1 - nu)`` is the E* of Johnson (1985). In plane strain the approach
-    depends on the bodies as a whole: here through the depth.
+    ``a^2 = 4 (1 - nu) N R / (pi G)`` and ``p0 = 2 N / (pi a) = G a / (2 (1 - nu) R)`` with the
+    combined constants (58), (59); ``G/(1 - nu)`` is the E* of Johnson (1985). In plane strain the
+    approach depends on the bodies as a whole: here through the depth.
 
     Examples
     --------
@@ -112,16 +116,33 @@ def line_contact(
         if approach >= depth**2 / R:
             allowed = f"far below depth^2/R = {depth**2 / R:.6g}, where plane strain ends"
             raise SceneError("approach", approach, allowed)
-        # approach = a^2/(2 R) (ln(2 d/a) + 1/2), which grows with a up to a = 2 d: by Lambert's function
-        a = 2 * depth * math.exp((1 + float(lambertw(-approach * R / (depth**2 * math.e), -1).real)) / 2)
+        # approach = a^2/(2 R) (ln(2 d/a) + 1/2), which grows with a up to a = 2 d: by Lambert's
+        # function
+        a = (
+            2
+            * depth
+            * math.exp((1 + float(lambertw(-approach * R / (depth**2 * math.e), -1).real)) / 2)
+        )
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
-    a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)
+    a = (
+        math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness))
+        if a is None
+        else positive("a", a)
+    )
     peak_pressure = stiffness * a / (2 * R)
-    return LineContact(a, math.pi / 2 * a * peak_pressure if force is None else float(force), peak_pressure, R, bodies)
+    return LineContact(
+        a,
+        math.pi / 2 * a * peak_pressure if force is None else float(force),
+        peak_pressure,
+        R,
+        bodies,
+    )
 
 
 def friction_limit(contact: LineContact, friction: float) -> float:
-    """The tangential force [force/length] that friction can carry between like bodies; others are refused."""
+    """The tangential force [force/length] that friction can carry between like bodies; others are
+    refused.
+    """
     kind("contact", contact, LineContact, more=", from line_contact")
     if contact.bodies.K != 0:
         raise SceneError("bodies.K", contact.bodies.K, "0: this closed form is for like bodies")

@@ -49,9 +49,9 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
 
     Notes
     -----
-    Let the ellipse be ``x = a cos t, y = b sin t`` within. Without slip ``u = (vx x - spin xy, vy x + spin x^2/2) +
-    k(y)``, with a ``k`` that is free, and the traction vanishes at the leading edge, t in (-pi/2, pi/2). It may be
-    singular at the trailing one.
+    Let the ellipse be ``x = a cos t, y = b sin t`` within. Without slip ``u = (vx x - spin xy, vy x
+    + spin x^2/2) + k(y)``, with a ``k`` that is free, and the traction vanishes at the leading
+    edge, t in (-pi/2, pi/2). It may be singular at the trailing one.
 
     On the unit disk take ``Y_n^m / sqrt(1 - r^2)``, spherical harmonics with n
     - m even, seen from above. Their Fourier transform is a spherical Bessel
@@ -104,14 +104,18 @@ def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
     kernel = Kernel(a, b, nu, degree, np.array([*edge, along, across, one, other]))
     points, n = np.arange(edge.size), degree + 1
     ALONG, ACROSS, ONE, OTHER = range(edge.size, edge.size + 4)
-    # x = a P_1(along); x^2 = a^2 (1 + 2 P_2(along))/3, its constant goes to k; xy = ab (P_2(one) - P_2(other))/3
+    # x = a P_1(along); x^2 = a^2 (1 + 2 P_2(along))/3, its constant goes to k; xy = ab (P_2(one) -
+    # P_2(other))/3
     first, second = a * kernel(1, points, ALONG), a * a / 3 * kernel(2, points, ALONG)
     turned = a * b / 3 * (kernel(2, points, ONE) - kernel(2, points, OTHER))
     rigid = np.stack([first[:, :, 0], first[:, :, 1], second[:, :, 1] - turned[:, :, 0]], axis=-1)
-    # times sin t: the equations of a circle are then those of a sine series, and all are as well conditioned
+    # times sin t: the equations of a circle are then those of a sine series, and all are as well
+    # conditioned
     weight = np.sin(inside)[:, None, None]
     matrix = kernel.of_all_degrees(points, ACROSS) * weight[..., None]
-    k = np.linalg.solve(matrix.reshape(2 * n, 2 * n), -(rigid * weight).reshape(2 * n, 3)).reshape(n, 2, 3)
+    k = np.linalg.solve(matrix.reshape(2 * n, 2 * n), -(rigid * weight).reshape(2 * n, 3)).reshape(
+        n, 2, 3
+    )
     force = 4 * np.pi * kernel(0, points[:1], ACROSS)[0] @ k[0]
     ends = np.array([ALONG, ACROSS])
     by_edge = kernel(1, ends, ACROSS) @ k[1]
@@ -127,26 +131,39 @@ class Kernel:
         from scipy.linalg import solve_triangular
 
         n, self.angles = degree + 1, angles
-        # Fourier coefficients (2, 2, d), int S(s) exp(2 i d s) ds of the symbol S over the circle, d < 0 at the end, by
-        # the trapezoidal rule: exact to rounding, as the symbol is analytic as far as min(a, b)/max(a, b)
+        # Fourier coefficients (2, 2, d), int S(s) exp(2 i d s) ds of the symbol S over the circle,
+        # d < 0 at the end, by
+        # the trapezoidal rule: exact to rounding, as the symbol is analytic as far as min(a,
+        # b)/max(a, b)
         size = 2 ** math.ceil(math.log2(max(256, 4 * n, 40 * max(a / b, b / a))))
         s = np.pi * np.arange(size) / size
         h = 1 / np.hypot(np.cos(s) / a, np.sin(s) / b)
         ex, ey = h * np.cos(s) / a, h * np.sin(s) / b
-        symbol = h * np.array([[1 - nu * ex * ex, -nu * ex * ey], [-nu * ex * ey, 1 - nu * ey * ey]])
+        symbol = h * np.array(
+            [[1 - nu * ex * ex, -nu * ex * ey], [-nu * ex * ey, 1 - nu * ey * ey]]
+        )
         moments = np.fft.ifft(symbol, axis=-1) * 2 * np.pi
         indices = np.arange(n)
-        toeplitz = moments[:, :, indices[None, :] - indices[:, None]].transpose(2, 0, 3, 1).reshape(2 * n, 2 * n)
+        toeplitz = (
+            moments[:, :, indices[None, :] - indices[:, None]]
+            .transpose(2, 0, 3, 1)
+            .reshape(2 * n, 2 * n)
+        )
         waves = np.exp(-2j * np.outer(indices, angles))
         both = np.einsum("jt,pq->jptq", waves, np.eye(2)).reshape(2 * n, -1)
         factored = solve_triangular(np.linalg.cholesky(toeplitz), both, lower=True)
-        self.factored = factored.reshape(n, 2, angles.size, 2)  # its sums of squares up to n are K_n
+        # its sums of squares up to n are K_n
+        self.factored = factored.reshape(n, 2, angles.size, 2)
 
     def __call__(self, n: int, points: np.ndarray, direction: int) -> np.ndarray:
-        """K_n at points (t) from a direction, by their indices among the angles: shape (t, 2, 2)."""
+        """K_n at points (t) from a direction, by their indices among the angles: shape (t, 2,
+        2).
+        """
         return self.of_all_degrees(points, direction, n + 1)[:, :, n]
 
-    def of_all_degrees(self, points: np.ndarray, direction: int, degrees: int | None = None) -> np.ndarray:
+    def of_all_degrees(
+        self, points: np.ndarray, direction: int, degrees: int | None = None
+    ) -> np.ndarray:
         """K_n for all n, shape (t, 2, n, 2)."""
         left, right = self.factored[:degrees, :, points], self.factored[:degrees, :, direction]
         sums = np.cumsum(np.einsum("jitp,jiq->jtpq", left.conj(), right), axis=0)

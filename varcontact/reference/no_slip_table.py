@@ -20,7 +20,9 @@ HEAD = "a_over_b,nu,C11,C22,C23,C33"
 
 
 def lines() -> Iterator[str]:
-    """Lines of the table, the head first; the error of an entry is that of `no_slip_ellipse` at its degree."""
+    """Lines of the table, the head first; the error of an entry is that of `no_slip_ellipse` at its
+    degree.
+    """
     yield HEAD
     for ratio in RATIOS:
         degree = 256 if ratio < 0.1 else 128

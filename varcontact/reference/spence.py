@@ -38,8 +38,8 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
 
     Notes
     -----
-    The effect of the tractions on the pressure is neglected. Then with the complete elliptic integral K of the
-    modulus k = c/a, and K' of the complementary modulus::
+    The effect of the tractions on the pressure is neglected. Then with the complete elliptic
+    integral K of the modulus k = c/a, and K' of the complementary modulus::
 
         line:    K'(k) / K(k) = beta / f
         circle:  (1 / (2 k)) ln((1 + k)/(1 - k)) = (f / beta) K'(k)
@@ -82,7 +82,8 @@ def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circl
 
     low, high = -700.0, 700.0
     if excess(low) >= 0:
-        return 4 * math.exp(-beta / friction * (math.pi / 2 if shape == "line" else 1.0))  # K' = ln(4/k)
+        # K' = ln(4/k)
+        return 4 * math.exp(-beta / friction * (math.pi / 2 if shape == "line" else 1.0))
     if excess(high) <= 0:
         return 1.0
     log_odds = float(brentq(excess, low, high, xtol=1e-14, rtol=1e-15))

@@ -76,10 +76,15 @@ class ErrorEstimate:
 
     def _repr_html_(self) -> str:
         rows = [
-            (name, f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}")
+            (
+                name,
+                f"{with_bar(value, self.bars.get(name, 0.0))}, error {self.errors.get(name, 0.0):.1e}",
+            )
             for name, value in self.values.items()
         ]
-        return preformatted(in_rows("Estimated error against the continuum", [*rows, ("how", self.how)]))
+        return preformatted(
+            in_rows("Estimated error against the continuum", [*rows, ("how", self.how)])
+        )
 
     @property
     def largest(self) -> float:
@@ -95,7 +100,11 @@ class ErrorEstimate:
             Number of the step, from 0.
         """
         parts: dict[str, Any] = {
-            part: {name.removesuffix(f"[{k}]"): value for name, value in named.items() if name.endswith(f"[{k}]")}
+            part: {
+                name.removesuffix(f"[{k}]"): value
+                for name, value in named.items()
+                if name.endswith(f"[{k}]")
+            }
             for part, named in ((part, getattr(self, part)) for part in BY_NAME)
         }
         return replace(self, **parts)
@@ -110,7 +119,11 @@ class ErrorEstimate:
             One at least.
         """
         parts: dict[str, Any] = {
-            part: {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
+            part: {
+                f"{name}[{k}]": value
+                for k, step in enumerate(steps)
+                for name, value in getattr(step, part).items()
+            }
             for part in BY_NAME
         }
         return replace(steps[0], **parts)
@@ -124,18 +137,25 @@ class ErrorEstimate:
         """From its `record`, as `plain` gives it; ValueError if it is something else."""
         try:
             solves = tuple(Solve(**each) for each in record["solves"])
-            named = {part: {name: float(value) for name, value in record.get(part, {}).items()} for part in BY_NAME}
+            named = {
+                part: {name: float(value) for name, value in record.get(part, {}).items()}
+                for part in BY_NAME
+            }
             return cls(**{**record, **named, "solves": solves})
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"an estimate of the error that is none ({error})") from None
 
 
 def with_bar(value: float, bar: float) -> str:
-    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits."""
+    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one
+    six digits.
+    """
     if not 0 < bar < math.inf:
         return f"{value:.6g}"
     digits = 1 - math.floor(math.log10(bar))
     if -4 <= digits <= 6:
-        return f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
+        return (
+            f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
+        )
     size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
     return f"{value:.{size}g} +- {bar:.2g}"

@@ -1,4 +1,6 @@
-"""Response in frequency: rolling contact linearised about a steady solution, for what swings, and corrugation."""
+"""Response in frequency: rolling contact linearised about a steady solution, for what swings, and
+corrugation.
+"""
 
 from __future__ import annotations
 
@@ -76,15 +78,22 @@ class FrequencyResponse:
         return self.values[:, row, self.inputs.index(checks.choice("by", by, self.inputs))]
 
     def to_xarray(self) -> xr.Dataset:
-        """The derivatives as a dataset: a variable for each output, with dimensions wave_number and input."""
+        """The derivatives as a dataset: a variable for each output, with dimensions wave_number and
+        input.
+        """
         import xarray as xr
 
         coordinates = {"wave_number": self.wave_number, "input": list(self.inputs)}
-        fields = {name: (("wave_number", "input"), self.values[:, i]) for i, name in enumerate(self.outputs)}
+        fields = {
+            name: (("wave_number", "input"), self.values[:, i])
+            for i, name in enumerate(self.outputs)
+        }
         return xr.Dataset(fields, coords=coordinates)
 
     @checks.named_options()
-    def plot(self, output: str = "Fx", by: str = "vx", *, figsize: tuple[float, float] | None = None) -> Figure:
+    def plot(
+        self, output: str = "Fx", by: str = "vx", *, figsize: tuple[float, float] | None = None
+    ) -> Figure:
         """Bode's diagram, size and phase over the wave number, and Nyquist's, of one derivative.
 
         Parameters
@@ -134,14 +143,19 @@ class FrequencyResponse:
 
         Notes
         -----
-        B. Gustavsen and A. Semlyen, Rational approximation of frequency domain responses by vector fitting, IEEE
-        Transactions on Power Delivery 14 (1999) 1052-1061.
+        B. Gustavsen and A. Semlyen, Rational approximation of frequency domain responses by vector
+        fitting, IEEE Transactions on Power Delivery 14 (1999) 1052-1061.
         """
         from scipy.signal import StateSpace
 
-        order, V = checks.whole("order", order, 1, self.wave_number.size), checks.positive("speed", speed)
+        order, V = (
+            checks.whole("order", order, 1, self.wave_number.size),
+            checks.positive("speed", speed),
+        )
         if "roughness" in inputs:
-            raise SceneError("inputs", "roughness", "creepages and the load: roughness acts before it enters")
+            raise SceneError(
+                "inputs", "roughness", "creepages and the load: roughness acts before it enters"
+            )
         chosen = np.array([self.of(output, name) for output in outputs for name in inputs]).T
         poles, residues, direct = _rational(1j * self.wave_number, chosen, order)
         A, b, c = np.zeros((order, order)), np.zeros(order), np.zeros((order, chosen.shape[1]))
@@ -153,7 +167,9 @@ class FrequencyResponse:
                 c[i] = -residue.imag
         one, shape = np.eye(len(inputs)), (len(outputs), len(inputs))
         C = np.moveaxis(c.reshape(order, *shape), 1, 0).reshape(shape[0], -1)
-        return StateSpace(V * np.kron(A, one), V * np.kron(b[:, None], one), C, direct.reshape(shape))
+        return StateSpace(
+            V * np.kron(A, one), V * np.kron(b[:, None], one), C, direct.reshape(shape)
+        )
 
 
 @one_blas_thread()
@@ -211,7 +227,9 @@ class HarmonicSolution:
 def harmonic_solution(scene: Scene, free_rolling: Any) -> HarmonicSolution:
     """Amplitudes under a `Harmonic`, about the contact in free rolling."""
     problem, motion = linearise(free_rolling), scene.motion
-    ((_, responses),) = problem.responses(problem.wave_numbers("motion.wave_number", motion.wave_number))
+    ((_, responses),) = problem.responses(
+        problem.wave_numbers("motion.wave_number", motion.wave_number)
+    )
     creepages = np.array([motion.vx, motion.vy, motion.spin])[: len(problem.shifts)]
     changes = creepages @ responses[: len(creepages)]
     names, sums = problem.resultants()
@@ -221,8 +239,12 @@ def harmonic_solution(scene: Scene, free_rolling: Any) -> HarmonicSolution:
     return HarmonicSolution(scene, free_rolling, fields[:2], fields[2], Fx, Fy, Mz)
 
 
-def _rational(s: np.ndarray, values: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Poles, residues (order, m) and direct parts (m,) of a fit of values (n, m) at s, with its conjugate: real."""
+def _rational(
+    s: np.ndarray, values: np.ndarray, order: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poles, residues (order, m) and direct parts (m,) of a fit of values (n, m) at s, with its
+    conjugate: real.
+    """
     s, values = np.concatenate([s, s.conj()]), np.concatenate([values, values.conj()])
     sizes = np.abs(values).max(axis=0)
     values = values / np.where(sizes > 0, sizes, 1.0)
@@ -233,13 +255,17 @@ def _rational(s: np.ndarray, values: np.ndarray, order: int) -> tuple[np.ndarray
     for _ in range(POLE_STEPS):
         terms = 1 / (s[:, None] - poles)
         free, _ = np.linalg.qr(np.column_stack([terms, np.ones(s.size)]))
-        both = np.concatenate([np.column_stack([value[:, None] * terms, value]) for value in values.T])
+        both = np.concatenate(
+            [np.column_stack([value[:, None] * terms, value]) for value in values.T]
+        )
         both = both.reshape(values.shape[1], s.size, -1)
         both -= free @ (free.conj().T @ both)
         both = both.reshape(-1, order + 1)
         weights, *_ = np.linalg.lstsq(both[:, :-1], -both[:, -1])
         found = np.linalg.eigvals(np.diag(poles) - weights)
-        found = -np.abs(found.real) + 1j * np.where(np.abs(found.imag) > 1e-9 * np.abs(found), found.imag, 0.0)
+        found = -np.abs(found.real) + 1j * np.where(
+            np.abs(found.imag) > 1e-9 * np.abs(found), found.imag, 0.0
+        )
         upper = found[found.imag > 0]
         paired = np.repeat(upper, 2)
         paired[1::2] = upper.conj()
@@ -299,9 +325,9 @@ def corrugation_growth(
 
     Notes
     -----
-    J. B. Nielsen, Evolution of rail corrugation predicted with a non-linear wear model, Journal of Sound and Vibration
-    227 (1999) 915-933, to first order. The load swings by ``-c_r r/(c_N + wheel + track)``, with the derivatives of the
-    contact's approach by roughness and load.
+    J. B. Nielsen, Evolution of rail corrugation predicted with a non-linear wear model, Journal of
+    Sound and Vibration 227 (1999) 915-933, to first order. The load swings by ``-c_r r/(c_N + wheel
+    + track)``, with the derivatives of the contact's approach by roughness and load.
 
     Examples
     --------
@@ -317,15 +343,22 @@ def corrugation_growth(
 
     checks.kind("sol", sol, Solution)
     if sol.grid.edge != "centres":
-        raise SceneError("grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid')
+        raise SceneError(
+            "grid.edge", sol.grid.edge, '"centres", on which a moving edge is followed; give a grid'
+        )
     problem = linearise(sol)
-    k, moves = problem.wave_numbers("wavelengths", wavelengths, by_length=True), wheel is not None or track is not None
+    k, moves = (
+        problem.wave_numbers("wavelengths", wavelengths, by_length=True),
+        wheel is not None or track is not None,
+    )
     if "roughness" not in problem.inputs or problem.slip.size == 0:
         raise SceneError("solution", "no slip", "a contact that slips: without slip nothing wears")
     if problem.disc.K != 0 and problem.with_pressure.size != problem.stick.size + problem.slip.size:
         raise SceneError("friction", 0.0, "above zero all over the contact of unlike bodies")
     if moves and speed is None:
-        raise SceneError("speed", None, "given: receptances depend on the frequency, wave number times speed")
+        raise SceneError(
+            "speed", None, "given: receptances depend on the frequency, wave number times speed"
+        )
     speed = checks.positives("speed", speed) if speed is not None else None
     speed = speed if moves else None  # under a constant load nothing depends on it
     receptance = _receptance("wheel", wheel, k, speed) + _receptance("track", track, k, speed)
@@ -345,9 +378,15 @@ def corrugation_growth(
     loads = np.empty(receptance.shape, complex)
     for i, changes in problem.responses(k):
         resultants = dict(zip(names, sums @ changes.T, strict=True))
-        constant = {i: resultants[name] for i, name in enumerate(("Fx", "Fy")) if getattr(sol.motion, name) is not None}
+        constant = {
+            i: resultants[name]
+            for i, name in enumerate(("Fx", "Fy"))
+            if getattr(sol.motion, name) is not None
+        }
         for j, compliance in enumerate(receptance[i]):
-            equations = constant | ({load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {})
+            equations = constant | (
+                {load: resultants["approach"] + compliance * resultants["Fz"]} if moves else {}
+            )
             amplitudes, free = np.zeros(len(problem.inputs), complex), list(equations)
             amplitudes[-1] = 1.0
             if free:
@@ -366,7 +405,11 @@ def corrugation_growth(
         "load_swing": (dims, loads),
     }
     fields |= {"wear": ((*dims, "y"), wear), "smooth": ("y", smooth)}
-    places = {"wavelength": np.atleast_1d(np.asarray(wavelengths, float)), "y": grid.y, "speed": np.atleast_1d(speed)}
+    places = {
+        "wavelength": np.atleast_1d(np.asarray(wavelengths, float)),
+        "y": grid.y,
+        "speed": np.atleast_1d(speed),
+    }
     dataset = xr.Dataset(fields, places)
     if np.ndim(speed) == 0:
         dataset = dataset.isel(speed=0, drop=True)
@@ -376,9 +419,13 @@ def corrugation_growth(
 
 
 def _mean_shift(problem: Linearised, k: float, fields: np.ndarray) -> np.ndarray:
-    """Elastic shift (2, N), mean of the step that ends and that which begins: with it work sums to that put in."""
+    """Elastic shift (2, N), mean of the step that ends and that which begins: with it work sums to
+    that put in.
+    """
     phases, given = problem.phases(k), fields[None].astype(complex)
-    return (problem.shifting(phases)(given)[0] - problem.shifting(phases.conj(), way=-1)(given)[0]) / 2
+    return (
+        problem.shifting(phases)(given)[0] - problem.shifting(phases.conj(), way=-1)(given)[0]
+    ) / 2
 
 
 def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: Any) -> np.ndarray:
@@ -388,7 +435,9 @@ def _receptance(name: str, given: Receptance, wave_numbers: np.ndarray, speed: A
     frequencies = wave_numbers[:, None] * np.atleast_1d(speed)
     try:  # the user's own code runs here
         if callable(given):
-            values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(frequencies.shape)
+            values = np.array([complex(given(float(each))) for each in frequencies.flat]).reshape(
+                frequencies.shape
+            )
         else:
             table, numbers = checks.numbers(f"{name}[0]", given[0]), np.asarray(given[1], complex)
             if table.ndim != 1 or table.shape != numbers.shape or np.any(np.diff(table) <= 0):

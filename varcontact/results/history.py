@@ -37,7 +37,9 @@ def heat_of(step: Solution) -> Heat:
 
 
 def heat_before(start: Solution | None) -> list[Heat]:
-    """What has heated when a history begins: steady rolling for ever, or one step; nothing where time is not known."""
+    """What has heated when a history begins: steady rolling for ever, or one step; nothing where
+    time is not known.
+    """
     if start is None or getattr(start.motion, "speed", getattr(start.motion, "dt", None)) is None:
         return []
     heat = heat_of(start)
@@ -115,23 +117,33 @@ class History(Reported, Sequence[Solution]):
     @property
     def dq(self) -> np.ndarray:
         """Distance rolled in each step [length], shape (steps,)."""
-        return np.array([self.scene.motion.step(k, self.grid.sides[0]).dq for k in range(len(self))])
+        return np.array(
+            [self.scene.motion.step(k, self.grid.sides[0]).dq for k in range(len(self))]
+        )
 
     @property
     def rolled(self) -> np.ndarray:
-        """Distance rolled since the start at the end of each step [length], whatever its direction; (steps,)."""
+        """Distance rolled since the start at the end of each step [length], whatever its direction;
+        (steps,).
+        """
         return np.cumsum(self.dq)
 
     @property
     def position(self) -> np.ndarray:
-        """Where the contact has come along x since the start [length]: rolling backward takes it back; (steps,)."""
+        """Where the contact has come along x since the start [length]: rolling backward takes it
+        back; (steps,).
+        """
         return np.cumsum(self.dq * self.scene.motion.every("direction")[: len(self)])
 
     force = _series("force", "Tangential force (Fx, Fy) on body 1, shape (steps, 2).", 2)
     normal_force = _series("normal_force", "Total compressive force, shape (steps,).")
     moment = _series("moment", "Twisting moment Mz on body 1, shape (steps,).")
     approach = _series("approach", "Approach of the bodies [length], shape (steps,).")
-    creepage = _series("creepage", "(vx, vy, spin), in steps that do not roll (ux, uy, rotation); shape (steps, 3).", 3)
+    creepage = _series(
+        "creepage",
+        "(vx, vy, spin), in steps that do not roll (ux, uy, rotation); shape (steps, 3).",
+        3,
+    )
 
     @property
     def dissipation(self) -> np.ndarray:
@@ -210,7 +222,9 @@ class History(Reported, Sequence[Solution]):
 
         grid, dx = self.grid, self.grid.sides[0]
         around = None if period is None else checks.positive("period", period) / dx
-        if around is not None and (round(around) < 1 or abs(around - round(around)) > 1e-6 * around):
+        if around is not None and (
+            round(around) < 1 or abs(around - round(around)) > 1e-6 * around
+        ):
             raise SceneError("period", period, f"a whole number of elements of {dx:.6g}")
         if len(self) == 0:
             raise SceneError("history", "no steps", "with one step at least")
@@ -225,19 +239,34 @@ class History(Reported, Sequence[Solution]):
             lost = sol.power_density * (dq[k] or 1.0)
             work[:, whole[k] : whole[k] + grid.nx] += lost * (1 - part[k])
             work[:, whole[k] + 1 : whole[k] + 1 + grid.nx] += lost * part[k]
-        X = (self.scene.motion.rolled or 0.0) + float(middle.min()) + grid.x[0] + dx * np.arange(count)
+        X = (
+            (self.scene.motion.rolled or 0.0)
+            + float(middle.min())
+            + grid.x[0]
+            + dx * np.arange(count)
+        )
         if around is not None:
             count = round(around)
-            work = np.pad(work, ((0, 0), (0, -work.shape[1] % count))).reshape(grid.rows, -1, count).sum(axis=1)
+            work = (
+                np.pad(work, ((0, 0), (0, -work.shape[1] % count)))
+                .reshape(grid.rows, -1, count)
+                .sum(axis=1)
+            )
             X = X[0] + dx * np.arange(count)
-        return xr.DataArray(work, {"y": grid.y, "X": X}, ("y", "X"), "work", {"units": "force/length"})
+        return xr.DataArray(
+            work, {"y": grid.y, "X": X}, ("y", "X"), "work", {"units": "force/length"}
+        )
 
     @property
     def error_estimate(self) -> ErrorEstimate | None:
-        """How far steps are from the continuum, named as ``Fx[3]``: to an accuracy, or within a time."""
+        """How far steps are from the continuum, named as ``Fx[3]``: to an accuracy, or within a
+        time.
+        """
         if len(self) == 0 or self[0].error_estimate is None:
             return None
-        return ErrorEstimate.of_history([sol.error_estimate for sol in self if sol.error_estimate is not None])
+        return ErrorEstimate.of_history(
+            [sol.error_estimate for sol in self if sol.error_estimate is not None]
+        )
 
     def report(self) -> str:
         """The history in words, for people: forces of some steps, and the last step."""
@@ -249,10 +278,21 @@ class History(Reported, Sequence[Solution]):
         return f"History({len(self)} of {self.scene.motion.steps} steps)"
 
     def summary(self) -> dict[str, Any]:
-        """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve --json`` prints."""
+        """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve
+        --json`` prints.
+        """
         from varcontact.results.report import plain
 
-        series = ("rolled", "normal_force", "force", "moment", "approach", "creepage", "dissipation", "error_estimate")
+        series = (
+            "rolled",
+            "normal_force",
+            "force",
+            "moment",
+            "approach",
+            "creepage",
+            "dissipation",
+            "error_estimate",
+        )
         return {
             "steps": self.scene.motion.steps,
             "finished": len(self),
@@ -261,17 +301,21 @@ class History(Reported, Sequence[Solution]):
         }
 
     def to_xarray(self) -> xr.Dataset:
-        """All fields and forces stacked along ``step``, with coordinates and units; from a file read when used."""
+        """All fields and forces stacked along ``step``, with coordinates and units; from a file
+        read when used.
+        """
         from varcontact.io.history import dataset
 
         return dataset(self)
 
     @checks.named_options()
     def save(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
+        """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes
+        on from it.
 
-        A history that is at `path`, which ends in ``.nc``, is replaced, unless a run is just adding to it; any other
-        file only with `overwrite`. OutputError if the file cannot be written, or holds something else.
+        A history that is at `path`, which ends in ``.nc``, is replaced, unless a run is just adding
+        to it; any other file only with `overwrite`. OutputError if the file cannot be written, or
+        holds something else.
         """
         from varcontact.io.history import save
 
@@ -279,10 +323,11 @@ class History(Reported, Sequence[Solution]):
 
     @checks.named_options()
     def plot(self, figsize: tuple[float, float] | None = None) -> Figure:
-        """Picture of the forces, the creepages that prescribed forces gave, and the areas along the middle row.
+        """Picture of the forces, the creepages that prescribed forces gave, and the areas along the
+        middle row.
 
-        All over the distance rolled; over the steps where there are some in place after the first. `figsize` is in
-        inches.
+        All over the distance rolled; over the steps where there are some in place after the first.
+        `figsize` is in inches.
         """
         from varcontact.plotting.history import plot_history
 
@@ -290,12 +335,13 @@ class History(Reported, Sequence[Solution]):
 
     @checks.named_options()
     def animate(self, path: str | Path, fps: float = 10.0, overwrite: bool = False) -> None:
-        """Write a moving picture: stick and slip with the tractions in each step, over the forces of all.
+        """Write a moving picture: stick and slip with the tractions in each step, over the forces
+        of all.
 
-        The `path` ends in ``.gif``, or in ``.mp4`` where the program ffmpeg is installed; `fps` are steps a second, 100
-        at most; with `overwrite` a file is replaced that is no picture which varcontact drew. OutputError if the file
-        cannot be written, holds something else, or has another ending; SceneError without steps, or for a rate that is
-        none.
+        The `path` ends in ``.gif``, or in ``.mp4`` where the program ffmpeg is installed; `fps` are
+        steps a second, 100 at most; with `overwrite` a file is replaced that is no picture which
+        varcontact drew. OutputError if the file cannot be written, holds something else, or has
+        another ending; SceneError without steps, or for a rate that is none.
         """
         from varcontact.plotting.history import animate
 

@@ -1,4 +1,6 @@
-"""The problem linearised at a solution: slopes, and what swings along the track. Solved without a matrix."""
+"""The problem linearised at a solution: slopes, and what swings along the track. Solved without a
+matrix.
+"""
 
 from __future__ import annotations
 
@@ -35,14 +37,17 @@ Shifts = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem about a solution on the N elements of the grid, m of them with pressure; dimensionless.
+    """The problem about a solution on the N elements of the grid, m of them with pressure;
+    dimensionless.
 
-    Unknowns are changes of traction along x and along y of the elements that `stick`, and those `across` the traction
-    (2, s) of those that `slip`. Equations: no slip along both where it sticks; across it where it slips, with the
-    change times the `turning` (s,). Changes (k, 3 N + 1: tractions, pressures, approach) are these, and what distances
-    and the load change by themselves. k steps ago everything was ``exp(-i k Omega)`` of now: shifts are those of steady
-    rolling plus those at each term of the slip's difference times ``z_k = weight_k (exp(-i k Omega) - 1)``. Where the
-    pressure changes, tractions grow with it by `growing` (2, N), and `entering` where particles enter.
+    Unknowns are changes of traction along x and along y of the elements that `stick`, and those
+    `across` the traction (2, s) of those that `slip`. Equations: no slip along both where it
+    sticks; across it where it slips, with the change times the `turning` (s,). Changes (k, 3 N + 1:
+    tractions, pressures, approach) are these, and what distances and the load change by themselves.
+    k steps ago everything was ``exp(-i k Omega)`` of now: shifts are those of steady rolling plus
+    those at each term of the slip's difference times ``z_k = weight_k (exp(-i k Omega) - 1)``.
+    Where the pressure changes, tractions grow with it by `growing` (2, N), and `entering` where
+    particles enter.
     """
 
     disc: Discretisation
@@ -53,11 +58,13 @@ class Linearised:
     inputs: tuple[str, ...]
     shifts: np.ndarray  # by unit creepages, (creepages, 2, N)
     with_pressure: np.ndarray  # places on the grid
-    normal: tuple[np.ndarray, np.ndarray] | None  # LU factors (m + 1, m + 1); None where no pressure changes
+    # LU factors (m + 1, m + 1); None where no pressure changes
+    normal: tuple[np.ndarray, np.ndarray] | None
     growing: np.ndarray
     entering: np.ndarray
     leading: np.ndarray  # bool (N,): elements there that stick
-    thin: np.ndarray  # bool (N,): elements there that slip since the contact covers so little of them
+    # bool (N,): elements there that slip since the contact covers so little of them
+    thin: np.ndarray
 
     @property
     def step(self) -> float:
@@ -70,7 +77,9 @@ class Linearised:
         return [(ago, weight) for ago, weight in DIFFERENCES[self.disc.transport.difference] if ago]
 
     def resultants(self) -> tuple[tuple[str, ...], np.ndarray]:
-        """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N + 1)."""
+        """Names of the resultants, and what they are of the changes, physical: (outputs, 3 N +
+        1).
+        """
         disc, N = self.disc, self.disc.grid.size
         x, y = (places.ravel() for places in np.meshgrid(disc.grid.x, disc.grid.y))
         force, sums = disc.lattice.area * disc.scales.force, np.zeros((5, 3 * N + 1))
@@ -81,7 +90,9 @@ class Linearised:
         return tuple(("Fx", "Fy", "Mz", "Fz", "approach")[i] for i in there), sums[there]
 
     def wave_numbers(self, field: str, given: Any, by_length: bool = False) -> np.ndarray:
-        """Wave numbers (n,), given or `by_length`, of waves that the elements and the step resolve."""
+        """Wave numbers (n,), given or `by_length`, of waves that the elements and the step
+        resolve.
+        """
         values, shortest = checks.numbers(field, given), 2 * max(self.step, self.disc.grid.sides[0])
         if values.ndim > 1 or values.size == 0:
             raise SceneError(field, given, "one number or a one-dimensional array")
@@ -92,10 +103,11 @@ class Linearised:
         return np.atleast_1d(2 * np.pi / values if by_length else values)
 
     def responses(self, wave_numbers: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """For each wave number, in an order that halves their range, its place and the changes by unit inputs.
+        """For each wave number, in an order that halves their range, its place and the changes by
+        unit inputs.
 
-        The unknowns are found without a matrix of all elements, by Galerkin's method: in the space of those at the wave
-        numbers before, and of preconditioned residuals.
+        The unknowns are found without a matrix of all elements, by Galerkin's method: in the space
+        of those at the wave numbers before, and of preconditioned residuals.
         """
         scales, x = self.disc.scales, self.disc.grid.x[self.with_pressure % self.disc.grid.nx]
         known = np.zeros((self.size, 0), complex)
@@ -104,10 +116,15 @@ class Linearised:
         halving = np.argsort([int(f"{i:0{bits}b}"[::-1], 2) for i in range(len(wave_numbers))])
         for i in np.argsort(wave_numbers)[halving]:
             k, phases = wave_numbers[i], self.phases(wave_numbers[i])
-            shifts, loads = self.shifting(phases), np.zeros((len(self.inputs), self.with_pressure.size + 1), complex)
+            shifts, loads = (
+                self.shifting(phases),
+                np.zeros((len(self.inputs), self.with_pressure.size + 1), complex),
+            )
             if len(self.inputs) > len(self.shifts):
                 force = self.disc.loading.normal_force is not None
-                loads[-2, -1] = 1 / (self.disc.lattice.area * scales.force if force else scales.displacement)
+                loads[-2, -1] = 1 / (
+                    self.disc.lattice.area * scales.force if force else scales.displacement
+                )
                 loads[-1, :-1] = np.exp(1j * k * x) / scales.displacement
             given = self.changes(np.zeros((self.size, len(loads)), complex), loads)
             fields = self.fields(given)
@@ -124,13 +141,19 @@ class Linearised:
             if size < min(basis.shape[1], MOST // 2):
                 new = basis[:, size:] @ np.linalg.qr(parts[size:])[0]
                 known = np.concatenate([known, new], axis=1)
-                of_terms = [self._images(one, self.shifting(one), new) for one in np.eye(len(images))]
-                images = [np.concatenate(each, axis=1) for each in zip(images, of_terms, strict=True)]
+                of_terms = [
+                    self._images(one, self.shifting(one), new) for one in np.eye(len(images))
+                ]
+                images = [
+                    np.concatenate(each, axis=1) for each in zip(images, of_terms, strict=True)
+                ]
 
     def _solved(
         self, phases: np.ndarray, right: np.ndarray, basis: np.ndarray, images: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """An orthonormal basis with the unknowns, which begins with one that is known, and their parts of it."""
+        """An orthonormal basis with the unknowns, which begins with one that is known, and their
+        parts of it.
+        """
         shifts, precondition, size = self.shifting(phases), self._preconditioner(phases), len(right)
         projected, lengths = basis.conj().T @ images, np.linalg.norm(right, axis=0)
         while True:
@@ -141,13 +164,19 @@ class Linearised:
             if not missing.any() or (count == size and np.all(sizes < ROUNDED * lengths)):
                 return basis, parts
             if count >= min(size, MOST):
-                raise NotConverged(f"the response was not found in {count} directions", float(np.abs(residual).max()))
+                raise NotConverged(
+                    f"the response was not found in {count} directions",
+                    float(np.abs(residual).max()),
+                )
             new = precondition(residual[:, missing])[:, : size - count]
             for _ in range(2):  # rounding leaves some in the first
                 new = np.linalg.qr(new - basis @ (new.conj().T @ basis).conj().T)[0]
             image = self._images(phases, shifts, new)
             across, below = (image.conj().T @ basis).conj().T, new.conj().T @ images
-            basis, images = np.concatenate([basis, new], axis=1), np.concatenate([images, image], axis=1)
+            basis, images = (
+                np.concatenate([basis, new], axis=1),
+                np.concatenate([images, image], axis=1),
+            )
             projected = np.block([[projected, across], [below, new.conj().T @ image]])
 
     @property
@@ -158,10 +187,14 @@ class Linearised:
     def equations(self, shifts: np.ndarray) -> np.ndarray:
         """Left-hand sides (size, k) by shifts (k, 2, N), but for the turning."""
         stuck = shifts[:, :, self.stick].reshape(len(shifts), -1)
-        return np.concatenate([stuck, (self.across * shifts[:, :, self.slip]).sum(axis=1)], axis=1).T
+        return np.concatenate(
+            [stuck, (self.across * shifts[:, :, self.slip]).sum(axis=1)], axis=1
+        ).T
 
     def changes(self, unknowns: np.ndarray, loads: np.ndarray | None = None) -> np.ndarray:
-        """Changes (k, 3 N + 1) by the unknowns, and by those of distances and of the load (k, m + 1), if any."""
+        """Changes (k, 3 N + 1) by the unknowns, and by those of distances and of the load (k, m +
+        1), if any.
+        """
         count, stuck = unknowns.shape[1], 2 * self.stick.size
         found = np.zeros((count, 3 * self.disc.grid.size + 1), complex)
         fields = self.fields(found)
@@ -185,13 +218,18 @@ class Linearised:
         return changes[:, :-1].reshape(len(changes), 3, -1)
 
     def phases(self, k: float) -> np.ndarray:
-        """Factors of the steady shifts, and of the displacements at each term, at a wave number, (1 + terms,)."""
-        return np.array([1.0, *(weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms)])
+        """Factors of the steady shifts, and of the displacements at each term, at a wave number, (1
+        + terms,).
+        """
+        return np.array(
+            [1.0, *(weight * np.expm1(-1j * k * self.step * ago) for ago, weight in self.terms)]
+        )
 
     def shifting(self, phases: np.ndarray, way: int = 1) -> Shifts:
         """Shifts in a step (k, 2, N) by fields (k, 2 or 3, N), with phases.
 
-        With a `way` of -1 those of particles that go the other way: the transposed operators of elastic bodies.
+        With a `way` of -1 those of particles that go the other way: the transposed operators of
+        elastic bodies.
         """
         symbol, compliance = self._symbol(self._table(phases, way)), self.disc.edge_compliance
 
@@ -221,21 +259,29 @@ class Linearised:
 
     def _images(self, phases: np.ndarray, shifts: Shifts, unknowns: np.ndarray) -> np.ndarray:
         """Left-hand sides (unknowns, k) by unknowns."""
-        found, turned = self.equations(shifts(self.fields(self.changes(unknowns)))), 2 * self.stick.size
+        found, turned = (
+            self.equations(shifts(self.fields(self.changes(unknowns)))),
+            2 * self.stick.size,
+        )
         found[turned:] += phases[0] * self.turning[:, None] * unknowns[turned:]
         return found
 
     def _filtered(self, symbol: np.ndarray, fields: np.ndarray) -> np.ndarray:
-        """Product (k, rows, N) of a symbol (rows, columns) on a periodic box with complex fields (k, columns, N)."""
+        """Product (k, rows, N) of a symbol (rows, columns) on a periodic box with complex fields
+        (k, columns, N).
+        """
         from scipy.fft import fft2, ifft2
 
         ny, nx = self.disc.grid.shape
         spectrum = fft2(fields.reshape(*fields.shape[:2], ny, nx), symbol.shape[2:])
         product = sum(symbol[:, i] * spectrum[:, None, i] for i in range(fields.shape[1]))
-        return np.asarray(ifft2(product, overwrite_x=True)[..., :ny, :nx]).reshape(len(fields), -1, ny * nx)
+        return np.asarray(ifft2(product, overwrite_x=True)[..., :ny, :nx]).reshape(
+            len(fields), -1, ny * nx
+        )
 
     def _preconditioner(self, phases: np.ndarray) -> Shifts:
-        """Nearly the unknowns by left-hand sides: the operator's inverse on a periodic box, element by element in slip.
+        """Nearly the unknowns by left-hand sides: the operator's inverse on a periodic box, element
+        by element in slip.
 
         The box and its weights are those of the Newton solver, see its `Circulant`.
         """
@@ -254,7 +300,11 @@ class Linearised:
             k = right.shape[1]
             fields = np.zeros((k, 2, ny * nx), complex)
             fields[:, :, self.stick] = right[:turned].T.reshape(k, 2, -1)
-            stuck = (self._filtered(inverse, fields / growth) * growth)[:, :, self.stick].reshape(k, -1).T
+            stuck = (
+                (self._filtered(inverse, fields / growth) * growth)[:, :, self.stick]
+                .reshape(k, -1)
+                .T
+            )
             return np.concatenate([stuck, right[turned:] / (own + self.turning)[:, None]])
 
         return solved
@@ -266,7 +316,9 @@ class Linearised:
 
 @one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
-    """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at their solution."""
+    """Derivatives of the forces by the creepages, see `Solution.sensitivity`, with given areas at
+    their solution.
+    """
     problem = linearise(sol, swings=False)
     ((_, changes),) = problem.responses(np.zeros(1))
     slopes = (problem.resultants()[1][:2] @ changes.T).real
@@ -276,7 +328,10 @@ def sensitivity(sol: Solution) -> np.ndarray:
 def check_linear(sol: Solution, swings: bool) -> None:
     """Refuse solutions about which the problem cannot be linearised."""
     scene, plan = sol.scene, sol.plan
-    steady, what = isinstance(scene.motion, Steady), "what swings" if swings else "the stiffness of a step"
+    steady, what = (
+        isinstance(scene.motion, Steady),
+        "what swings" if swings else "the stiffness of a step",
+    )
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
     if plan.theory is not None or plan.coupling == "johnson":
@@ -287,7 +342,9 @@ def check_linear(sol: Solution, swings: bool) -> None:
         raise SceneError("friction", scene.friction, allowed)
     consistency.check_linear(scene)
     if swings and not steady:
-        raise SceneError("motion", type(scene.motion).__name__, "Steady: the response is about steady rolling")
+        raise SceneError(
+            "motion", type(scene.motion).__name__, "Steady: the response is about steady rolling"
+        )
     if swings and scene.bodies.relaxes:
         raise SceneError("bodies", "viscoelastic", "elastic: the response of others is not known")
     if scene.shift_undetermined and (swings or not steady):
@@ -300,7 +357,11 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, N) (2 of them in line contact), dimensionless."""
     motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
     assert motion is not None
-    still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
+    still: dict[str, Any] = {
+        **{name: 0.0 for name in every if hasattr(motion, name)},
+        "Fx": None,
+        "Fy": None,
+    }
     still |= {"rigid_slip": None} if hasattr(motion, "rigid_slip") else {}
     names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.grid.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
@@ -308,7 +369,9 @@ def unit_shifts(disc: Discretisation) -> np.ndarray:
 
 
 def linearise(sol: Solution, swings: bool = True) -> Linearised:
-    """The problem about a solution: of steady rolling for what swings, also the load and a height."""
+    """The problem about a solution: of steady rolling for what swings, also the load and a
+    height.
+    """
     check_linear(sol, swings)
     contact = (sol.state != EXTERIOR) & (np.nan_to_num(sol.traction_bound, posinf=1.0) > 0)
     if swings and not contact.any():
@@ -317,13 +380,20 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
     scales, shifts, with_pressure = disc.scales, unit_shifts(disc), np.flatnonzero(sol.pressure > 0)
     stick, slip = (np.flatnonzero(contact & (sol.state == state)) for state in (STICK, SLIP))
     rolled = (disc.step or 1.0 / scales.length) * scales.length
-    traction, shift = sol.traction.reshape(2, -1)[:, slip] / scales.pressure, sol.slip.reshape(2, -1)[:, slip] * rolled
+    traction, shift = (
+        sol.traction.reshape(2, -1)[:, slip] / scales.pressure,
+        sol.slip.reshape(2, -1)[:, slip] * rolled,
+    )
     size = np.hypot(*traction)
-    across, turning = np.array([-traction[1], traction[0]]) / size, np.hypot(*shift) / scales.displacement / size
+    across, turning = (
+        np.array([-traction[1], traction[0]]) / size,
+        np.hypot(*shift) / scales.displacement / size,
+    )
     growing = np.zeros((2, sol.grid.size))
     growing[:, slip] = traction * scales.pressure / sol.pressure.ravel()[slip]
     inputs, force = ("vx", "vy", "spin")[: len(shifts)], disc.loading.normal_force is not None
-    if swings and not disc.loading.no_slip and sol.grid.edge == "centres":  # parts do not follow a moving edge
+    # parts do not follow a moving edge
+    if swings and not disc.loading.no_slip and sol.grid.edge == "centres":
         inputs += ("normal_force" if force else "approach", "roughness")
     normal = None
     if disc.K != 0 or len(inputs) > len(shifts):
@@ -333,28 +403,38 @@ def linearise(sol: Solution, swings: bool = True) -> Linearised:
         system[:m, :m], system[:m, m] = disc.operators.normal.dense(with_pressure), -1.0
         system[m, slice(0, m) if force else m] = 1.0
         if disc.K != 0:
-            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, slip).reshape(m, 2, -1)
+            by_tractions = disc.operators.traction_to_distance.dense(with_pressure, slip).reshape(
+                m, 2, -1
+            )
             grown = np.einsum("min,in->mn", by_tractions, growing[:, slip])
             system[:m, np.searchsorted(with_pressure, slip)] += grown
         normal = lu_factor(system, overwrite_a=True)
     edge = _entering(sol, contact)
-    return Linearised(disc, stick, slip, across, turning, inputs, shifts, with_pressure, normal, growing, *edge)
+    return Linearised(
+        disc, stick, slip, across, turning, inputs, shifts, with_pressure, normal, growing, *edge
+    )
 
 
 def _entering(sol: Solution, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tractions (2, N) by pressure as particles bring them along at the leading edge; `leading` and `thin` elements.
+    """Tractions (2, N) by pressure as particles bring them along at the leading edge; `leading` and
+    `thin` elements.
 
-    Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the ratio that they have
-    there. Particles enter such tractions without slip, which a difference over an element does not see: it is taken an
-    element further on. The squares of both rise linearly from the edge, wherever that is in its element: the ratio is
-    that of their slopes.
+    Where the edge moves, pressure and traction change as 1/sqrt of the distance from it, in the
+    ratio that they have there. Particles enter such tractions without slip, which a difference over
+    an element does not see: it is taken an element further on. The squares of both rise linearly
+    from the edge, wherever that is in its element: the ratio is that of their slopes.
     """
     rows, size, pressure = np.arange(sol.grid.rows), np.hypot(*sol.traction), sol.pressure
     edge = sol.grid.nx - 1 - np.argmax(pressure[:, ::-1] > 0, axis=1)  # of each row
     near, far = np.maximum(edge - 1, 0), np.maximum(edge - 2, 0)
-    rise, of = size[rows, far] ** 2 - size[rows, near] ** 2, pressure[rows, far] ** 2 - pressure[rows, near] ** 2
+    rise, of = (
+        size[rows, far] ** 2 - size[rows, near] ** 2,
+        pressure[rows, far] ** 2 - pressure[rows, near] ** 2,
+    )
     direction = sol.traction[:, rows, near] / np.where(size[rows, near] > 0, size[rows, near], 1.0)
-    ratio = direction * np.sqrt(np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0))
+    ratio = direction * np.sqrt(
+        np.where((rise > 0) & (of > 0), rise, 0.0) / np.where(of > 0, of, 1.0)
+    )
     first, stick = contact & (np.arange(sol.grid.nx) == edge[:, None]), sol.state == STICK
     behind = sol.state[rows, near][:, None]
     thin, leading = first & ~stick & (behind == STICK), first & stick & (behind != EXTERIOR)

@@ -34,7 +34,9 @@ def solution_of(
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
     scale = disc.scales.displacement
-    distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (disc.distance - disc.base)
+    distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (
+        disc.distance - disc.base
+    )
     distance = distance + disc.known_distance * scale
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
@@ -66,12 +68,16 @@ def solution_of(
         solved_by=state.solved_by,
         calls=calls,
         plastic=_plastic(disc, left_fields(disc, state)),
-        pressure_on_parts=None if disc.subgrid is None else disc.subgrid.pressure * disc.scales.pressure,
+        pressure_on_parts=None
+        if disc.subgrid is None
+        else disc.subgrid.pressure * disc.scales.pressure,
     )
 
 
 def _plastic(disc: Discretisation, left: Fields) -> np.ndarray | None:
-    """Plastic displacement and yield stress in physical units, (3, ny, nx), as a solution keeps them."""
+    """Plastic displacement and yield stress in physical units, (3, ny, nx), as a solution keeps
+    them.
+    """
     if not left:
         return None
     displacement = left[DISPLACEMENT] * disc.scales.displacement
@@ -80,15 +86,21 @@ def _plastic(disc: Discretisation, left: Fields) -> np.ndarray | None:
 
 
 def carried_fields(sol: Solution, disc: Discretisation) -> Fields:
-    """What particles have at the end of a step, dimensionless, from a solution: the reverse of `_plastic`."""
+    """What particles have at the end of a step, dimensionless, from a solution: the reverse of
+    `_plastic`.
+    """
     if sol.plastic is None:
         return {}
     displacement = sol.plastic[:2] / disc.scales.displacement
     return {DISPLACEMENT: displacement, YIELD_STRESS: sol.plastic[2] / disc.scales.pressure}
 
 
-def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
-    """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
+def _creepage(
+    scene: Scene, disc: Discretisation, state: ContactState, rolled: float
+) -> tuple[float, float, float]:
+    """Prescribed creepages, and those found for prescribed forces; NaN where they are not
+    unique.
+    """
     if disc.loading.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.loading.motion, state.rigid / rolled
@@ -96,10 +108,15 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
     unknown = np.full(2, disc.loading.frictionless or not state.pressure.any())
     if scene.shift_undetermined and not isinstance(motion, Steady):
-        before = np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
+        before = (
+            np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
+        )
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
-        rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that
-        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force) + rounding)
+        # a force of zero is zero to that
+        rounding = 1e-14 * state.pressure.sum() * disc.lattice.area
+        unknown |= isinstance(motion, Shift) | (
+            np.abs(force - before) > 1e-9 * np.abs(force) + rounding
+        )
     found = np.where(prescribed & unknown, math.nan, found)
     return along_x + float(found[0]), along_y + float(found[1]), about_z
 
@@ -107,13 +124,16 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure by distance rolled [force].
 
-    Of elastic bodies on what tractions do to the distance: by Betti that of tractions on its slip. Viscoelastic ones
-    push forward more than they push back: it is that on the slope of the undeformed distance.
+    Of elastic bodies on what tractions do to the distance: by Betti that of tractions on its slip.
+    Viscoelastic ones push forward more than they push back: it is that on the slope of the
+    undeformed distance.
     """
     rolls = 0 if sol.motion is None else sol.motion.rolls
     if sol.scene.bodies.relaxes:
         distance = undeformed_distance(sol.scene.surface, None, sol.grid)
-        slope = np.gradient(distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1)
+        slope = np.gradient(
+            distance, sol.grid.sides[0], axis=1, edge_order=2 if sol.grid.nx > 2 else 1
+        )
         return rolls * float(np.sum(sol.pressure * slope) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or not sol.traction.any():
         return 0.0
@@ -123,9 +143,14 @@ def rolling_resistance(sol: Solution) -> float:
     operator = disc.operators.pressure_to_shift(steady.stencil)
     pressure = sol.pressure[None]
     if sol.scene.conformal:  # rolled the other way, by a mirror across x
-        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
+        twice = (
+            operator.apply(pressure)
+            + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
+        )
     else:
-        twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+        twice = (
+            operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+        )
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
 

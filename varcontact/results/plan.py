@@ -206,7 +206,9 @@ class Plan(Reported):
         return self.coupling in ("panagiotopoulos", "joint", "newton")
 
     def summary(self) -> dict[str, Any]:
-        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
+        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints
+        it.
+        """
         record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         if self.sizes is not None:
             record["sizes"]["peak"] = self.sizes.peak
@@ -217,8 +219,14 @@ class Plan(Reported):
         """From the `record` that `summary` and JSON made of it; ValueError if it is no plan's."""
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
-        beside = {"sizes": None, "costs": (), "doubts": (), "special": tuple(record.get("special", ()))}
-        return cls(**{name: value for name, value in record.items() if name != "left_out"} | beside)  # of old files
+        beside = {
+            "sizes": None,
+            "costs": (),
+            "doubts": (),
+            "special": tuple(record.get("special", ())),
+        }
+        # of old files
+        return cls(**{name: value for name, value in record.items() if name != "left_out"} | beside)
 
     def __repr__(self) -> str:
         names = ("method", "normal", "tangential", "coupling", "formulation")
@@ -236,9 +244,16 @@ class Plan(Reported):
         if self.sizes is not None:
             rows += [("", ""), *_rows_of_sizes(self.sizes)]
         for i, cost in enumerate(self.costs):
-            solvers = cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
+            solvers = (
+                cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
+            )
             seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
-            rows.append(("" if i else "time, one core", f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"))
+            rows.append(
+                (
+                    "" if i else "time, one core",
+                    f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}",
+                )
+            )
         return in_rows("Plan", rows)
 
 
@@ -256,12 +271,19 @@ def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
     for matrix in sizes.matrices:
         shape = f"{matrix.rows} x {matrix.columns}{' offsets' if matrix.kind == 'table' else ''}"
         at_most = "at most " if matrix.at_most else ""
-        rows.append((matrix.name, f"{matrix.kind}, {at_most}{shape}, {_bytes(matrix.bytes)}: {matrix.reason}"))
+        rows.append(
+            (
+                matrix.name,
+                f"{matrix.kind}, {at_most}{shape}, {_bytes(matrix.bytes)}: {matrix.reason}",
+            )
+        )
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
     there = process.available()
     if sizes.peak > there:
-        rows.append(("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available"))
+        rows.append(
+            ("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available")
+        )
     if not sizes.exact:
         rows.append(("", "upper bounds: the contact is not known until it is solved for"))
     return rows

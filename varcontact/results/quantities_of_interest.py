@@ -29,8 +29,12 @@ NORMAL = ("approach", "normal_force", "peak_pressure")
 
 
 def not_measurable(scene: Scene) -> SceneError | None:
-    """Why errors of a scene have no unit: nothing slips under infinite friction, so there is no friction limit."""
-    if scene.motion is None or not any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
+    """Why errors of a scene have no unit: nothing slips under infinite friction, so there is no
+    friction limit.
+    """
+    if scene.motion is None or not any(
+        isinstance(f, float) and math.isinf(f) for f in scene.frictions
+    ):
         return None
     allowed = "finite, or a grid given in place of an accuracy: errors are measured by the friction limit f Fz"
     return SceneError("friction", math.inf, allowed)
@@ -72,9 +76,13 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
         found = _normal(answer)
     else:
         found = {}
-        for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepage_names(answer), strict=False)):
+        for i, (name, creepage) in enumerate(
+            zip(("Fx", "Fy"), creepage_names(answer), strict=False)
+        ):
             prescribed = getattr(answer.motion, name) is not None
-            found[creepage if prescribed else name] = float(answer.creepage[i] if prescribed else answer.force[i])
+            found[creepage if prescribed else name] = float(
+                answer.creepage[i] if prescribed else answer.force[i]
+            )
         if not answer.scene.line:
             found["Mz"] = answer.moment
     return {name: value for name, value in found.items() if not math.isnan(value)}
@@ -105,9 +113,10 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     Notes
     -----
     The saturation creepage is that at which the simplified theory of pure creepage slips all over,
-    ``3 f Fz / (G a b C11)``; that of a shift is Cattaneo's, ``3 (2 - nu) f Fz / (8 G sqrt(ab))``. In line contact they
-    are Carter's ``4 (1 - nu) f Fz / (pi G a)``, and a times that. Where the contact is not Hertzian, a and b are the
-    semi-axes of the ellipse with its area and ratio of second moments.
+    ``3 f Fz / (G a b C11)``; that of a shift is Cattaneo's, ``3 (2 - nu) f Fz / (8 G sqrt(ab))``.
+    In line contact they are Carter's ``4 (1 - nu) f Fz / (pi G a)``, and a times that. Where the
+    contact is not Hertzian, a and b are the semi-axes of the ellipse with its area and ratio of
+    second moments.
 
     Examples
     --------
@@ -124,21 +133,32 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     if isinstance(answer, History):
         single = {k: units(answer[k]) for k in steps_that_count(len(answer), steps)}
         names = {name for of_step in single.values() for name in of_step}
-        largest = {name: max(of_step.get(name, 0.0) for of_step in single.values()) for name in names}
+        largest = {
+            name: max(of_step.get(name, 0.0) for of_step in single.values()) for name in names
+        }
         return {f"{name}[{k}]": largest[name] for k, of_step in single.items() for name in of_step}
     found = _normal(answer)
-    if not answer.scene.frictionless and answer.pressure.any():  # without contact those of forces are zero
+    # without contact those of forces are zero
+    if not answer.scene.frictionless and answer.pressure.any():
         scene = answer.scene
-        found |= frictional_units(friction_limit(answer), *semi_axes(answer), scene.bodies, scene.line)
+        found |= frictional_units(
+            friction_limit(answer), *semi_axes(answer), scene.bodies, scene.line
+        )
     return {name: abs(found.get(name, 0.0)) for name in values(answer)}
 
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
-    """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if it lacks one."""
-    return range(number) if steps is None else checks.wholes("steps", steps, least=0, most=number - 1)
+    """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if
+    it lacks one.
+    """
+    return (
+        range(number) if steps is None else checks.wholes("steps", steps, least=0, most=number - 1)
+    )
 
 
-def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping[str, float]) -> float:
+def error(
+    found: Mapping[str, float], exact: Mapping[str, float], units: Mapping[str, float]
+) -> float:
     """The error of an answer: the largest of its values' errors, in their units.
 
     Parameters
@@ -159,21 +179,37 @@ def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping
     >>> round(error({"Fx": -0.21, "Mz": 0.05}, {"Fx": -0.2, "Mz": 0.05}, {"Fx": 0.3, "Mz": 0.3}), 4)
     0.0333
     """
-    return float(np.max([abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]))
+    return float(
+        np.max(
+            [abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]
+        )
+    )
 
 
 def creepage_names(sol: Solution) -> tuple[str, str, str]:
     """What the entries of a solution's `creepage` are called."""
-    return ("vx", "vy", "spin") if sol.motion is not None and sol.motion.rolls else ("ux", "uy", "rotation")
+    return (
+        ("vx", "vy", "spin")
+        if sol.motion is not None and sol.motion.rolls
+        else ("ux", "uy", "rotation")
+    )
 
 
 def _normal(sol: Solution) -> dict[str, float]:
-    load = {"approach": sol.approach} if sol.scene.approach is None else {"normal_force": sol.normal_force}
+    load = (
+        {"approach": sol.approach}
+        if sol.scene.approach is None
+        else {"normal_force": sol.normal_force}
+    )
     return load | {"peak_pressure": sol.max_pressure}
 
 
-def frictional_units(limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool) -> dict[str, float]:
-    """What an error of one is of forces, moment, creepages and shifts, by the friction limit and the semi-axes."""
+def frictional_units(
+    limit: float, a: float, b: float, bodies: Bodies | BodyPair, line: bool
+) -> dict[str, float]:
+    """What an error of one is of forces, moment, creepages and shifts, by the friction limit and
+    the semi-axes.
+    """
     G, nu = bodies.combined_G, bodies.combined_nu
     if line:
         rolling = 4 * (1 - nu) * limit / (math.pi * G * a)
@@ -195,7 +231,8 @@ def friction_limit(sol: Solution) -> float:
 
 
 def semi_axes(sol: Solution) -> tuple[float, float]:
-    """Semi-axes along x and y [length] of Hertz's ellipse, or of one with the area and ratio of second moments.
+    """Semi-axes along x and y [length] of Hertz's ellipse, or of one with the area and ratio of
+    second moments.
 
     In line contact b is 1, as forces are per unit length.
     """

@@ -26,9 +26,14 @@ def report(sol: Solution, with_doubts: bool = True) -> str:
     """The printed report of a solution, see `Solution.report`."""
     above = [f"WARNING: {doubt}" for doubt in sol.scene.doubts if with_doubts]
     count = sol.elements
-    text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{_unit(sol)('area')}" + " wide" * sol.scene.line
+    text = (
+        f"{count['contact']} elements, {sol.areas['contact']:.4g}{_unit(sol)('area')}"
+        + " wide" * sol.scene.line
+    )
     if sol.scene.motion is not None:
-        text += ": " + ", ".join(f"{number} {name}" for name, number in count.items() if name != "contact")
+        text += ": " + ", ".join(
+            f"{number} {name}" for name, number in count.items() if name != "contact"
+        )
     warned = [("WARNING", words) for words in sol.warnings if words not in sol.scene.doubts]
     rows = [*warned, *_loads(sol), ("contact", text), ("", "")]
     rows += [*_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
@@ -42,14 +47,21 @@ def headline(sol: Solution) -> str:
     """What was solved, in a line."""
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     unlike = "conformal" if sol.scene.conformal else "unlike"
-    bodies = f"{unlike} bodies ({sol.scene.difference})" if sol.scene.coupled else "quasi-identical bodies"
+    bodies = (
+        f"{unlike} bodies ({sol.scene.difference})"
+        if sol.scene.coupled
+        else "quasi-identical bodies"
+    )
     state = "" if sol.converged else ": NOT CONVERGED"
     size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
     return f"{kind} of {bodies}, {size} elements{state}"
 
 
 def _loads(sol: Solution) -> list[tuple[str, str]]:
-    unit, bars = _unit(sol), defaultdict(float, {} if sol.error_estimate is None else sol.error_estimate.bars)
+    unit, bars = (
+        _unit(sol),
+        defaultdict(float, {} if sol.error_estimate is None else sol.error_estimate.bars),
+    )
     load, peak = with_bar(sol.normal_force, bars["normal_force"]), f"{sol.max_pressure:.4g}"
     if sol.error_estimate is not None and "peak_pressure" in bars:
         peak = with_bar(sol.error_estimate.values["peak_pressure"], bars["peak_pressure"])
@@ -63,14 +75,25 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     first, second, third = sol.creepage
     if motion.rolls:
         words, turn = "creepage", f", spin = {third:.6g}{unit('spin')}"
-        rigid = [f"{name} = {with_bar(value, bars[name])}" for name, value in (("vx", first), ("vy", second))]
+        rigid = [
+            f"{name} = {with_bar(value, bars[name])}"
+            for name, value in (("vx", first), ("vy", second))
+        ]
     else:
-        words, turn, values = "rigid shift", f", rotation = {third:.6g}", (("ux", first), ("uy", second))
+        words, turn, values = (
+            "rigid shift",
+            f", rotation = {third:.6g}",
+            (("ux", first), ("uy", second)),
+        )
         rigid = [f"{name} = {_sized(value, unit('length'), bars[name])}" for name, value in values]
     rows.append((words, ", ".join(rigid) + ("" if sol.scene.line else turn)))
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     Fx, Fy = (_without_noise(F, limit) for F in sol.force)
-    part = f", {100 * np.hypot(Fx, Fy) / limit:.4g} % of the friction limit" if 0 < limit < np.inf else ""
+    part = (
+        f", {100 * np.hypot(Fx, Fy) / limit:.4g} % of the friction limit"
+        if 0 < limit < np.inf
+        else ""
+    )
     forces = (("Fx", _without_noise(Fx, Fy)), ("Fy", _without_noise(Fy, Fx)))
     words = ", ".join(f"{name} = {with_bar(value, bars[name])}" for name, value in forces)
     rows.append(("tangential force", f"{words}{unit('force')}{part}"))
@@ -78,7 +101,9 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     known = f"Mz = {with_bar(moment, bars['Mz'])}{unit('moment')}" if sol.plan.has_moment else ""
     rows.append(("twisting moment", known or f"none by {sol.plan.tangential}"))
     if not known and third:
-        rows.append(("work", f"unknown: {sol.plan.tangential} has no moment, which spin works against"))
+        rows.append(
+            ("work", f"unknown: {sol.plan.tangential} has no moment, which spin works against")
+        )
     elif not sol.scene.frictionless:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
@@ -86,25 +111,41 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         given = "undefined (no reference depth)" if np.isnan(put) else f"{put:.5g}{unit(by)}"
         layer = sol.scene.third_body
         flow = "" if layer is None or not layer.yields else " and flow of the third body"
-        rows.append(("work", f"{given} supplied, {lost:.5g}{unit(by)} dissipated by friction{flow}{how}"))
+        rows.append(
+            ("work", f"{given} supplied, {lost:.5g}{unit(by)} dissipated by friction{flow}{how}")
+        )
         if sol.scene.bodies.relaxes and isinstance(motion, Steady):
-            rows.append(("", f"{put - lost:.5g}{unit(by)} dissipated inside the viscoelastic bodies"))
+            rows.append(
+                ("", f"{put - lost:.5g}{unit(by)} dissipated inside the viscoelastic bodies")
+            )
         if sol.negative_work < 0:
             part = f"{-100 * sol.negative_work:.2g} %"
-            why = "grid error" if sol.plan.theory is None else "tractions of the theory do not oppose slip there"
+            why = (
+                "grid error"
+                if sol.plan.theory is None
+                else "tractions of the theory do not oppose slip there"
+            )
             rows.append(("", f"{part} of it is negative on single elements: {why}"))
     if sol.temperature is not None:
         found = np.where(sol.state != EXTERIOR, sol.temperature[0], -np.inf)
         row, column = np.unravel_index(np.argmax(found), found.shape)
-        where = f"x = {sol.grid.x[column]:.4g}" + ("" if sol.scene.line else f", y = {sol.grid.y[row]:.4g}")
-        rows.append(("temperature", f"at most {found.max():.4g} in the contact, at {where}{unit('length')}"))
+        where = f"x = {sol.grid.x[column]:.4g}" + (
+            "" if sol.scene.line else f", y = {sol.grid.y[row]:.4g}"
+        )
+        rows.append(
+            ("temperature", f"at most {found.max():.4g} in the contact, at {where}{unit('length')}")
+        )
     return rows
 
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
     if sol.plan.closed_form and not sol.plan.has_friction:
-        gap = "" if certificate.level == "none" else f" and relative gap {certificate.relative_gap:.1e}"
+        gap = (
+            ""
+            if certificate.level == "none"
+            else f" and relative gap {certificate.relative_gap:.1e}"
+        )
         sampled = f"residual {certificate.normal_residual:.1e}{gap}"
         return [
             ("certificate", "Hertz's closed form, exact in the continuum; no iterations"),
@@ -135,10 +176,16 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
 
 
 def _estimate(sol: Solution) -> list[tuple[str, str]]:
-    """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
+    """How far the answer is from the continuum, about: of a solution to an accuracy, or within a
+    time.
+    """
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
-        chosen = "the grid" if isinstance(sol.scene.grid, Grid) else "dq, spin_offset and slip_difference"
+        chosen = (
+            "the grid"
+            if isinstance(sol.scene.grid, Grid)
+            else "dq, spin_offset and slip_difference"
+        )
         why = f"the certificate holds for this grid; omit {chosen} for an error bar against the continuum"
         if sol.plan.theory is not None:
             why = f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
@@ -155,12 +202,17 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     for name, error in estimate.errors.items():
         said.setdefault(units.get(name, rest), []).append(f"{name} to {error:.1e}")
     errors = "; ".join(f"{', '.join(names)} of {unit}" for unit, names in said.items())
-    grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
+    grids = ", ".join(
+        f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves
+    )
     return [
         ("", ""),
         ("accuracy", f"estimated errors against the continuum: {errors}"),
         *(("", line) for line in textwrap.wrap(estimate.how, 98)),
-        ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
+        (
+            "",
+            f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s",
+        ),
     ]
 
 
@@ -178,8 +230,16 @@ def no_guarantee(sol: Solution) -> str:
         kind = "conformal" if sol.scene.conformal else "unlike"
         return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
-        on = "temperature" if sol.scene.friction.warm else "solution" if sol.scene.friction.local else "slip"
-        return f"the coefficient of friction depends on the {on}, and there may be several solutions"
+        on = (
+            "temperature"
+            if sol.scene.friction.warm
+            else "solution"
+            if sol.scene.friction.local
+            else "slip"
+        )
+        return (
+            f"the coefficient of friction depends on the {on}, and there may be several solutions"
+        )
     if sol.scene.third_body is not None and sol.scene.third_body.k_tau != 0:
         return "the yield stress of the third body depends on the solution"
     dx, dy = sol.grid.sides
@@ -204,18 +264,34 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
         each = []
         for name, calls in solvers.items():
             often = "once" if calls.count == 1 else f"{calls.count} times"
-            each.append(f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else ""))
-        rows.append(("solver calls" if problem == next(iter(sol.calls)) else "", f"{problem}: {', '.join(each)}"))
+            each.append(
+                f"{name} {often}"
+                + (f" ({calls.iterations} iterations)" if calls.iterations else "")
+            )
+        rows.append(
+            (
+                "solver calls" if problem == next(iter(sol.calls)) else "",
+                f"{problem}: {', '.join(each)}",
+            )
+        )
     if sol.branch:
         count, found = len(sol.passes), _coefficients(sol)
         passes = (
-            f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
+            f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}"
+            if count > 1
+            else f"; {count} pass" * count
         )
-        values = "" if found is None else ": coefficient {:.4g} to {:.4g} in the slip area".format(*found)
+        values = (
+            ""
+            if found is None
+            else ": coefficient {:.4g} to {:.4g} in the slip area".format(*found)
+        )
         assert isinstance(sol.scene.friction, Law)
         law = f"{kind_of(sol.scene.friction)}, solution found from {BRANCHES[sol.branch]}{values}{passes}"
         rows.append(("friction law", law))
-    stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
+    stages = ", ".join(
+        f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total"
+    )
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
     return rows
 
@@ -226,7 +302,11 @@ def _unit(sol: Solution) -> Callable[[str], str]:
 
 
 def _sized(displacement: float, unit: str, bar: float) -> str:
-    return "undefined (no reference depth)" if np.isnan(displacement) else f"{with_bar(displacement, bar)}{unit}"
+    return (
+        "undefined (no reference depth)"
+        if np.isnan(displacement)
+        else f"{with_bar(displacement, bar)}{unit}"
+    )
 
 
 def _without_noise(value: float, scale: float) -> float:
@@ -235,7 +315,9 @@ def _without_noise(value: float, scale: float) -> float:
 
 
 def report_history(history: History) -> str:
-    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full."""
+    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last
+    one in full.
+    """
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"
@@ -243,12 +325,24 @@ def report_history(history: History) -> str:
     lines = [*doubts, f"Rolling in time, {wanted} steps{state}", ""]
     if count == 0:
         return lines[0]
-    lines.append("  ".join(name.rjust(11) for name in ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")))
-    columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
+    lines.append(
+        "  ".join(
+            name.rjust(11) for name in ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
+        )
+    )
+    columns = [
+        history.rolled,
+        history.normal_force,
+        *history.force.T,
+        history.moment,
+        history.dissipation,
+    ]
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     warned = [k for k in shown[:-1] if history.scene.under_law and history[k].warnings][-1:]
-    lines += ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
+    lines += (
+        ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
+    )
     if history.scene.thermal is not None:
         lines += ["", f"Surface temperature at the end at most {history.temperature().max():.4g}."]
     estimate = history.error_estimate
@@ -258,13 +352,35 @@ def report_history(history: History) -> str:
             kind = name.partition("[")[0]
             largest[kind] = max(largest.get(kind, 0.0), error)
         errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
-        lines += ["", f"Estimated errors against the continuum, with steps of this length: {errors}, over all steps."]
+        lines += [
+            "",
+            f"Estimated errors against the continuum, with steps of this length: {errors}, over all steps.",
+        ]
     return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1], with_doubts=False)}"])
 
 
 AS_THEY_ARE = (
-    *("normal_force", "force", "moment", "approach", "creepage", "power", "friction_work", "negative_work"),
-    *("elements", "certificate", "converged", "iterations", "status", "solved_by", "calls", "branch", "note"),
+    *(
+        "normal_force",
+        "force",
+        "moment",
+        "approach",
+        "creepage",
+        "power",
+        "friction_work",
+        "negative_work",
+    ),
+    *(
+        "elements",
+        "certificate",
+        "converged",
+        "iterations",
+        "status",
+        "solved_by",
+        "calls",
+        "branch",
+        "note",
+    ),
     *("warnings", "error_estimate"),
 )
 """What a summary has of a solution under its own name."""
@@ -293,7 +409,9 @@ def _coefficients(sol: Solution) -> list[float] | None:
 
 
 def plain(value: Any) -> Any:
-    """Dictionaries, lists, words and numbers for JSON, which has no NaN and no infinity: None for these."""
+    """Dictionaries, lists, words and numbers for JSON, which has no NaN and no infinity: None for
+    these.
+    """
     if hasattr(value, "plain"):
         value = value.plain()
     if isinstance(value, dict):

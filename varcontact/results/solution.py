@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from varcontact.results.frequency import FrequencyResponse
     from varcontact.results.physical import Normalised
 
-Panel = Literal["pressure", "traction", "slip", "distance", "power_density", "temperature", "section"]
+Panel = Literal[
+    "pressure", "traction", "slip", "distance", "power_density", "temperature", "section"
+]
 """What there are pictures of."""
 ROUNDING = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
@@ -158,25 +160,35 @@ class Solution(Reported):
 
     @property
     def normal_force(self) -> float:
-        """Total compressive force, by `error_estimate`, where it has one; in line contact all forces are by length."""
+        """Total compressive force, by `error_estimate`, where it has one; in line contact all
+        forces are by length.
+        """
         return self._loads["normal_force"]
 
     @property
     def force(self) -> np.ndarray:
-        """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
+        """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is
+        one.
+        """
         return np.array([self._loads["Fx"], self._loads["Fy"]])
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117), by `error_estimate`; NaN by a theory that has none."""
+        """Twisting moment Mz on body 1 about the origin (117), by `error_estimate`; NaN by a theory
+        that has none.
+        """
         return self._loads["Mz"] if self.plan.has_moment else np.nan
 
     @property
     def _loads(self) -> dict[str, float]:
-        """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it has them."""
+        """Loads along the axes of the plane, and the largest pressure, by `error_estimate` where it
+        has them.
+        """
         (along_x, along_y), pressure, surface = self.traction, self.pressure, self.scene.surface
         if isinstance(surface, SampledDistance):  # in conformal contact turned back
-            (along_x, along_y), pressure = surface.along_axes(self.grid, self.traction, self.pressure)
+            (along_x, along_y), pressure = surface.along_axes(
+                self.grid, self.traction, self.pressure
+            )
         about_z = self.grid.x[None, :] * along_y - self.grid.y[:, None] * along_x
         fields = {"normal_force": pressure, "Fx": along_x, "Fy": along_y, "Mz": about_z}
         found = {name: field.sum() * self.grid.area for name, field in fields.items()}
@@ -186,27 +198,36 @@ class Solution(Reported):
 
     @property
     def friction(self) -> np.ndarray | None:
-        """Coefficient that the law has at this slip, or its particles with a memory, (ny, nx); None without a law."""
+        """Coefficient that the law has at this slip, or its particles with a memory, (ny, nx); None
+        without a law.
+        """
         law = self.scene.friction
         if not isinstance(law, Law):
             return None
         if self.weakening is not None and (law.memory_distance > 0 or law.local):
             return np.asarray(law.static - self.weakening * (law.static - law.kinetic))
-        slip, warm = np.hypot(*self.slip) * (self.state == SLIP), self.temperature if law.warm else None
+        slip, warm = (
+            np.hypot(*self.slip) * (self.state == SLIP),
+            self.temperature if law.warm else None,
+        )
         places = np.meshgrid(self.grid.x, self.grid.y)
         return law.on(slip, None if warm is None else warm[0], self.pressure, *places)
 
     @property
     def temperature(self) -> np.ndarray | None:
-        """Temperature of the surfaces of body 1 and body 2, (2, ny, nx), in steady rolling with thermal data, or None.
+        """Temperature of the surfaces of body 1 and body 2, (2, ny, nx), in steady rolling with
+        thermal data, or None.
 
         In the contact it is the same of both; beside and behind it each has its own.
         """
         scene = self.scene
         if scene.thermal is None or scene.speed is None:
             return None
-        heat = self.power_density * (0.0 if scene.no_slip else scene.speed)  # energy lost at edges heats nothing
-        return surface_temperatures(heat, self.state != EXTERIOR, self.grid.sides[0], scene.speed, scene.thermal)
+        # energy lost at edges heats nothing
+        heat = self.power_density * (0.0 if scene.no_slip else scene.speed)
+        return surface_temperatures(
+            heat, self.state != EXTERIOR, self.grid.sides[0], scene.speed, scene.thermal
+        )
 
     Fx = _part("force", 0, "Tangential force on body 1 along x; in line contact per unit length.")
     Fy = _part("force", 1, "Tangential force on body 1 along y.")
@@ -217,7 +238,9 @@ class Solution(Reported):
 
     @property
     def max_pressure(self) -> float:
-        """Largest pressure of an element, or mean over one, see `Grid`; by `error_estimate`, where there is one."""
+        """Largest pressure of an element, or mean over one, see `Grid`; by `error_estimate`, where
+        there is one.
+        """
         return self._loads["peak_pressure"]
 
     @property
@@ -229,13 +252,17 @@ class Solution(Reported):
 
     @property
     def traction_bound(self) -> np.ndarray:
-        """g, shape (ny, nx): f pz, or what else the friction of the scene has; infinite in the contact without slip."""
+        """g, shape (ny, nx): f pz, or what else the friction of the scene has; infinite in the
+        contact without slip.
+        """
         bound, contact = np.zeros(self.grid.shape), self.pressure > 0
         friction = self.scene.friction if self.friction is None else self.friction
         if isinstance(friction, FrictionBound):
             return friction.bound(self.pressure, *np.meshgrid(self.grid.x, self.grid.y))
         if friction is not None:
-            bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
+            bound[contact] = (
+                np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
+            )
         return bound
 
     @property
@@ -243,16 +270,25 @@ class Solution(Reported):
         """Numbers of elements: contact, stick, slip; with a third body that yields also plastic."""
         stick, slip = int(np.sum(self.state == STICK)), int(np.sum(self.state == SLIP))
         plastic = {} if self.plastic is None else {"plastic": int(np.sum(self.state == PLASTIC))}
-        return {"contact": stick + slip + sum(plastic.values()), "stick": stick, "slip": slip, **plastic}
+        return {
+            "contact": stick + slip + sum(plastic.values()),
+            "stick": stick,
+            "slip": slip,
+            **plastic,
+        }
 
     @property
     def areas(self) -> dict[str, float]:
-        """Areas of contact, stick and slip, of whole elements; in line contact per unit length: widths."""
+        """Areas of contact, stick and slip, of whole elements; in line contact per unit length:
+        widths.
+        """
         return {name: count * self.grid.area for name, count in self.elements.items()}
 
     @property
     def contact(self) -> tuple[Grid, np.ndarray]:
-        """Where there is contact: a grid, that of the elements or of their parts if pressures are, and bool on it."""
+        """Where there is contact: a grid, that of the elements or of their parts if pressures are,
+        and bool on it.
+        """
         if self.pressure_on_parts is None:
             return self.grid, self.state != EXTERIOR
         (rows, columns), (ny, nx) = self.pressure_on_parts.shape, self.grid.shape
@@ -266,11 +302,12 @@ class Solution(Reported):
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction, integral of `power_density`: by distance rolled [force], in a shift [force length].
+        """Work lost by friction, integral of `power_density`: by distance rolled [force], in a
+        shift [force length].
 
-        In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where there is one. In a
-        step of rolling it is the work put in less the change of the elastic energy. In place it is exact as long as all
-        that slips goes on in its direction.
+        In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where
+        there is one. In a step of rolling it is the work put in less the change of the elastic
+        energy. In place it is exact as long as all that slips goes on in its direction.
         """
         rolls = isinstance(self.motion, Steady) and not self.scene.bodies.relaxes
         if self.error_estimate is not None and rolls:
@@ -279,23 +316,31 @@ class Solution(Reported):
 
     @property
     def negative_work(self) -> float:
-        """Sum of negative values of `power_density` by that of all [-]: an error of the grid, or of a rough theory."""
+        """Sum of negative values of `power_density` by that of all [-]: an error of the grid, or of
+        a rough theory.
+        """
         negative = float(self.power_density[self.power_density < 0].sum())
-        if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):  # where nothing slips
+        # where nothing slips
+        if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):
             return 0.0
         return negative / abs(float(self.power_density.sum()))
 
     @property
     def power(self) -> float:
-        """Work that the rolling motion puts into the contact, by distance rolled [force]; in a shift [force length].
+        """Work that the rolling motion puts into the contact, by distance rolled [force]; in a
+        shift [force length].
 
-        ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies friction loses all;
-        viscoelastic ones lose the rest. A shift, and a step of a history, also change the elastic energy.
+        ``-(Fx vx + Fy vy + Mz spin)`` and `rolling_resistance`. In steady rolling of elastic bodies
+        friction loses all; viscoelastic ones lose the rest. A shift, and a step of a history, also
+        change the elastic energy.
         """
-        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:  # each element has its frame
+        # each element has its frame
+        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
             disc, (vx, vy, spin) = discretise(self.scene, self.grid), self.creepage
             x, y = np.meshgrid(self.grid.x, self.grid.y)
-            given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
+            given = disc.slip_of_elements / (
+                1.0 if disc.step is None else disc.step * disc.scales.length
+            )
             slip = given + np.array([vx - spin * y, vy + spin * x])
             return self.rolling_resistance - float(np.sum(self.traction * slip) * self.grid.area)
         loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
@@ -304,7 +349,9 @@ class Solution(Reported):
 
     @property
     def rolling_resistance(self) -> float:
-        """Work of the pressure by distance rolled [force]: a resistance of unlike or viscoelastic bodies."""
+        """Work of the pressure by distance rolled [force]: a resistance of unlike or viscoelastic
+        bodies.
+        """
         from varcontact.results.physical import rolling_resistance
 
         return rolling_resistance(self)
@@ -327,7 +374,9 @@ class Solution(Reported):
         return dataset(self)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The fields as a table with one row per element, row of elements by row of elements; `attrs` has the units."""
+        """The fields as a table with one row per element, row of elements by row of elements;
+        `attrs` has the units.
+        """
         from varcontact.io.export import dataframe
 
         return dataframe(self)
@@ -336,10 +385,11 @@ class Solution(Reported):
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a file in the format of its ending, whole or not at all.
 
-        ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
-        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's. ``.html``
-        is the report as a web page, see `to_html`. A solution that is at `path` in the same format is replaced, any
-        other file only with `overwrite`. OutputError for other endings, and if the file holds something else or cannot
+        ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs:
+        ``.csv``, a row per element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which
+        ParaView reads; ``.mat``, MATLAB's. ``.html`` is the report as a web page, see `to_html`. A
+        solution that is at `path` in the same format is replaced, any other file only with
+        `overwrite`. OutputError for other endings, and if the file holds something else or cannot
         be written.
         """
         from varcontact.io.solution import save
@@ -348,7 +398,9 @@ class Solution(Reported):
 
     @checks.named_options()
     def to_html(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write the report as one web page, with picture and command; `path` (.html) and `overwrite` as of `save`."""
+        """Write the report as one web page, with picture and command; `path` (.html) and
+        `overwrite` as of `save`.
+        """
         check_ending("path", checks.file_name("path", path), ".html")
         self.save(path, overwrite=overwrite)
 
@@ -377,12 +429,16 @@ class Solution(Reported):
         return sensitivity(self)
 
     @checks.named_options()
-    def frequency_response(self, wave_number: float | Sequence[float] | np.ndarray) -> FrequencyResponse:
-        """Complex derivatives of the forces by creepages, load and roughness that swing as the contact rolls.
+    def frequency_response(
+        self, wave_number: float | Sequence[float] | np.ndarray
+    ) -> FrequencyResponse:
+        """Complex derivatives of the forces by creepages, load and roughness that swing as the
+        contact rolls.
 
-        `wave_number`, one or several, is ``k = omega/V`` [1/length], circular frequency by rolling velocity: from 0,
-        where the derivatives by the creepages are `sensitivity`, to a wave of two elements. SceneError for others,
-        without steady rolling of elastic bodies, and where `sensitivity` is refused.
+        `wave_number`, one or several, is ``k = omega/V`` [1/length], circular frequency by rolling
+        velocity: from 0, where the derivatives by the creepages are `sensitivity`, to a wave of two
+        elements. SceneError for others, without steady rolling of elastic bodies, and where
+        `sensitivity` is refused.
         """
         from varcontact.results.frequency import frequency_response
 
@@ -430,19 +486,29 @@ class Solution(Reported):
 
     @checks.named_options()
     def section(
-        self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
+        self,
+        y: float | None = None,
+        *,
+        ax: Axes | None = None,
+        figsize: tuple[float, float] | None = None,
     ) -> Figure:
-        """Picture of a section along x, the panel "section" of `plot`: `y`, `ax`, `figsize` and errors are its own."""
+        """Picture of a section along x, the panel "section" of `plot`: `y`, `ax`, `figsize` and
+        errors are its own.
+        """
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:
-        """Picture of how passes of a coupling loop, or under a law of friction, converged; refused without passes."""
+        """Picture of how passes of a coupling loop, or under a law of friction, converged; refused
+        without passes.
+        """
         from varcontact.plotting.solution import plot_passes
 
         return plot_passes(self)
 
     def summary(self) -> dict[str, Any]:
-        """What ``varcontact solve --json`` prints: forces, counts, certificate, methods; None for what is not known."""
+        """What ``varcontact solve --json`` prints: forces, counts, certificate, methods; None for
+        what is not known.
+        """
         from varcontact.results.report import summary
 
         return summary(self)

@@ -27,7 +27,8 @@ FARTHEST = 1e60
 """The largest coordinate of a point: the potentials take fifth powers of distances."""
 
 PER_ELEMENT, PER_DEPTH = 2200.0, 450.0
-"""Bytes of `stress_below` by element: of one layer at work, and of the results of each; measured on 4096 to 262 144."""
+"""Bytes of `stress_below` by element: of one layer at work, and of the results of each; measured on
+4096 to 262 144."""
 
 
 class Patch(Protocol):
@@ -91,11 +92,15 @@ class SubsurfaceStress:
     @property
     def principal(self) -> np.ndarray:
         """Principal stresses, the largest first, shape (3, ...)."""
-        return np.moveaxis(np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))[..., ::-1], -1, 0)
+        return np.moveaxis(
+            np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))[..., ::-1], -1, 0
+        )
 
     @property
     def tresca(self) -> np.ndarray:
-        """Difference of the largest and the smallest principal stress: twice the largest shear stress."""
+        """Difference of the largest and the smallest principal stress: twice the largest shear
+        stress.
+        """
         principal = self.principal
         return np.asarray(principal[0] - principal[2])
 
@@ -125,16 +130,19 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
 
     Notes
     -----
-    Boussinesq's and Cerruti's integrals over every loaded element in closed form. At ``z = 0`` within an element the
-    field is the limit from inside: the tractions themselves come out. On an edge between elements constant tractions
-    jump: what jumps with them has the mean of both sides. Where a stress has no limit there (it grows as ``ln z``;
-    sigma_xx by a jump of px), its mean over a width of one element is given. Stresses do not depend on G; in a rigid
-    body they are the limit of a stiff one with its nu. In layers fields are transforms by wave number, exact to 1e-11;
-    on their surface those at a depth of 1e-6 of an element, at an interface those of the lower layer.
+    Boussinesq's and Cerruti's integrals over every loaded element in closed form. At ``z = 0``
+    within an element the field is the limit from inside: the tractions themselves come out. On an
+    edge between elements constant tractions jump: what jumps with them has the mean of both sides.
+    Where a stress has no limit there (it grows as ``ln z``; sigma_xx by a jump of px), its mean
+    over a width of one element is given. Stresses do not depend on G; in a rigid body they are the
+    limit of a stiff one with its nu. In layers fields are transforms by wave number, exact to
+    1e-11; on their surface those at a depth of 1e-6 of an element, at an interface those of the
+    lower layer.
 
     Examples
     --------
-    The largest shear stress below a Hertzian circle is 0.31 of the peak pressure, at a depth of 0.48 a (nu = 0.3).
+    The largest shear stress below a Hertzian circle is 0.31 of the peak pressure, at a depth of
+    0.48 a (nu = 0.3).
 
     >>> import numpy as np
     >>> import varcontact as vc
@@ -156,9 +164,7 @@ def stress(solution: Solution | Patch, points: Any, body: Body = 1) -> Subsurfac
     if outside.size:
         name, where = names[side - 1], "z >= 0" if side == 1 else "z <= 0"
         place = ", ".join([":", *map(str, np.unravel_index(outside[0], depth.shape))])
-        allowed = (
-            f"in the {name}{' body' * (names == NAMES)}, {where} ({outside.size} of {depth.size} points are outside)"
-        )
+        allowed = f"in the {name}{' body' * (names == NAMES)}, {where} ({outside.size} of {depth.size} points are outside)"
         raise SceneError(f"points[{place}]", given.reshape(3, -1)[:, outside[0]].tolist(), allowed)
     flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
     return _field(solution, side, given, flat, below=False)
@@ -208,10 +214,18 @@ def stress_below(solution: Solution | Patch, depths: Any, body: Body = 1) -> Sub
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
     if np.any(below < 0):
-        raise SceneError("depths", float(below.min()), "zero or positive: distances from the surface")
+        raise SceneError(
+            "depths", float(below.min()), "zero or positive: distances from the surface"
+        )
     smaller = "fewer depths at a time would fit" if below.size > 1 else SMALLER
-    need("the stress below the surface", solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size), smaller)
-    z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
+    need(
+        "the stress below the surface",
+        solution.grid.size * (PER_ELEMENT + PER_DEPTH * below.size),
+        smaller,
+    )
+    z, y, x = np.meshgrid(
+        below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij"
+    )
     return _field(solution, side, np.stack([x, y, z]), below, below=True)
 
 
@@ -238,20 +252,30 @@ def side_of(body: Any, names: tuple[str, str]) -> int:
     raise SceneError("body", body, allowed)
 
 
-def _field(solution: Solution, side: int, points: np.ndarray, where: np.ndarray, *, below: bool) -> SubsurfaceStress:
-    """The field of a body at points, `where` upwards into it: `below` all elements the depths; the lower mirrored."""
+def _field(
+    solution: Solution, side: int, points: np.ndarray, where: np.ndarray, *, below: bool
+) -> SubsurfaceStress:
+    """The field of a body at points, `where` upwards into it: `below` all elements the depths; the
+    lower mirrored.
+    """
     grid, scene, bodies = solution.grid, solution.scene, solution.scene.bodies
     tangential = solution.traction if side == 1 else -solution.traction
     tractions = np.concatenate([tangential, solution.pressure[None]])
     body: Any = bodies if isinstance(bodies, Bodies) else (bodies.upper, bodies.lower)[side - 1]
     if isinstance(body, Bodies):
         G, nu = (bodies if isinstance(bodies, Bodies) else bodies.surfaces).pairs
-        constants = {"G": G[side - 1], "nu": nu[side - 1], "reference": scene.reference_depth or 1.0}
+        constants = {
+            "G": G[side - 1],
+            "nu": nu[side - 1],
+            "reference": scene.reference_depth or 1.0,
+        }
         field = (field_below if below else field_at)(where, grid, tractions, **constants)
     elif isinstance(body, Layered):
         base = body.base if isinstance(body.base, str) else body.base[:2]
         stack = Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), base)
-        field = (layered_field_below if below else layered_field_at)(where, grid, tractions, stack=stack)
+        field = (layered_field_below if below else layered_field_at)(
+            where, grid, tractions, stack=stack
+        )
     else:
         allowed = "a half-space, Bodies(G, nu), or Layered: of others these stresses are not known"
         raise SceneError("body", side, allowed)
@@ -262,7 +286,8 @@ def _field(solution: Solution, side: int, points: np.ndarray, where: np.ndarray,
     return SubsurfaceStress(
         body=side,
         points=points,
-        displacement=field.displacement.reshape(points.shape) * (vector * np.nan if undetermined else vector),
+        displacement=field.displacement.reshape(points.shape)
+        * (vector * np.nan if undetermined else vector),
         gradient=field.gradient.reshape(3, 3, *trailing) * tensor,
         stress=field.stress.reshape(3, 3, *trailing) * tensor,
     )

@@ -23,7 +23,8 @@ def _relaxations(field: str, given: Any, least: int = 0) -> Relaxations:
     if not pairs or not all(is_array(each) and len(each) == 2 for each in given):
         raise SceneError(field, given, "a list of pairs (f, tau)" + ", one at least" * least)
     return tuple(
-        (positive(f"{field}[{k}][0]", part), positive(f"{field}[{k}][1]", time)) for k, (part, time) in enumerate(given)
+        (positive(f"{field}[{k}][0]", part), positive(f"{field}[{k}][1]", time))
+        for k, (part, time) in enumerate(given)
     )
 
 
@@ -32,7 +33,11 @@ def _pair(field: str, value: Any, check: Any = poisson_ratio) -> tuple[float, fl
     single = not is_array(value)
     if not single and len(value) != 2:
         raise SceneError(field, value, "one value, or a pair (upper, lower)")
-    pair = 2 * (check(field, value),) if single else (check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1]))
+    pair = (
+        2 * (check(field, value),)
+        if single
+        else (check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1]))
+    )
     if math.isinf(pair[0]) and math.isinf(pair[1]):
         raise SceneError(field, value, "finite for one body at least (both are rigid)")
     return pair
@@ -69,7 +74,8 @@ class Bodies(Checked):
     }
     G: float | tuple[float, float]
     nu: float | tuple[float, float]
-    # what a pair of other bodies may have: longest relaxation time, bases that do not move, one without friction
+    # what a pair of other bodies may have: longest relaxation time, bases that do not move, one
+    # without friction
     longest_relaxation: ClassVar[float] = 0.0
     relaxes: ClassVar[bool] = False
     grounded: ClassVar[bool] = False
@@ -130,7 +136,9 @@ class Bodies(Checked):
 
     @property
     def K(self) -> float:
-        """Difference parameter (60); zero: quasi-identical, normal and tangential problem uncoupled."""
+        """Difference parameter (60); zero: quasi-identical, normal and tangential problem
+        uncoupled.
+        """
         (G1, G2), (nu1, nu2) = self.pairs
         if (G1, nu1) == (G2, nu2):
             return 0.0
@@ -145,7 +153,9 @@ class Bodies(Checked):
 
 
 @dataclass(frozen=True)
-class Layer(Checked, path="layer", h=positive, G=positive, nu=poisson_ratio, relaxations=_relaxations):
+class Layer(
+    Checked, path="layer", h=positive, G=positive, nu=poisson_ratio, relaxations=_relaxations
+):
     """A layer of a `Layered` body: homogeneous, isotropic, and bonded to what is below.
 
     Parameters
@@ -211,15 +221,27 @@ class Layered(Checked, path="bodies", relaxations=_relaxations):
         if isinstance(given, list | tuple) and len(given) in (2, 3):
             G, nu, *own = given
             base = positive("bodies.base[0]", G), poisson_ratio("bodies.base[1]", nu)
-            object.__setattr__(self, "base", (*base, *(_relaxations("bodies.relaxations", each, 1) for each in own)))
+            object.__setattr__(
+                self,
+                "base",
+                (*base, *(_relaxations("bodies.relaxations", each, 1) for each in own)),
+            )
         elif not isinstance(given, str) or given not in ("rigid", "smooth"):
-            raise SceneError("bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"')
+            raise SceneError(
+                "bodies.base", given, '(G, nu), (G, nu, relaxations), "rigid" or "smooth"'
+            )
         if self.relaxations and (any(layer.relaxations for layer in layers) or len(self.base) == 3):
-            raise SceneError("bodies.relaxations", self.relaxations, "left out where layers or the base have their own")
+            raise SceneError(
+                "bodies.relaxations",
+                self.relaxations,
+                "left out where layers or the base have their own",
+            )
 
 
 @dataclass(frozen=True)
-class Viscoelastic(Checked, path="bodies", G=positive, nu=poisson_ratio, relaxations=partial(_relaxations, least=1)):
+class Viscoelastic(
+    Checked, path="bodies", G=positive, nu=poisson_ratio, relaxations=partial(_relaxations, least=1)
+):
     """A homogeneous half-space of a standard linear solid: rolls by
     ``Steady(speed=...)`` or ``Transient(dt=...)``.
 
@@ -289,7 +311,9 @@ class BodyPair:
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
-            pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
+            pair = isinstance(body, Bodies) and (
+                isinstance(body.G, tuple) or isinstance(body.nu, tuple)
+            )
             if not (isinstance(body, Body) or body == RIGID) or pair:
                 allowed = 'Layered, Viscoelastic, Graded, Bodies with one G and one nu, or "rigid"'
                 raise SceneError(f"bodies.{name}", body, allowed)
@@ -305,7 +329,9 @@ class BodyPair:
     @property
     def softest(self) -> Bodies:
         """Half-spaces that give way at least as much as these bodies."""
-        upper, lower = (min(G for G, _ in _relaxed(materials(body))) for body in (self.upper, self.lower))
+        upper, lower = (
+            min(G for G, _ in _relaxed(materials(body))) for body in (self.upper, self.lower)
+        )
         return Bodies(G=(upper, lower), nu=0.0)
 
     @property
@@ -316,8 +342,12 @@ class BodyPair:
 
     @property
     def of_several_solids(self) -> bool:
-        """Whether the parts of a body, one of which is viscoelastic, differ in their relaxations."""
-        return any(len({solid for _, _, solid in materials(body)}) > 1 for body in (self.upper, self.lower))
+        """Whether the parts of a body, one of which is viscoelastic, differ in their
+        relaxations.
+        """
+        return any(
+            len({solid for _, _, solid in materials(body)}) > 1 for body in (self.upper, self.lower)
+        )
 
     @property
     def relaxes(self) -> bool:
@@ -333,7 +363,9 @@ class BodyPair:
             if isinstance(body, Viscoelastic):
                 pair.append(Bodies(*soft[0]))
             elif isinstance(body, Layered):
-                layers = tuple(Layer(layer.h, *each) for layer, each in zip(body.layers, soft, strict=False))
+                layers = tuple(
+                    Layer(layer.h, *each) for layer, each in zip(body.layers, soft, strict=False)
+                )
                 pair.append(Layered(layers, body.base if isinstance(body.base, str) else soft[-1]))
             else:
                 pair.append(body)
@@ -357,28 +389,48 @@ class BodyPair:
 
     @property
     def grounded(self) -> bool:
-        """Whether both bodies rest on bases that do not move: normal displacements count from there."""
-        bases = [body.base if isinstance(body, Layered) else body for body in (self.upper, self.lower)]
+        """Whether both bodies rest on bases that do not move: normal displacements count from
+        there.
+        """
+        bases = [
+            body.base if isinstance(body, Layered) else body for body in (self.upper, self.lower)
+        ]
         return all(isinstance(base, str) for base in bases)
 
     @property
     def slides(self) -> bool:
-        """Whether one of them rests on a base without friction: tangential displacements are known but for a shift."""
-        return any(isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower))
+        """Whether one of them rests on a base without friction: tangential displacements are known
+        but for a shift.
+        """
+        return any(
+            isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower)
+        )
 
 
 def as_bodies(value: Any) -> Any:
-    """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
+    """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces
+    is `Bodies`.
+    """
     if isinstance(value, Layered | Viscoelastic | Stratified):
         return BodyPair(value, value)
-    if not isinstance(value, tuple | list) or len(value) != 2 or not any(isinstance(b, Body) for b in value):
+    if (
+        not isinstance(value, tuple | list)
+        or len(value) != 2
+        or not any(isinstance(b, Body) for b in value)
+    ):
         return value
     pair = BodyPair(*value)
-    return pair if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value) else pair.surfaces
+    return (
+        pair
+        if any(isinstance(body, Layered | Viscoelastic | Stratified) for body in value)
+        else pair.surfaces
+    )
 
 
 def materials(body: Body | str) -> list[tuple[float, float, Relaxations]]:
-    """G, nu and relaxations of the layers of a body, from the surface, and of a base that gives way."""
+    """G, nu and relaxations of the layers of a body, from the surface, and of a base that gives
+    way.
+    """
     if isinstance(body, str):
         return [(math.inf, 0.0, ())]
     if isinstance(body, Bodies):

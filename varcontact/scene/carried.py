@@ -1,4 +1,6 @@
-"""Heights that rolling bodies carry through the contact: roughness, flats, corrugation, what wear has left."""
+"""Heights that rolling bodies carry through the contact: roughness, flats, corrugation, what wear
+has left.
+"""
 
 from __future__ import annotations
 
@@ -62,19 +64,33 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
     def __post_init__(self) -> None:
         super().__post_init__()
         set_ = object.__setattr__
-        set_(self, "height", checks.array("carried.height", self.height, 1 if self.y is None else 2))
-        set_(self, "x", checks.coordinates("carried.x", self.x, self.height.shape[-1], "column of height"))
+        set_(
+            self, "height", checks.array("carried.height", self.height, 1 if self.y is None else 2)
+        )
+        set_(
+            self,
+            "x",
+            checks.coordinates("carried.x", self.x, self.height.shape[-1], "column of height"),
+        )
         if self.y is not None:
-            set_(self, "y", checks.coordinates("carried.y", self.y, self.height.shape[0], "row of height"))
+            set_(
+                self,
+                "y",
+                checks.coordinates("carried.y", self.y, self.height.shape[0], "row of height"),
+            )
         length = np.ptp(self.x)
         if self.period is not None and self.period <= length:
-            raise SceneError("carried.period", self.period, f"above the length of the samples, {length:.6g}")
+            raise SceneError(
+                "carried.period", self.period, f"above the length of the samples, {length:.6g}"
+            )
 
     __repr__ = checks.short_entries
 
     @classmethod
     @checks.named_options()
-    def flat(cls, length: float, radius: float, at: float, worn: bool = False, samples: int = 201) -> Carried:
+    def flat(
+        cls, length: float, radius: float, at: float, worn: bool = False, samples: int = 201
+    ) -> Carried:
         """A wheel flat, straight across.
 
         Parameters
@@ -167,7 +183,8 @@ class Carried(checks.Checked, path="carried", period=checks.positive):
     def _between(self) -> Interpolation:
         x, height = self.x, np.atleast_2d(self.height)
         gap = np.inf if self.period is None else self.period - (x[-1] - x[0])
-        if self.period is not None and gap < 2 * np.diff(x).max():  # some samples of the periods before and after
+        # some samples of the periods before and after
+        if self.period is not None and gap < 2 * np.diff(x).max():
             count = min(AROUND, x.size)
             x = np.concatenate([x[-count:] - self.period, x, x[:count] + self.period])
             height = np.concatenate([height[:, -count:], height, height[:, :count]], axis=1)

@@ -28,8 +28,11 @@ if TYPE_CHECKING:
     from varcontact.scene.scene import Scene
 
 
-_Problem = tuple[int | None, tuple[float | None, float | None], Any, Steady | Shift | TimeStep | None]
-"""What a scene poses, itself or in a step of its history: step, normal force and approach, friction, motion."""
+_Problem = tuple[
+    int | None, tuple[float | None, float | None], Any, Steady | Shift | TimeStep | None
+]
+"""What a scene poses, itself or in a step of its history: step, normal force and approach,
+friction, motion."""
 
 
 def check_classes(scene: Scene) -> None:
@@ -47,8 +50,12 @@ def check_classes(scene: Scene) -> None:
         if name != "grid" or not isinstance(value, str) or value != "auto":
             checks.kind(name, value, *classes, more=more)
     thermal = scene.thermal
-    if thermal is not None and not (len(thermal) == 2 and all(isinstance(each, Thermal) for each in thermal)):
-        raise SceneError("thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)")
+    if thermal is not None and not (
+        len(thermal) == 2 and all(isinstance(each, Thermal) for each in thermal)
+    ):
+        raise SceneError(
+            "thermal", thermal, "a Thermal of both bodies, or a pair of them (upper, lower)"
+        )
 
 
 def check(scene: Scene) -> None:
@@ -73,23 +80,34 @@ def _problems(scene: Scene) -> Iterator[_Problem]:
         yield None, own, scene.friction, motion
         return
     for k in range(1 if motion.repeats else motion.steps):
-        load, friction = (motion.of("normal_force", k), motion.of("approach", k)), motion.of("friction", k)
+        load, friction = (
+            (motion.of("normal_force", k), motion.of("approach", k)),
+            motion.of("friction", k),
+        )
         # Without dq a step is as long as an element, which no rule depends on.
         friction = scene.friction if friction is None else friction
         yield k, own if load == (None, None) else load, friction, motion.step(k, dx=1.0)
 
 
 def _check_load(scene: Scene, problems: list[_Problem]) -> None:
-    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch."""
+    """Exactly one of normal force and approach, in each problem; an approach at which the bodies
+    touch.
+    """
     unloaded = scene.normal_force is None and scene.approach is None
     if not unloaded or not isinstance(scene.motion, Transient):
         checks.exactly_one(normal_force=scene.normal_force, approach=scene.approach)
     for k, (force, approach), _, _ in problems:
-        checks.exactly_one(**{f"motion.normal_force[{k}]": force, f"motion.approach[{k}]": approach})
+        checks.exactly_one(
+            **{f"motion.normal_force[{k}]": force, f"motion.approach[{k}]": approach}
+        )
     if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
-        raise SceneError("surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces")
+        raise SceneError(
+            "surface", scene.surface, "Paraboloids: an Ellipse is Hertz's contact of half-spaces"
+        )
     if isinstance(scene.surface, Ellipse) and unloaded:
-        raise SceneError("surface", scene.surface, "Paraboloids, or an Ellipse with the scene's own normal_force")
+        raise SceneError(
+            "surface", scene.surface, "Paraboloids, or an Ellipse with the scene's own normal_force"
+        )
     least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
     apart = scene.approach is not None and scene.approach <= least
     if apart and not isinstance(scene.motion, TimeStep | Transient):
@@ -107,13 +125,17 @@ def _check_harmonic(scene: Scene) -> None:
     if not isinstance(scene.motion, Harmonic):
         return
     if scene.friction is not None and not scene.no_slip:
-        allowed = "inf: with slip, Solution.frequency_response is what swings about a steady solution"
+        allowed = (
+            "inf: with slip, Solution.frequency_response is what swings about a steady solution"
+        )
         raise SceneError("friction", scene.friction, allowed)
     if scene.thermal is not None:
         raise SceneError("thermal", scene.thermal, "left out where creepages swing")
     check_linear(scene)
     if scene.shift_undetermined:
-        raise SceneError("surface.reference_depth", None, "given: in line contact what swings depends on it")
+        raise SceneError(
+            "surface.reference_depth", None, "given: in line contact what swings depends on it"
+        )
 
 
 def check_linear(scene: Scene) -> None:
@@ -122,25 +144,41 @@ def check_linear(scene: Scene) -> None:
         allowed = "inf: linearised are layers that do not yield"
         raise SceneError("third_body.tau_c0", scene.third_body.tau_c0, allowed)
     if scene.conformal:
-        raise SceneError("surface.inclination", "given", "left out: linearised are bodies that meet on a plane")
+        raise SceneError(
+            "surface.inclination", "given", "left out: linearised are bodies that meet on a plane"
+        )
 
 
 def _check_speed(scene: Scene) -> None:
-    """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact depends on either."""
+    """Viscoelastic bodies roll steadily at a speed, or step by step in time; no other contact
+    depends on either.
+    """
     motion, relaxes, thermal = scene.motion, scene.bodies.relaxes, scene.thermal is not None
-    name, what = ("dt", "the time of a step") if isinstance(motion, TimeStep | Transient) else ("speed", "the speed")
+    name, what = (
+        ("dt", "the time of a step")
+        if isinstance(motion, TimeStep | Transient)
+        else ("speed", "the speed")
+    )
     given = getattr(motion, name, None)
-    if not isinstance(motion, Steady | TimeStep | Transient) and (relaxes or (thermal and motion is not None)):
+    if not isinstance(motion, Steady | TimeStep | Transient) and (
+        relaxes or (thermal and motion is not None)
+    ):
         allowed = "Steady(speed=...) or Transient(dt=...), with friction = 0 if need be"
-        raise SceneError("motion", motion, f"{allowed}: viscoelastic bodies and temperatures need time")
+        raise SceneError(
+            "motion", motion, f"{allowed}: viscoelastic bodies and temperatures need time"
+        )
     several = isinstance(scene.bodies, BodyPair) and scene.bodies.of_several_solids
     if several and not (scene.line and isinstance(motion, Steady)):
-        allowed = "of one solid (relaxations of the whole body), or in steady rolling in line contact"
+        allowed = (
+            "of one solid (relaxations of the whole body), or in steady rolling in line contact"
+        )
         raise SceneError("bodies.layers", scene.bodies, allowed)
     if motion is None:
         return
     if given is None and (relaxes or thermal):
-        raise SceneError(f"motion.{name}", None, f"given: viscoelastic bodies and temperatures depend on {what}")
+        raise SceneError(
+            f"motion.{name}", None, f"given: viscoelastic bodies and temperatures depend on {what}"
+        )
     if thermal and not np.all(np.asarray(given) > 0):
         raise SceneError(f"motion.{name}", given, "positive: heat takes time")
     if given is not None and not (relaxes or thermal):
@@ -149,7 +187,9 @@ def _check_speed(scene: Scene) -> None:
 
 
 def _check_surfaces(scene: Scene) -> None:
-    """Line contact, and nothing else, has no rows, and no spin; surfaces of a history are alike, and on a plane."""
+    """Line contact, and nothing else, has no rows, and no spin; surfaces of a history are alike,
+    and on a plane.
+    """
     grid, motion = scene.grid, scene.motion
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
@@ -157,22 +197,38 @@ def _check_surfaces(scene: Scene) -> None:
         turns = np.atleast_1d(getattr(motion, name, 0.0))
         if scene.line and np.any(turns != 0):
             given = float(turns[turns != 0][0])
-            raise SceneError(f"motion.{name}", given, "0 in line contact, where nothing depends on y")
+            raise SceneError(
+                f"motion.{name}", given, "0 in line contact, where nothing depends on y"
+            )
     for surface in scene.surfaces:
-        if surface.line != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
+        if (
+            surface.line != scene.line
+            or getattr(surface, "reference_depth", None) != scene.reference_depth
+        ):
             allowed = "as the scene's surface: line contact with the same reference_depth, or none"
             raise SceneError("motion.surface", surface, allowed)
-    if not any(getattr(surface, "inclination", None) is not None for surface in (scene.surface, *scene.surfaces)):
+    if not any(
+        getattr(surface, "inclination", None) is not None
+        for surface in (scene.surface, *scene.surfaces)
+    ):
         return
     if isinstance(motion, TimeStep | Transient):
-        raise SceneError("motion", motion, "Steady or Shift: conformal contact (surface.inclination) has no history")
+        raise SceneError(
+            "motion",
+            motion,
+            "Steady or Shift: conformal contact (surface.inclination) has no history",
+        )
     if motion is not None and motion.Fy is not None:
-        allowed = "left out: in conformal contact the pressure bears a part of it; prescribe vy or uy"
+        allowed = (
+            "left out: in conformal contact the pressure bears a part of it; prescribe vy or uy"
+        )
         raise SceneError("motion.Fy", motion.Fy, allowed)
 
 
 def why_centres(scene: Scene) -> str:
-    """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
+    """Why elements at the contact's edge cannot count in part: what must be known of it; empty
+    where they can.
+    """
     if scene.coupled and not scene.frictionless:
         how = "conformal" if scene.conformal else f"unlike ({scene.difference})"
         return f"is for a pressure that tractions do not change, and the bodies are {how}"
@@ -183,19 +239,29 @@ def why_centres(scene: Scene) -> str:
 
 
 def _check_friction(scene: Scene, problems: list[_Problem]) -> None:
-    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls."""
+    """Friction is given where there is a motion; a law that falls with slip velocity needs a step
+    that rolls.
+    """
     for k, _, friction, motion in problems:
         law = friction if isinstance(friction, Law) else None
         if motion is not None and friction is None:
-            raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
+            raise SceneError(
+                "friction", None, "given: a motion needs a number, inf, a law, or an array"
+            )
         if isinstance(friction, FrictionBound) and friction.rolls_along and k is None:
-            raise SceneError("friction", friction, "a number, a law or an array: what particles carry needs Transient")
+            raise SceneError(
+                "friction",
+                friction,
+                "a number, a law or an array: what particles carry needs Transient",
+            )
         if law is not None and law.warm and scene.thermal is None:
             raise SceneError("friction", law, "a law by slip: temperatures need thermal data")
         for factor in law.factors if isinstance(law, FrictionLaw) else ():
             if isinstance(factor, np.ndarray):
                 _check_on_grid(scene, "friction.factors", factor)
-        falls = law is not None and not isinstance(law, StaticKinetic | TemperatureFalling | PressureFalling)
+        falls = law is not None and not isinstance(
+            law, StaticKinetic | TemperatureFalling | PressureFalling
+        )
         if falls and k is not None and motion is not None and motion.rolls == 0:
             field = "friction" if law is scene.friction else "motion.friction"
             allowed = f"a law without slip velocity, as StaticKinetic: step {k} does not roll (motion.dq = 0)"
@@ -211,12 +277,17 @@ def _check_by_element(scene: Scene) -> None:
     grid, motion, relaxes = scene.grid, scene.motion, scene.bodies.relaxes
     allowed = '"centres"' if relaxes else '"centres" or "touched"'
     if isinstance(motion, Transient | TimeStep) and f'"{scene.edge}"' not in allowed:
-        # what elements at the edge give way is no displacement that particles could carry along to the next step
+        # what elements at the edge give way is no displacement that particles could carry along to
+        # the next step
         kind = "of viscoelastic bodies" if relaxes else "of steps"
         raise SceneError("grid.edge", scene.edge, f"{allowed} in a history {kind}")
     if isinstance(scene.friction, np.ndarray):
         _check_on_grid(scene, "friction", scene.friction)
-        for each in (scene.friction.min(), scene.friction.max(), *scene.friction[scene.friction > 0][:1]):
+        for each in (
+            scene.friction.min(),
+            scene.friction.max(),
+            *scene.friction[scene.friction > 0][:1],
+        ):
             coefficient("friction", float(each))
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
@@ -227,14 +298,22 @@ def _check_by_element(scene: Scene) -> None:
     if isinstance(motion, Steady) and motion.rigid_slip is not None:
         name, given = "motion.rigid_slip", motion.rigid_slip.shape
         if not isinstance(scene.surface, SampledDistance):
-            raise SceneError(name, given, "left out: it is given at the samples of a SampledDistance")
+            raise SceneError(
+                name, given, "left out: it is given at the samples of a SampledDistance"
+            )
         if given != (2, *scene.surface.samples.shape):
-            raise checks.wrong_shape(name, given, f"(2, ny, nx) = {(2, *scene.surface.samples.shape)}")
+            raise checks.wrong_shape(
+                name, given, f"(2, ny, nx) = {(2, *scene.surface.samples.shape)}"
+            )
     for each in motion.heights if isinstance(motion, Transient) else ():
         if isinstance(scene.surface, Ellipse):
-            raise SceneError("surface", scene.surface, "Paraboloids, where motion.carried has heights")
+            raise SceneError(
+                "surface", scene.surface, "Paraboloids, where motion.carried has heights"
+            )
         if scene.line and each.y is not None:
-            raise SceneError("carried.y", each.y, "left out in line contact, where nothing depends on y")
+            raise SceneError(
+                "carried.y", each.y, "left out in line contact, where nothing depends on y"
+            )
         step = grid.sides[0] if isinstance(grid, Grid) and grid.explicit else 0.0
         if each.period is not None and each.period < 2 * step:
             allowed = f"at least two elements, {2 * step:.6g}, or shorter elements"
@@ -253,10 +332,11 @@ def _check_on_grid(scene: Scene, field: str, values: Any) -> None:
 
 
 def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
-    """In line contact displacements count from a depth: it is needed where they are prescribed or carried along.
+    """In line contact displacements count from a depth: it is needed where they are prescribed or
+    carried along.
 
-    No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
-    steady rolling, where only differences of displacements count.
+    No depth is needed along a direction in which nothing moves, in which a force is prescribed all
+    the time, or in steady rolling, where only differences of displacements count.
     """
     motion = scene.motion
     if scene.bodies.grounded and scene.reference_depth is not None:
@@ -273,12 +353,19 @@ def _check_depth(scene: Scene, problems: list[_Problem]) -> None:
     start = motion.start if isinstance(motion, Transient) else None
     for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
         moves = i == 0 and scene.coupled and not scene.frictionless
-        moves |= start is not None and bool(np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()))
-        moves |= any(getattr(step, force) or (step is not None and step.rigid[i]) for _, _, _, step in problems)
+        moves |= start is not None and bool(
+            np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max())
+        )
+        moves |= any(
+            getattr(step, force) or (step is not None and step.rigid[i])
+            for _, _, _, step in problems
+        )
         for k, _, _, step in problems:
             if moves and getattr(step, force) is None:
                 what = f"motion.{shift}" if k is None else f"step {k}, without motion.{force},"
-                raise _depth_for(scene, what, f"motion.{force}" + " in every step" * (k is not None))
+                raise _depth_for(
+                    scene, what, f"motion.{force}" + " in every step" * (k is not None)
+                )
 
 
 def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
@@ -286,7 +373,9 @@ def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
         message = f"{what} has no meaning where a body slides on a smooth base. Prescribe {instead}"
         return SceneError("bodies.base", "smooth", message=message)
     needs = f"{what} needs surface.reference_depth: in line contact displacements are measured from a depth"
-    return SceneError("surface.reference_depth", None, message=f"{needs}. Give the depth, or prescribe {instead}")
+    return SceneError(
+        "surface.reference_depth", None, message=f"{needs}. Give the depth, or prescribe {instead}"
+    )
 
 
 def _check_third_body(scene: Scene) -> None:
@@ -295,10 +384,19 @@ def _check_third_body(scene: Scene) -> None:
     if layer is None:
         return
     if layer.k_tau < 0 and isinstance(motion, Steady):
-        allowed = "zero or positive in steady rolling: a layer that softens has a history (Transient)"
+        allowed = (
+            "zero or positive in steady rolling: a layer that softens has a history (Transient)"
+        )
         raise SceneError("third_body.k_tau", layer.k_tau, allowed)
     if layer.yields and scene.no_slip:
         raise SceneError("friction", math.inf, "finite with a third_body that yields")
-    second_order = scene.edge == "softened" or getattr(motion, "slip_difference", "first-order") != "first-order"
+    second_order = (
+        scene.edge == "softened"
+        or getattr(motion, "slip_difference", "first-order") != "first-order"
+    )
     if second_order and layer.k_tau != 0:
-        raise SceneError("third_body.k_tau", layer.k_tau, '0, or grid.edge "centres" and slip_difference "first-order"')
+        raise SceneError(
+            "third_body.k_tau",
+            layer.k_tau,
+            '0, or grid.edge "centres" and slip_difference "first-order"',
+        )

@@ -20,7 +20,8 @@ from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
 
 LEAST, MOST = 1e-20, 1e20
-"""Between these are finite coefficients that are not zero: beyond, products leave the range of floating point."""
+"""Between these are finite coefficients that are not zero: beyond, products leave the range of
+floating point."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +49,25 @@ class Law(
         if not LEAST <= self.static <= MOST:
             raise SceneError("friction.static", self.static, f"between {LEAST:g} and {MOST:g}")
         if not 0 <= self.kinetic <= self.static:
-            raise SceneError("friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]")
+            raise SceneError(
+                "friction.kinetic", self.kinetic, f"in [0, static] = [0, {self.static:g}]"
+            )
         if self.memory_velocity > 0 and self.memory_distance == 0:
-            raise SceneError("friction.memory_velocity", self.memory_velocity, "0 without a memory_distance")
+            raise SceneError(
+                "friction.memory_velocity", self.memory_velocity, "0 without a memory_distance"
+            )
 
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+    def on(
+        self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None
+    ) -> np.ndarray:
         """Coefficient at `slip`, and of other laws at `temperature`, `pressure`, `x` and `y`."""
         return self(slip)
 
     @property
     def continuous(self) -> bool:
-        """Whether the coefficient of a particle changes continuously with its slip: also with a memory."""
+        """Whether the coefficient of a particle changes continuously with its slip: also with a
+        memory.
+        """
         return self.memory_distance > 0 or not self.jumps
 
     @abstractmethod
@@ -66,11 +75,15 @@ class Law(
         """Coefficient at the size of a relative slip (any shape), without memory."""
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip (any shape), where it slips; in a shift by [length]."""
+        """Its derivative by the relative slip (any shape), where it slips; in a shift by
+        [length].
+        """
         return np.zeros_like(slip_sizes(slip))
 
     def after(self, before: Any, own: Any, slip: np.ndarray, travel: float) -> np.ndarray:
-        """The coefficient of particles that had another one than the law's own, and slid ``slip * travel``."""
+        """The coefficient of particles that had another one than the law's own, and slid ``slip *
+        travel``.
+        """
         least = self.memory_velocity / getattr(self, "velocity", 1.0)
         part = np.exp(-np.maximum(slip, least) * travel / self.memory_distance)
         return np.asarray(own + (before - own) * part)
@@ -133,9 +146,13 @@ class _Falling(Law, half_velocity=checks.positive, velocity=checks.positive):
         return np.asarray(self.kinetic + (self.static - self.kinetic) * part)
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip; of the linear law that from the left at the end of the fall."""
+        """Its derivative by the relative slip; of the linear law that from the left at the end of
+        the fall.
+        """
         _, slope = self._fall(self._scaled(slip))
-        return np.asarray((self.static - self.kinetic) * slope * (self.velocity / self.half_velocity))
+        return np.asarray(
+            (self.static - self.kinetic) * slope * (self.velocity / self.half_velocity)
+        )
 
     def _scaled(self, slip: Any) -> np.ndarray:
         """Slip velocity by the one at which half is lost."""
@@ -247,10 +264,14 @@ class FrictionBound(ABC):
 
     @abstractmethod
     def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The traction bound g under a pressure at places (ny, nx), physical; zero without contact."""
+        """The traction bound g under a pressure at places (ny, nx), physical; zero without
+        contact.
+        """
 
     def at_step(self, grid: Grid, rolled: float) -> float | np.ndarray | FrictionBound:
-        """The friction of a step of a history, after a distance rolled towards positive x [length]."""
+        """The friction of a step of a history, after a distance rolled towards positive x
+        [length].
+        """
         return self
 
 

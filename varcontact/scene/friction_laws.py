@@ -1,4 +1,6 @@
-"""Laws of friction by more than slip: by temperature, pressure, place, and products with functions of the user."""
+"""Laws of friction by more than slip: by temperature, pressure, place, and products with functions
+of the user.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class LocalLaw(Law):
         """The largest coefficient, at any `slip`: nothing else is known."""
         return np.full_like(slip_sizes(slip), self.static)
 
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+    def on(
+        self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None
+    ) -> np.ndarray:
         """Coefficient at a `temperature`, or at a `pressure`, whatever `slip`, `x` and `y`."""
         return np.asarray(self.at(temperature if self.warm else pressure))
 
@@ -73,7 +77,9 @@ class TemperatureFalling(LocalLaw, reference=checks.number, over=checks.positive
 
     def at(self, temperature: Any) -> np.ndarray:
         """Coefficient at a `temperature` (any shape)."""
-        part = np.clip((np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0)
+        part = np.clip(
+            (np.asarray(temperature, dtype=float) - self.reference) / self.over, 0.0, 1.0
+        )
         return np.asarray(self.static + part * (self.kinetic - self.static))
 
 
@@ -110,7 +116,9 @@ class PressureFalling(LocalLaw, strength=checks.positive):
 
     def at(self, pressure: Any) -> np.ndarray:
         """Coefficient at a `pressure` (any shape)."""
-        rest = self.strength / np.maximum(np.asarray(pressure, dtype=float), self.strength / self.static)
+        rest = self.strength / np.maximum(
+            np.asarray(pressure, dtype=float), self.strength / self.static
+        )
         return np.minimum(self.static, self.kinetic + rest)
 
 
@@ -123,7 +131,8 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
     static, kinetic : float
         The largest and the least coefficient that the product has: searches
         begin there, from stick and from slip.
-    factors : law, array_like of shape (ny, nx), array (nx,) in line contact, callable, or sequence of these
+    factors : law, array_like of shape (ny, nx), array (nx,) in line contact, callable, or sequence
+    of these
         Laws that change continuously, without memory; coefficients by place;
         functions ``f(slip_velocity=, temperature=, pressure=, x=, y=)`` of
         those of these arguments that they name, all arrays (ny, nx), which
@@ -162,9 +171,15 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
         if not factors:
             raise SceneError("friction.factors", self.factors, "one factor at least")
         object.__setattr__(self, "factors", tuple(_factor(each) for each in factors))
-        warm = (each.warm if isinstance(each, Law) else "temperature" in _names(each) for each in self.factors)
+        warm = (
+            each.warm if isinstance(each, Law) else "temperature" in _names(each)
+            for each in self.factors
+        )
         object.__setattr__(self, "warm", any(warm))
-        known = {name: np.full((2, 3), each) for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)}
+        known = {
+            name: np.full((2, 3), each)
+            for name, each in zip(ARGUMENTS, (0.0, 20.0, 1.0, 0.0, 0.0), strict=True)
+        }
         for each in self.factors:
             if callable(each) and not isinstance(each, Law):
                 _called(each, known)
@@ -172,7 +187,9 @@ class FrictionLaw(LocalLaw, velocity=checks.positive):
     __eq__ = object.__eq__
     __hash__ = object.__hash__
 
-    def on(self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None) -> np.ndarray:
+    def on(
+        self, slip: Any, temperature: Any = None, pressure: Any = None, x: Any = None, y: Any = None
+    ) -> np.ndarray:
         """Coefficient at `slip`, `temperature`, `pressure`, `x` and `y`, arrays of one shape."""
         around = temperature, pressure, x, y
         known = dict(zip(ARGUMENTS, (slip_sizes(slip) * self.velocity, *around), strict=True))
@@ -208,14 +225,20 @@ def _factor(given: Any) -> Any:
     """A factor of a friction law, checked."""
     if isinstance(given, Law):
         if given.memory_distance > 0 or not given.continuous:
-            raise SceneError("friction.factors", given, "laws that fall continuously, without memory")
+            raise SceneError(
+                "friction.factors", given, "laws that fall continuously, without memory"
+            )
         return given
     if callable(given):
         _names(given)
         return given
     if not isinstance(given, np.ndarray | list | tuple):
-        raise SceneError("friction.factors", given, "laws, arrays of numbers by place, or functions")
-    field = checks.array("friction.factors", np.asarray(given)[None] if np.ndim(given) == 1 else given, 2)
+        raise SceneError(
+            "friction.factors", given, "laws, arrays of numbers by place, or functions"
+        )
+    field = checks.array(
+        "friction.factors", np.asarray(given)[None] if np.ndim(given) == 1 else given, 2
+    )
     checks.require_all("friction.factors", field, field >= 0, "zero or positive everywhere")
     return field
 
@@ -227,10 +250,16 @@ def _names(function: Any) -> tuple[str, ...]:
     parameters = inspect.signature(function).parameters.values()
     if any(each.kind is each.VAR_KEYWORD for each in parameters):
         return ARGUMENTS
-    unknown = [each.name for each in parameters if each.name not in ARGUMENTS and each.default is each.empty]
+    unknown = [
+        each.name
+        for each in parameters
+        if each.name not in ARGUMENTS and each.default is each.empty
+    ]
     if unknown:
         name = getattr(function, "__name__", function)
-        raise SceneError("friction.factors", f"{name}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name")
+        raise SceneError(
+            "friction.factors", f"{name}({unknown[0]})", f"of {', '.join(ARGUMENTS)} by name"
+        )
     return tuple(each.name for each in parameters if each.name in ARGUMENTS)
 
 
@@ -241,10 +270,20 @@ def _called(function: Any, known: dict[str, Any]) -> np.ndarray:
         found = np.asarray(function(**{each: known[each] for each in _names(function)}))
     except Exception as error:  # the user's own code runs here
         failed = f"{name} failed: {type(error).__name__}: {error}"
-        raise SceneError("friction.factors", failed, f"functions of arrays of shape {shape}") from error
+        raise SceneError(
+            "friction.factors", failed, f"functions of arrays of shape {shape}"
+        ) from error
     if found.shape not in ((), shape):
-        raise checks.wrong_shape(f"friction.factors: {name}", found.shape, f"a number or of shape {shape}")
-    good = (found >= 0) & (found < np.inf) if found.dtype.kind in "fiu" else np.zeros(found.shape, bool)
+        raise checks.wrong_shape(
+            f"friction.factors: {name}", found.shape, f"a number or of shape {shape}"
+        )
+    good = (
+        (found >= 0) & (found < np.inf)
+        if found.dtype.kind in "fiu"
+        else np.zeros(found.shape, bool)
+    )
     if not np.all(good):
-        raise SceneError("friction.factors", f"{name} = {found[~good][0]}", "numbers, zero or positive")
+        raise SceneError(
+            "friction.factors", f"{name} = {found[~good][0]}", "numbers, zero or positive"
+        )
     return np.broadcast_to(found.astype(float), shape)

@@ -36,9 +36,10 @@ class Grid(
 
     Two forms (the third is the word ``"auto"`` in its place):
 
-    - ``Grid(nx=, ny=)``: so many elements across the bounding box of the contact, with `margin` more
-      on every side;
-    - ``Grid(nx=, ny=, dx=, dy=, x0=, y0=)``: the lattice itself, ``(x0, y0)`` its lower left corner.
+    - ``Grid(nx=, ny=)``: so many elements across the bounding box of the contact, with `margin`
+      more on every side;
+    - ``Grid(nx=, ny=, dx=, dy=, x0=, y0=)``: the lattice itself, ``(x0, y0)`` its lower left
+      corner.
 
     Line contact has no ny, dy, y0: ``Grid(nx=)`` or ``Grid(nx=, dx=, x0=)``.
     Its lattice is one row of unit width along y, so that forces are per unit
@@ -75,8 +76,8 @@ class Grid(
 
     Notes
     -----
-    With "centres" errors jump from grid to grid, with "touched" they are larger and fall steadily with the size of the
-    elements: to be extrapolated. Measured in docs/sampling.md.
+    With "centres" errors jump from grid to grid, with "touched" they are larger and fall steadily
+    with the size of the elements: to be extrapolated. Measured in docs/sampling.md.
 
     Examples
     --------
@@ -105,10 +106,18 @@ class Grid(
     def __post_init__(self) -> None:
         super().__post_init__()
         names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
-        given = {name: value for name in ("dx", "dy", "x0", "y0") if (value := getattr(self, name)) is not None}
+        given = {
+            name: value
+            for name in ("dx", "dy", "x0", "y0")
+            if (value := getattr(self, name)) is not None
+        }
         for name, value in given.items():
             if name not in names:
-                raise SceneError(f"grid.{name}", value, "left out: without ny it is line contact, per unit length")
+                raise SceneError(
+                    f"grid.{name}",
+                    value,
+                    "left out: without ny it is line contact, per unit length",
+                )
         for name in names:
             if given and name not in given:
                 raise SceneError(f"grid.{name}", None, f"given: {', '.join(names)} come together")
@@ -132,7 +141,9 @@ class Grid(
         if self.line and self.dx is not None and self.x0 is not None:
             return self.dx, 1.0, self.x0, -0.5
         if self.dx is None or self.dy is None or self.x0 is None or self.y0 is None:
-            raise SceneError("grid", self, "explicit, with dx, dy, x0 and y0: only such a grid has positions")
+            raise SceneError(
+                "grid", self, "explicit, with dx, dy, x0 and y0: only such a grid has positions"
+            )
         return self.dx, self.dy, self.x0, self.y0
 
     @property
@@ -181,9 +192,11 @@ class Grid(
         return x0, x0 + self.nx * dx, y0, y0 + self.rows * dy
 
     def window(self, left: int, right: int, bottom: int, top: int) -> Grid:
-        """The same lattice from column `left` to before column `right`, from row `bottom` to before row `top`.
+        """The same lattice from column `left` to before column `right`, from row `bottom` to before
+        row `top`.
 
-        Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to choose.
+        Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to
+        choose.
         """
         dx, dy, x0, y0 = self._lattice()
         return self._like(right - left, top - bottom, dx, dy, x0 + left * dx, y0 + bottom * dy)
@@ -221,10 +234,14 @@ class Grid(
         return self._like(self.nx, self.rows, dx / length, dy / length, x0 / length, y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
-        """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the margin around it."""
+        """The lattice with `nx` by `ny` elements across a `box` (left, right, bottom, top) and the
+        margin around it.
+        """
         left, right, bottom, top = box
         dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
-        return self._like(self.nx + 2 * m, self.rows + 2 * m, dx, dy, left - m * dx, bottom - m * dy)
+        return self._like(
+            self.nx + 2 * m, self.rows + 2 * m, dx, dy, left - m * dx, bottom - m * dy
+        )
 
     def _like(self, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> Grid:
         """A lattice with the same edge; in line contact without rows."""
@@ -234,5 +251,7 @@ class Grid(
 
 
 def usual_grid(line: bool) -> Grid:
-    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100."""
+    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line
+    contact 100.
+    """
     return Grid(nx=100) if line else Grid(nx=24, ny=24)

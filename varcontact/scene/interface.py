@@ -10,7 +10,14 @@ from varcontact.errors import SceneError
 
 
 @dataclass(frozen=True)
-class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=positive, tau_c0=positive_or_infinite):
+class ThirdBody(
+    Checked,
+    path="third_body",
+    h=at_least_zero,
+    k_tau=number,
+    G=positive,
+    tau_c0=positive_or_infinite,
+):
     """An elastic-plastic layer between the bodies: leaves, sand, oxides, wear debris.
 
     It shears by ``h/G`` times the traction. From the yield stress on it flows
@@ -53,7 +60,11 @@ class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=pos
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.k_tau != 0 and not self.yields:
-            raise SceneError("third_body.k_tau", self.k_tau, "0 without a third_body.tau_c0, from which it hardens")
+            raise SceneError(
+                "third_body.k_tau",
+                self.k_tau,
+                "0 without a third_body.tau_c0, from which it hardens",
+            )
 
     @property
     def compliance(self) -> float:
@@ -68,7 +79,12 @@ class ThirdBody(Checked, path="third_body", h=at_least_zero, k_tau=number, G=pos
 
 @dataclass(frozen=True)
 class Thermal(
-    Checked, path="thermal", conductivity=positive, density=positive, heat_capacity=positive, temperature=number
+    Checked,
+    path="thermal",
+    conductivity=positive,
+    density=positive,
+    heat_capacity=positive,
+    temperature=number,
 ):
     """Thermal data of a body, for the temperature of its surface.
 

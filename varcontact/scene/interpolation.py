@@ -15,14 +15,17 @@ if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
 
 STEEP = 0.05
-"""Difference of the two interpolations in the middle of a cell, by the range of the samples around, at a cliff."""
+"""Difference of the two interpolations in the middle of a cell, by the range of the samples around,
+at a cliff."""
 SWING = 12
 """Cells from a cliff within which a spline's swing has died out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """Samples h on (y, x): a bicubic spline, and Akima's interpolation beside cliffs, where splines swing."""
+    """Samples h on (y, x): a bicubic spline, and Akima's interpolation beside cliffs, where splines
+    swing.
+    """
 
     x: np.ndarray  # ascending [length]
     y: np.ndarray  # ascending [length]
@@ -51,12 +54,16 @@ class Interpolation:
     def _spline(self) -> RectBivariateSpline:
         from scipy.interpolate import RectBivariateSpline
 
-        return RectBivariateSpline(self.y, self.x, self.h, s=0, kx=min(3, self.y.size - 1), ky=min(3, self.x.size - 1))
+        return RectBivariateSpline(
+            self.y, self.x, self.h, s=0, kx=min(3, self.y.size - 1), ky=min(3, self.x.size - 1)
+        )
 
     def _calm(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         from scipy.interpolate import Akima1DInterpolator
 
-        return np.asarray(Akima1DInterpolator(self.x, Akima1DInterpolator(self.y, self.h)(y), axis=1)(x))
+        return np.asarray(
+            Akima1DInterpolator(self.x, Akima1DInterpolator(self.y, self.h)(y), axis=1)(x)
+        )
 
     @lazy_property
     def _cliffs(self) -> np.ndarray:
@@ -80,7 +87,8 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
     count = points.size
     if count < 4:
         return values
-    unit = float(np.mean(np.diff(points)))  # dimensionless: sixth powers of lengths leave floating point
+    # dimensionless: sixth powers of lengths leave floating point
+    unit = float(np.mean(np.diff(points)))
     x = points / unit
     share = np.gradient(x)
     stiffness = (min(wavelength / unit, LONGEST) / (2 * math.pi)) ** 6
@@ -93,7 +101,9 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
     banded[3] = share
     for lag in range(4):
         for k in range(4 - lag):
-            banded[3 - lag, k + lag : count - 3 + k + lag] += weight * differences[k] * differences[k + lag]
+            banded[3 - lag, k + lag : count - 3 + k + lag] += (
+                weight * differences[k] * differences[k + lag]
+            )
     flat = values.reshape(-1, count).T
     parabolas = np.vander((x - x[0]) / (x[-1] - x[0]), 3)  # which stay, and would only be rounded
     smooth = parabolas @ np.linalg.lstsq(parabolas, flat, rcond=None)[0]
@@ -101,13 +111,17 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
     return np.asarray(found.T.reshape(values.shape))
 
 
-def smoothed_field(values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength: float) -> np.ndarray:
+def smoothed_field(
+    values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength: float
+) -> np.ndarray:
     """The same along both axes."""
     return smoothed(smoothed(values, x, wavelength).T, y, wavelength).T
 
 
 def how_to_smooth(wavelength: str) -> str:
-    """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and of profiles."""
+    """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and
+    of profiles.
+    """
     return f"smooth the samples: smoothing = {wavelength} in the file, or .smoothed({wavelength})"
 
 

@@ -16,7 +16,8 @@ from varcontact.errors import SceneError
 SPIN_OFFSET = 1 / 6
 
 SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
-"""How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
+"""How the slip of steady rolling is a difference over a step, and the spin offset that goes with
+each."""
 
 
 def offset(field: str, value: Any) -> float:
@@ -99,7 +100,9 @@ class Steady(
         return self.vx, self.vy, self.spin
 
     def second_order(self) -> Self:
-        """The same rolling, its slip a difference of the second order, with the spin offset that goes with it."""
+        """The same rolling, its slip a difference of the second order, with the spin offset that
+        goes with it.
+        """
         return replace(self, slip_difference="second-order", spin_offset=None)
 
     def step(self, dq: float) -> TimeStep:
@@ -110,7 +113,9 @@ class Steady(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)):
+class Harmonic(
+    Checked, path="motion", wave_number=at_least_zero, **dict.fromkeys(("vx", "vy", "spin"), number)
+):
     """Rolling without slip (``friction=inf``) under creepages that swing:
     ``v exp(i k q)`` by the distance rolled q.
 
@@ -129,7 +134,10 @@ class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkey
 
     _words: ClassVar = {
         "frequency": "wave_number, the circular frequency by the rolling velocity",
-        **{f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages" for i in "xy"},
+        **{
+            f"F{i}": f"v{i}, an amplitude: without slip forces are in proportion to creepages"
+            for i in "xy"
+        },
     }
     wave_number: float
     vx: float = 0.0
@@ -147,7 +155,9 @@ class Harmonic(Checked, path="motion", wave_number=at_least_zero, **dict.fromkey
     @property
     def free_rolling(self) -> Steady:
         """The same rolling without creepage."""
-        return Steady(dq=self.dq, spin_offset=self.spin_offset, slip_difference=self.slip_difference)
+        return Steady(
+            dq=self.dq, spin_offset=self.spin_offset, slip_difference=self.slip_difference
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,7 +175,11 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
         [force].
     """
 
-    _words: ClassVar = {"vx": "ux, or Steady for a creepage", "vy": "uy, or Steady for a creepage", "spin": "rotation"}
+    _words: ClassVar = {
+        "vx": "ux, or Steady for a creepage",
+        "vy": "uy, or Steady for a creepage",
+        "spin": "rotation",
+    }
     ux: float = 0.0
     uy: float = 0.0
     rotation: float = 0.0
@@ -184,7 +198,9 @@ class Shift(Checked, path="motion", **dict.fromkeys(("ux", "uy", "rotation", "Fx
 
     def step(self, dq: float = 0.0) -> TimeStep:
         """The step in place that it is, whatever `dq`."""
-        return TimeStep(dq=0.0, ux=self.ux, uy=self.uy, rotation=self.rotation, Fx=self.Fx, Fy=self.Fy)
+        return TimeStep(
+            dq=0.0, ux=self.ux, uy=self.uy, rotation=self.rotation, Fx=self.Fx, Fy=self.Fy
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,7 +229,9 @@ class TimeStep:
 
     @property
     def rigid(self) -> tuple[float, float, float]:
-        """Shift and creepage in one: by distance rolled (vx, vy, spin), of a step in place (ux, uy, rotation)."""
+        """Shift and creepage in one: by distance rolled (vx, vy, spin), of a step in place (ux, uy,
+        rotation).
+        """
         shift, creepage = (self.ux, self.uy, self.rotation), (self.vx, self.vy, self.spin)
         if self.dq == 0:
             return shift
@@ -230,7 +248,9 @@ class TimeStep:
         return self
 
     def shift(self, x: np.ndarray, y: np.ndarray, length: float = 1.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in the step (75), at `x`, `y` in units of `length`, (2, ...) [length]."""
+        """Rigid shift of body 1 over body 2 in the step (75), at `x`, `y` in units of `length`, (2,
+        ...) [length].
+        """
         spin, turn = self.spin * length, self.rotation * length
         along = x + self.spin_offset * self.direction * self.dq / length
         rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
@@ -242,7 +262,9 @@ Motion = Steady | Shift | TimeStep
 
 
 def force_or_rigid(of: Callable[[str], Any], *names: str, at: str = "") -> None:
-    """Refuse a force beside a creepage or a shift along it; `of` has entries by name, `at` is a step."""
+    """Refuse a force beside a creepage or a shift along it; `of` has entries by name, `at` is a
+    step.
+    """
     for name in names:
         force = f"F{name[1]}"
         given = of(force), of(name)

@@ -1,4 +1,5 @@
-"""Plausibility warnings of a scene: likely mistakes in entries that can be solved, each with its figures.
+"""Plausibility warnings of a scene: likely mistakes in entries that can be solved, each with its
+figures.
 
 `CHECKS` are one small function each, which returns its sentence, or nothing.
 """
@@ -32,14 +33,16 @@ PASCALS = {
 }
 """Pascals in the units of pressure of some scenes."""
 DIMENSIONLESS = 100.0
-"""Moduli of rigidity below this, without units, are those of dimensionless scenes, in which strains may be large."""
+"""Moduli of rigidity below this, without units, are those of dimensionless scenes, in which strains
+may be large."""
 SOFTEST, STIFFEST = 1e5, 1e12
 """Moduli of rigidity between which solids lie, from gels to diamond [Pa]."""
 YOUNG = (
     ("steel", (195e9, 217e9), (0.25, 0.33), 80e9),
     ("aluminium", (68e9, 73e9), (0.32, 0.36), 26e9),
 )
-"""Metals: ranges of Young's modulus [Pa] and Poisson's ratio, in which no solid has its modulus of rigidity; theirs."""
+"""Metals: ranges of Young's modulus [Pa] and Poisson's ratio, in which no solid has its modulus of
+rigidity; theirs."""
 PSI = 1.1e7, 1.3e7
 """Modulus of rigidity of steel in pounds by square inch."""
 LARGE_RADIUS = 20.0
@@ -50,7 +53,8 @@ LARGE_CREEPAGE = 0.1
 LARGE_FRICTION = 2.0
 """Coefficients of dry solids are below this."""
 LARGE_SPIN = 1.0
-"""Turn [rad] while the bodies roll over the contact's half length: rigid slip is then that many times the velocity."""
+"""Turn [rad] while the bodies roll over the contact's half length: rigid slip is then that many
+times the velocity."""
 LARGE_CONTACT = 0.5
 """Semi-axis by radius of curvature: a half-space is far from such a body."""
 
@@ -74,7 +78,9 @@ def _softening(scene: Scene) -> str:
 
 
 def _modulus(scene: Scene) -> str:
-    """A modulus that no solid has in the units named, or in pascals beside lengths in millimetres."""
+    """A modulus that no solid has in the units named, or in pascals beside lengths in
+    millimetres.
+    """
     G, units, smallest = scene.bodies.combined_G, scene.units, min(_radii(scene), default=0.0)
     pascals = _pascals(units)
     if pascals is not None and isinstance(units, Units) and not SOFTEST <= G * pascals <= STIFFEST:
@@ -107,9 +113,7 @@ def _young(scene: Scene) -> str:
         for name, (least, most), (low, high), rigidity in YOUNG:
             if least <= G * pascals <= most and low <= nu <= high:
                 own = f"{rigidity / pascals:.2g}"
-                return (
-                    f"G = {G:.4g} is Young's modulus of {name}, whose G is about {own}; give Bodies.from_young(E, nu)"
-                )
+                return f"G = {G:.4g} is Young's modulus of {name}, whose G is about {own}; give Bodies.from_young(E, nu)"
     return ""
 
 
@@ -119,16 +123,22 @@ def _large_contact(scene: Scene) -> str:
     if not radii or scene.hertz is None or _dimensionless(scene):
         return ""
     axes = scene.hertz.a, scene.hertz.b
-    part, size, radius = max((size / radius, size, radius) for size, radius in zip(axes, radii, strict=False))
+    part, size, radius = max(
+        (size / radius, size, radius) for size, radius in zip(axes, radii, strict=False)
+    )
     if not LARGE_CONTACT <= part < math.inf:
         return ""
     name = "normal_force" if scene.approach is None else "approach"
-    words = f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
+    words = (
+        f"{name} = {getattr(scene, name):.4g}: the contact's semi-axis {size:.4g} is {part:.2g} of"
+    )
     return f"{words} the radius {radius:.4g}; half-spaces stand for bodies much larger than it"
 
 
 def _upside_down(scene: Scene) -> str:
-    """Samples of a height, upwards, in place of a distance: highest inside, and lowest at all corners."""
+    """Samples of a height, upwards, in place of a distance: highest inside, and lowest at all
+    corners.
+    """
     surface = scene.surface
     if not isinstance(surface, SampledDistance) or min(surface.samples.shape[1:]) < 3:
         return ""
@@ -157,11 +167,15 @@ def _friction(scene: Scene) -> str:
     largest = _largest_friction(scene)
     if not LARGE_FRICTION < largest < math.inf or _dimensionless(scene):
         return ""
-    return f"friction = {largest:.4g}: coefficients are below {LARGE_FRICTION:g}, and are no per cents"
+    return (
+        f"friction = {largest:.4g}: coefficients are below {LARGE_FRICTION:g}, and are no per cents"
+    )
 
 
 def _creepage(scene: Scene) -> str:
-    """Creepages beyond those for which velocities are nearly those of rolling; without slip all is linear."""
+    """Creepages beyond those for which velocities are nearly those of rolling; without slip all is
+    linear.
+    """
     if scene.no_slip or _dimensionless(scene):
         return ""
     for name in ("vx", "vy"):
@@ -225,7 +239,11 @@ def _pascals(units: Units | None) -> float | None:
 
 def _largest_friction(scene: Scene) -> float:
     """The largest coefficient, static of a law, of all steps."""
-    given = (each.static if isinstance(each, Law) else each for each in scene.frictions if each is not None)
+    given = (
+        each.static if isinstance(each, Law) else each
+        for each in scene.frictions
+        if each is not None
+    )
     return max((float(np.max(each)) for each in given), default=0.0)
 
 

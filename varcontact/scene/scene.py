@@ -1,11 +1,23 @@
-"""What the user says: bodies, surface, load, friction, motion, grid. Each class checks itself when made."""
+"""What the user says: bodies, surface, load, friction, motion, grid. Each class checks itself when
+made.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Required, TypedDict, Unpack, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Generic,
+    Literal,
+    Required,
+    TypedDict,
+    Unpack,
+    overload,
+)
 
 import numpy as np
 
@@ -28,7 +40,9 @@ from varcontact.system.process import lazy_property
 if TYPE_CHECKING:
     from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
 
-    MotionT_co = TypeVar("MotionT_co", bound=Motion | Harmonic | Transient | None, default=Any, covariant=True)
+    MotionT_co = TypeVar(
+        "MotionT_co", bound=Motion | Harmonic | Transient | None, default=Any, covariant=True
+    )
 else:
     from typing import TypeVar
 
@@ -128,7 +142,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     if TYPE_CHECKING:  # without a motion it is a Scene[None]
 
         @overload
-        def __init__(self: Scene[None], *, motion: None = None, **entries: Unpack[_Entries]) -> None: ...
+        def __init__(
+            self: Scene[None], *, motion: None = None, **entries: Unpack[_Entries]
+        ) -> None: ...
         @overload
         def __init__(self, *, motion: MotionT_co, **entries: Unpack[_Entries]) -> None: ...
         def __init__(self, **entries: Any) -> None: ...
@@ -138,7 +154,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         set_(self, "bodies", as_bodies(self.bodies))
         thermal: Any = self.thermal
         if thermal is not None:
-            set_(self, "thermal", tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal))
+            set_(
+                self,
+                "thermal",
+                tuple(thermal) if isinstance(thermal, list | tuple) else (thermal, thermal),
+            )
         consistency.check_classes(self)
         super().__post_init__()
         if self.normal_force is not None:
@@ -146,7 +166,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             set_(self, "normal_force", check("normal_force", self.normal_force))
         if checks.is_array(self.friction):
             dimensions = (1, 2) if self.line else (2,)  # in line contact also one row
-            set_(self, "friction", np.atleast_2d(checks.array("friction", self.friction, *dimensions)))
+            set_(
+                self,
+                "friction",
+                np.atleast_2d(checks.array("friction", self.friction, *dimensions)),
+            )
         elif self.friction is not None:
             set_(self, "friction", coefficient("friction", self.friction))
         if self.line and isinstance(self.grid, Grid) and not self.grid.line:
@@ -167,7 +191,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def coupled(self) -> bool:
-        """Whether pressure and tractions depend on each other: of unlike bodies, and in conformal contact."""
+        """Whether pressure and tractions depend on each other: of unlike bodies, and in conformal
+        contact.
+        """
         return self.bodies.coupled or self.conformal
 
     @property
@@ -182,7 +208,11 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     @property
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
-        return self.surface.reference_depth if isinstance(self.surface, (Cylinders, SampledDistance)) else None
+        return (
+            self.surface.reference_depth
+            if isinstance(self.surface, (Cylinders, SampledDistance))
+            else None
+        )
 
     @property
     def speed(self) -> float | None:
@@ -191,17 +221,23 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def approach_undetermined(self) -> bool:
-        """Whether the approach is known but for a constant: in line contact without a depth or bases at rest."""
+        """Whether the approach is known but for a constant: in line contact without a depth or
+        bases at rest.
+        """
         return self.line and self.reference_depth is None and not self.bodies.grounded
 
     @property
     def shift_undetermined(self) -> bool:
-        """Whether tangential displacements are known but for a constant: as the approach, and on a smooth base."""
+        """Whether tangential displacements are known but for a constant: as the approach, and on a
+        smooth base.
+        """
         return self.approach_undetermined or self.bodies.slides
 
     @property
     def edge(self) -> str:
-        """Which elements at the contact's edge belong to it, see `Grid`; "centres" where the grid is "auto"."""
+        """Which elements at the contact's edge belong to it, see `Grid`; "centres" where the grid
+        is "auto".
+        """
         return self.grid.edge if isinstance(self.grid, Grid) else "centres"
 
     def second_order(self) -> Scene:
@@ -231,14 +267,18 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         -0.1743 -0.1659
         """
         if not isinstance(self.motion, Steady):
-            raise SceneError("motion", self.motion, "Steady: only its slip is a difference in space")
+            raise SceneError(
+                "motion", self.motion, "Steady: only its slip is a difference in space"
+            )
         grid = self.grid if isinstance(self.grid, Grid) else usual_grid(self.line)
         grid = replace(grid, edge="centres" if consistency.why_centres(self) else "softened")
         return replace(self, motion=self.motion.second_order(), grid=grid)
 
     @lazy_property
     def hertz(self) -> HertzContact | None:
-        """Hertz's solution where surface, bodies and load allow it, else None; a line contact has an infinite b."""
+        """Hertz's solution where surface, bodies and load allow it, else None; a line contact has
+        an infinite b.
+        """
         bodies, surface, approach = self.bodies, self.surface, self.approach
         if not isinstance(bodies, Bodies) or isinstance(surface, SampledDistance):
             return None
@@ -253,14 +293,20 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         contact = line_contact(R, bodies, **load, depth=depth)
         if approach is None:
             approach = math.nan if depth is None else contact.approach(depth)
-        return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf)
+        return HertzContact(
+            contact.a, math.inf, approach, contact.force, contact.peak_pressure, R, math.inf
+        )
 
     @property
     def frictions(self) -> list[float | np.ndarray | Law | FrictionBound | None]:
         """The different coefficients of friction, of which a history has several."""
         if not isinstance(self.motion, Transient):
             return [self.friction]
-        return list({id(f): self.friction if f is None else f for f in self.motion.every("friction")}.values())
+        return list(
+            {
+                id(f): self.friction if f is None else f for f in self.motion.every("friction")
+            }.values()
+        )
 
     @property
     def under_law(self) -> bool:
@@ -274,8 +320,14 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
 
     @property
     def hardens(self) -> bool:
-        """Whether a third body hardens in steady rolling, where its yield stress depends on the whole solution."""
-        return isinstance(self.motion, Steady) and self.third_body is not None and self.third_body.k_tau > 0
+        """Whether a third body hardens in steady rolling, where its yield stress depends on the
+        whole solution.
+        """
+        return (
+            isinstance(self.motion, Steady)
+            and self.third_body is not None
+            and self.third_body.k_tau > 0
+        )
 
     @property
     def surfaces(self) -> list[Surface]:
@@ -295,7 +347,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
-        """What touches in step `k` of a history, from 0: surface, normal force, approach (one of the two is None)."""
+        """What touches in step `k` of a history, from 0: surface, normal force, approach (one of
+        the two is None).
+        """
         motion = self.motion
         assert isinstance(motion, Transient)
         force, approach = motion.of("normal_force", k), motion.of("approach", k)
@@ -304,7 +358,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
         surface = self.surface if motion.surface is None else motion.surface[k]
         if isinstance(surface, Ellipse):  # its curvatures are those under the scene's own load
             assert isinstance(self.bodies, Bodies)
-            own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
+            own = hertz_ellipse(
+                surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach
+            )
             surface = Paraboloids(own.Rx, own.Ry)
         return surface, force, approach
 
@@ -322,10 +378,14 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
             assert not isinstance(surface, Ellipse)
             at = motion.position(k, grid.sides[0])
             distance = surface.distance(grid) - sum(each.on(grid, at) for each in motion.heights)
-            surface = SampledDistance(distance[0] if grid.line else distance, reference_depth=self.reference_depth)
+            surface = SampledDistance(
+                distance[0] if grid.line else distance, reference_depth=self.reference_depth
+            )
         load: dict[str, Any] = {"normal_force": force, "approach": approach}
         moving = motion.step(k, grid.sides[0])
-        return replace(history, **load, surface=surface, friction=friction, motion=moving, grid=grid)
+        return replace(
+            history, **load, surface=surface, friction=friction, motion=moving, grid=grid
+        )
 
     @lazy_property
     def doubts(self) -> tuple[str, ...]:
@@ -352,7 +412,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def _repr_html_(self) -> str:
         entries = [(each.name, getattr(self, each.name)) for each in fields(self)]
         rows = [(name, shortened(value, 200)) for name, value in entries if value is not None]
-        return preformatted(in_rows("Scene", [*rows, *(("WARNING", doubt) for doubt in self.doubts)]))
+        return preformatted(
+            in_rows("Scene", [*rows, *(("WARNING", doubt) for doubt in self.doubts)])
+        )
 
     __repr__ = checks.short_entries
 
@@ -392,8 +454,9 @@ class Scene(checks.Checked, Generic[MotionT_co], approach=checks.number):
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a scene file, which `read_scene` and the command line read; whole or not at all.
 
-        A scene file that varcontact wrote at `path`, which ends in ``.toml``, is replaced, any other file only with
-        `overwrite`. OutputError if the file cannot be written or holds something else; SceneError as `to_toml`.
+        A scene file that varcontact wrote at `path`, which ends in ``.toml``, is replaced, any
+        other file only with `overwrite`. OutputError if the file cannot be written or holds
+        something else; SceneError as `to_toml`.
         """
         from varcontact.io.scene_toml import save_scene
 

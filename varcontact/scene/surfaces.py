@@ -15,7 +15,8 @@ from varcontact.scene.interpolation import Interpolation, continuation, smoothed
 from varcontact.system.process import lazy_property
 
 MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
-"""How far a reference surface may turn across its samples, and from one row of them to the next [rad]."""
+"""How far a reference surface may turn across its samples, and from one row of them to the next
+[rad]."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +69,22 @@ class Paraboloids(Checked, path="surface", Rx=positive, Ry=positive):
         for name, pair in (("Rx", Rx), ("Ry", Ry)):
             if not checks.is_array(pair) or len(pair) != 2:
                 raise SceneError(f"surface.{name}", pair, "a pair of radii, (body 1, body 2)")
-            radii = [checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair]
+            radii = [
+                checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair
+            ]
             if 0.0 in radii or 1 / radii[0] + 1 / radii[1] <= 0:
-                raise SceneError(f"surface.{name}", pair, "radii, not zero, with a positive sum of curvatures 1/R")
+                raise SceneError(
+                    f"surface.{name}",
+                    pair,
+                    "radii, not zero, with a positive sum of curvatures 1/R",
+                )
             combined.append(1 / (1 / radii[0] + 1 / radii[1]))
         return cls(*combined)
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid` [length]."""
+        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid`
+        [length].
+        """
         return (grid.x**2 / (2 * self.Rx))[None, :] + (grid.y**2 / (2 * self.Ry))[:, None]
 
 
@@ -127,7 +136,9 @@ class Cylinders(Checked, path="surface", R=positive, reference_depth=positive):
     line: ClassVar[bool] = True
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance (1, nx) at the centres of the elements of an explicit `grid` [length]."""
+        """Undeformed distance (1, nx) at the centres of the elements of an explicit `grid`
+        [length].
+        """
         return (grid.x**2 / (2 * self.R))[None, :]
 
 
@@ -184,14 +195,25 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         if not self.line and (self.x is None) != (self.y is None):
             raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
         if not self.line and self.reference_depth is not None:
-            raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
-        for name, size, of in (("x", self.h.shape[-1], "column of h"), ("y", self.h.shape[0], "row of h")):
+            raise SceneError(
+                "surface.reference_depth",
+                self.reference_depth,
+                "left out: only line contact has one",
+            )
+        for name, size, of in (
+            ("x", self.h.shape[-1], "column of h"),
+            ("y", self.h.shape[0], "row of h"),
+        ):
             if getattr(self, name) is not None:
-                set_(self, name, checks.coordinates(f"surface.{name}", getattr(self, name), size, of))
+                set_(
+                    self, name, checks.coordinates(f"surface.{name}", getattr(self, name), size, of)
+                )
         if self.inclination is None:
             return
         if self.line:
-            raise SceneError("surface.inclination", self.inclination, "left out in line contact, which has no y")
+            raise SceneError(
+                "surface.inclination", self.inclination, "left out in line contact, which has no y"
+            )
         shape = self.h.shape[:1]
         meant = f"{shape}, one for each row of h"
         angles = checks.array("surface.inclination", self.inclination, shape=shape, meant=meant)
@@ -226,23 +248,29 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return float(x[0]), float(x[-1]), bottom, top
 
     def distance(self, grid: Grid, beyond: float = 0.0) -> np.ndarray:
-        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid` [length].
+        """Undeformed distance (ny, nx) at the centres of the elements of an explicit `grid`
+        [length].
 
-        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which does not.
-        Centres may go as far as `beyond` [length] past the samples: there the surface goes on straight, or level where
-        that would be lower than at its end. SceneError if samples without coordinates are not of the grid's shape, or
-        the grid reaches further.
+        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's
+        interpolation, which does not. Centres may go as far as `beyond` [length] past the samples:
+        there the surface goes on straight, or level where that would be lower than at its end.
+        SceneError if samples without coordinates are not of the grid's shape, or the grid reaches
+        further.
         """
         if self.x is None:
             if self.samples.shape != grid.shape:
-                raise checks.wrong_shape("surface.h", self.h.shape, f"of the grid's shape {grid.shape}")
+                raise checks.wrong_shape(
+                    "surface.h", self.h.shape, f"of the grid's shape {grid.shape}"
+                )
             return self.samples
         left, right, bottom, top = self.box
         slack = beyond + 1e-9 * (right - left if self.line else max(right - left, top - bottom))
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             box = tuple(round(v, 12) for v in grid.box)
-            raise SceneError("grid", box, f"within the samples: left, right, bottom, top = {self.box}")
+            raise SceneError(
+                "grid", box, f"within the samples: left, right, bottom, top = {self.box}"
+            )
         x, y = np.clip(grid.x, left, right), np.clip(grid.y, bottom, top)
         if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
             return self._between.at(x, y)
@@ -251,21 +279,33 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
 
     def inclination_at(self, grid: Grid) -> np.ndarray:
-        """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the curvature at the end."""
+        """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the
+        curvature at the end.
+        """
         assert self.inclination is not None
-        return self.inclination if self.y is None else continuation(self.y, self.inclination)(grid.y)
+        return (
+            self.inclination if self.y is None else continuation(self.y, self.inclination)(grid.y)
+        )
 
-    def along_axes(self, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the plane."""
+    def along_axes(
+        self, grid: Grid, traction: np.ndarray, pressure: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the
+        plane.
+        """
         if self.inclination is None:
             return traction, pressure
         angle = self.inclination_at(grid)[:, None]
         lateral = np.cos(angle) * traction[1] - np.sin(angle) * pressure
-        return np.array([traction[0], lateral]), np.sin(angle) * traction[1] + np.cos(angle) * pressure
+        return np.array([traction[0], lateral]), np.sin(angle) * traction[1] + np.cos(
+            angle
+        ) * pressure
 
     @checks.named_options()
     def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
-        """Other `fields` (..., ny, nx) at the places of the samples, at the centres of the elements of a `grid`."""
+        """Other `fields` (..., ny, nx) at the places of the samples, at the centres of the elements
+        of a `grid`.
+        """
         if self.x is None:
             return fields
         x, y = self.coordinates
@@ -313,7 +353,11 @@ class SampledDistance(Checked, path="surface", reference_depth=positive):
         """
         wavelength = checks.positive("wavelength", wavelength)
         if self.x is None:
-            raise SceneError("surface.x", None, "given: a wavelength in samples without coordinates has no meaning")
+            raise SceneError(
+                "surface.x",
+                None,
+                "given: a wavelength in samples without coordinates has no meaning",
+            )
         x, y = self.coordinates
         h = smoothed_field(self.samples, x, y, wavelength)
         return replace(self, h=h[0] if self.line else h)

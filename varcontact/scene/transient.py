@@ -100,7 +100,8 @@ class Transient(
 
     >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
     >>> motion.step(1, dx=0.2)
-    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1, Fy=None, \
+    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1,
+    Fy=None, \
 spin_offset=0.16666666666666666, dt=None)
     """
 
@@ -141,7 +142,8 @@ spin_offset=0.16666666666666666, dt=None)
                 allowed = f"one number, or one for each of the {self.steps} steps"
                 raise SceneError(field, f"{len(value)} values", allowed)
             given = [
-                each if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
+                each if optional and each is None else check(f"{field}[{k}]", each)
+                for k, each in enumerate(value)
             ]
             set_(self, name, tuple(given))
         for k in range(0 if self.Fx is self.Fy is None else self.steps):
@@ -157,7 +159,9 @@ spin_offset=0.16666666666666666, dt=None)
         if not several or not all(isinstance(each, Carried) for each in self.heights):
             raise SceneError("motion.carried", self.carried, "Carried, or several")
         if self.control is not None and not callable(self.control):
-            raise SceneError("motion.control", self.control, "a function of the step and the solution before it")
+            raise SceneError(
+                "motion.control", self.control, "a function of the step and the solution before it"
+            )
         fields = ("grid", "pressure", "traction", "state")
         if self.start is not None and not all(hasattr(self.start, name) for name in fields):
             raise SceneError("motion.start", self.start, "a Solution")
@@ -176,23 +180,32 @@ spin_offset=0.16666666666666666, dt=None)
     @property
     def repeats(self) -> bool:
         """Whether every step is described by the same numbers."""
-        return self.surface is None and not any(isinstance(getattr(self, name), tuple) for name in _ENTRIES)
+        return self.surface is None and not any(
+            isinstance(getattr(self, name), tuple) for name in _ENTRIES
+        )
 
     def step(self, k: int, dx: float) -> TimeStep:
-        """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""
+        """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx`
+        [length].
+        """
         entries = {name: self.of(name, k) for name in ("dt", "direction", *_RIGID, "Fx", "Fy")}
         dq = self.of("dq", k)
         return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
 
     def position(self, k: int, dx: float) -> float:
-        """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1 before the first."""
+        """Place X at the end of step `k`, from 0, with elements of length `dx` [length]; of -1
+        before the first.
+        """
         steps = zip(self.every("dq")[: k + 1], self.every("direction"), strict=False)
         return (self.rolled or 0.0) + sum((dx if dq is None else dq) * sign for dq, sign in steps)
 
     @property
     def height_range(self) -> float:
         """From the lowest to the highest of what the bodies carry, at most [length]."""
-        return sum(float(each.height.max(initial=0.0) - each.height.min(initial=0.0)) for each in self.heights)
+        return sum(
+            float(each.height.max(initial=0.0) - each.height.min(initial=0.0))
+            for each in self.heights
+        )
 
     @property
     def heights(self) -> tuple[Carried, ...]:
@@ -200,16 +213,22 @@ spin_offset=0.16666666666666666, dt=None)
         return (self.carried,) if isinstance(self.carried, Carried) else tuple(self.carried or ())
 
     def alone(self, k: int, dx: float, given: Any) -> Transient:
-        """Step `k`, from 0, as a history of one, on elements of length `dx`, with what its control has `given`."""
+        """Step `k`, from 0, as a history of one, on elements of length `dx`, with what its control
+        has `given`.
+        """
         if not isinstance(given, Mapping):
-            raise SceneError("motion.control", given, f"a mapping with some of {', '.join(CONTROLLED)}")
+            raise SceneError(
+                "motion.control", given, f"a mapping with some of {', '.join(CONTROLLED)}"
+            )
         entries = {name: self.of(name, k) for name in _ENTRIES}
         for name, value in given.items():
             entries |= dict.fromkeys(CONTROLLED[checks.choice("motion.control", name, CONTROLLED)])
             entries[name] = value
         entries |= {name: 0.0 for name in _RIGID if entries[name] is None}
         surface = None if self.surface is None else [self.surface[k]]
-        return replace(self, steps=1, surface=surface, rolled=self.position(k - 1, dx), control=None, **entries)
+        return replace(
+            self, steps=1, surface=surface, rolled=self.position(k - 1, dx), control=None, **entries
+        )
 
 
 _RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")

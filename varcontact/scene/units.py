@@ -46,15 +46,23 @@ class Units(Checked, path="units", length=_name, force=_name):
     force: str
 
     def of(self, quantity: str, line: bool = False, shift: bool = False) -> str:
-        """Unit of a `quantity`, without brackets; in `line` contact forces and moments are per unit length.
+        """Unit of a `quantity`, without brackets; in `line` contact forces and moments are per unit
+        length.
 
-        Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), and "1";
-        and "slip", "creepage", "spin creepage", "work", "power density", which are others in a `shift` than in rolling.
+        Quantities are "length", "force", "pressure", "moment", "spin", "area", "line force" (force
+        by length), and "1"; and "slip", "creepage", "spin creepage", "work", "power density", which
+        are others in a `shift` than in rolling.
         """
         quantity = moved(quantity, shift)
         L, F = self.length, self.force
         force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")
-        names = {"length": L, "force": force, "pressure": f"{F}/{L}^2", "moment": moment, "spin": f"1/{L}"}
+        names = {
+            "length": L,
+            "force": force,
+            "pressure": f"{F}/{L}^2",
+            "moment": moment,
+            "spin": f"1/{L}",
+        }
         names |= {"area": area, "line force": f"{F}/{L}"}
         return names.get(quantity, "1")
 
@@ -81,7 +89,9 @@ MM_N = Units(length="mm", force="N")
 
 @dataclass(frozen=True)
 class Scales:
-    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined G."""
+    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined
+    G.
+    """
 
     length: float
     pressure: float

@@ -38,7 +38,8 @@ class Calls:
 
 
 class SolveStats:
-    """The statistics of one solve; they also report its progress, as words to the function `progress`.
+    """The statistics of one solve; they also report its progress, as words to the function
+    `progress`.
 
     >>> stats = SolveStats()
     >>> with stats.stage("normal"), stats.called("clarabel"):
@@ -63,7 +64,9 @@ class SolveStats:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """A stage of the solve, which solvers are called in; within "grid" there are no further stages."""
+        """A stage of the solve, which solvers are called in; within "grid" there are no further
+        stages.
+        """
         if "grid" in self._stages:
             yield
             return
@@ -95,11 +98,15 @@ class SolveStats:
                 self._within_calls[-1] += took
             self.iterated(solver, count=1, seconds=own)
 
-    def iterated(self, solver: str, iterations: int = 0, count: int = 0, seconds: float = 0.0) -> None:
+    def iterated(
+        self, solver: str, iterations: int = 0, count: int = 0, seconds: float = 0.0
+    ) -> None:
         """Iterations of a solver, added to those of its earlier calls."""
         solvers = self.calls.setdefault(self._stages[-1] if self._stages else "", {})
         known = solvers.get(solver, Calls())
-        solvers[solver] = Calls(known.count + count, known.iterations + iterations, known.seconds + seconds)
+        solvers[solver] = Calls(
+            known.count + count, known.iterations + iterations, known.seconds + seconds
+        )
 
     def tell(self, words: str) -> None:
         if self._progress is not None and "grid" not in self._stages:
@@ -111,7 +118,9 @@ class OutOfTime(Exception):
 
 
 def check_time(deadline: float) -> None:
-    """Raise `OutOfTime` past a deadline, by `time.perf_counter` [s]; called in every iteration that takes long."""
+    """Raise `OutOfTime` past a deadline, by `time.perf_counter` [s]; called in every iteration that
+    takes long.
+    """
     if time.perf_counter() > deadline:
         raise OutOfTime
 
@@ -134,13 +143,16 @@ class Settings:
 
 
 Solver = Callable[[Problem, Settings, Start], RawSolution]
-"""From a problem, settings and a start to tractions; the start may be None but where only a polish is meant."""
+"""From a problem, settings and a start to tractions; the start may be None but where only a polish
+is meant."""
 NormalSolver = Solver[NormalProblem, RawSolution | None]
 TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.stats` under a name, which its answers bear if they have none."""
+    """A solver whose calls are counted in `settings.stats` under a name, which its answers bear if
+    they have none.
+    """
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
         check_time(settings.deadline)
@@ -159,7 +171,9 @@ def natural_residual(problem: NormalProblem | TangentialProblem, raw: RawSolutio
     return tangential_residual(problem, raw.traction, raw.rigid)
 
 
-def better(problem: NormalProblem | TangentialProblem, one: RawSolution | None, other: RawSolution) -> RawSolution:
+def better(
+    problem: NormalProblem | TangentialProblem, one: RawSolution | None, other: RawSolution
+) -> RawSolution:
     """The answer with the smaller residual, or the only one."""
     if one is None or not one.finite:
         return other

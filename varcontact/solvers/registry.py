@@ -12,7 +12,13 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.backends import BACKENDS, OTHERS, WHEELS, solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import (
+    BACKENDS,
+    OTHERS,
+    WHEELS,
+    solve_normal,
+    solve_tangential,
+)
 from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
@@ -20,18 +26,25 @@ from varcontact.system.process import imported
 
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start, deadline=settings.deadline),
-    "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one", deadline=settings.deadline),
+    "norm-single": lambda problem, settings, start: norm(
+        problem, start, exchange="one", deadline=settings.deadline
+    ),
     "newton": newton_normal,
 }
 TANGENTIAL: dict[str, TangentialSolver] = {
     "tang": lambda problem, settings, start: tang(problem, start, deadline=settings.deadline),
-    "tang-exact": lambda problem, settings, start: tang(problem, start, newton="exact", deadline=settings.deadline),
-    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start, settings=settings),
+    "tang-exact": lambda problem, settings, start: tang(
+        problem, start, newton="exact", deadline=settings.deadline
+    ),
+    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(
+        problem, start, settings=settings
+    ),
     "newton": newton_tangential,
 }
 
 MATRIX_FREE = ("newton",)
-"""Methods of either kind that form no matrix, reach a given tolerance, and restart by themselves."""
+"""Methods of either kind that form no matrix, reach a given tolerance, and restart by
+themselves."""
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
@@ -41,24 +54,37 @@ CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
 
 def normal_methods() -> list[str]:
     """Names of all methods of the normal problem, installed or not; "hertz" is the closed form."""
-    families = [f"qpsolvers:{name}" for name in BACKENDS] + [f"cvxpy:{name}" for name in CVXPY_SOLVERS]
+    families = [f"qpsolvers:{name}" for name in BACKENDS] + [
+        f"cvxpy:{name}" for name in CVXPY_SOLVERS
+    ]
     return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *families]
 
 
 def tangential_methods() -> list[str]:
     """Names of the methods that solve the tangential problem itself, installed or not."""
     conic = [name for name in PROGRAM_SOLVERS if BACKENDS[name].cones]
-    return [*TANGENTIAL, *conic, *(f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones)]
+    return [
+        *TANGENTIAL,
+        *conic,
+        *(f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones),
+    ]
 
 
 def normal_solver(name: str) -> NormalSolver:
     """The solver of the normal problem of that name, its calls counted."""
-    return counted(name, NORMAL.get(name, lambda problem, settings, _: solve_normal(name, problem, settings)))
+    return counted(
+        name, NORMAL.get(name, lambda problem, settings, _: solve_normal(name, problem, settings))
+    )
 
 
 def tangential_solver(name: str) -> TangentialSolver:
     """The solver of the tangential problem of that name, its calls counted."""
-    solver = counted(name, TANGENTIAL.get(name, lambda problem, settings, _: solve_tangential(name, problem, settings)))
+    solver = counted(
+        name,
+        TANGENTIAL.get(
+            name, lambda problem, settings, _: solve_tangential(name, problem, settings)
+        ),
+    )
     return partial(_from_a_start_or_none, solver) if name.startswith("tang") else solver
 
 
@@ -86,7 +112,9 @@ def _known_to(interface: str, solver: str) -> bool:
     """Whether an interface knows a solver that is not in our table, installed or not."""
     if solver.lower() in BACKENDS:
         return False  # in the table, which says that it is not suitable
-    if solver.lower() in OTHERS and solver == (solver.upper() if interface == "cvxpy" else solver.lower()):
+    if solver.lower() in OTHERS and solver == (
+        solver.upper() if interface == "cvxpy" else solver.lower()
+    ):
         return True
     if interface == "cvxpy":
         import cvxpy
@@ -105,9 +133,14 @@ def load_packages(*names: str) -> None:
 
 
 def _from_a_start_or_none(
-    method: TangentialSolver, problem: TangentialProblem, settings: Settings, start: RawSolution | None
+    method: TangentialSolver,
+    problem: TangentialProblem,
+    settings: Settings,
+    start: RawSolution | None,
 ) -> RawSolution:
-    """TANG; where a start (the step, the pass or the creepage before) fails, TANG from its own start."""
+    """TANG; where a start (the step, the pass or the creepage before) fails, TANG from its own
+    start.
+    """
     raw = method(problem, settings, start)
     if start is None or raw.solved:
         return raw

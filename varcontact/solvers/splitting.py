@@ -31,7 +31,9 @@ ROUNDING = 1e-13
 
 
 class Splitting:
-    """A problem made ready for rounds: W (c, n), and the factors of ``M + weight`` with the prescribed sums around."""
+    """A problem made ready for rounds: W (c, n), and the factors of ``M + weight`` with the
+    prescribed sums around.
+    """
 
     def __init__(self, problem: NormalProblem | TangentialProblem) -> None:
         from scipy.linalg import lu_factor
@@ -39,7 +41,10 @@ class Splitting:
         self.problem, self.weight = problem, problem.operator.row_size
         forces: tuple[float | None, ...]
         if isinstance(problem, NormalProblem):
-            forces, self.shift = (problem.force,), problem.distance[None] - (problem.approach or 0.0)
+            forces, self.shift = (
+                (problem.force,),
+                problem.distance[None] - (problem.approach or 0.0),
+            )
         else:
             forces, self.shift = problem.force, problem.rigid_shift
         (c, n), size = self.shift.shape, self.shift.size
@@ -49,12 +54,17 @@ class Splitting:
         system = np.pad(problem.operator.matrix, (0, len(totals)))
         system[np.arange(size), np.arange(size)] += self.weight
         system[:size, size:], system[size:, :size] = totals.T, totals
-        self.factors = interruptible(lambda: lu_factor(system, overwrite_a=True, check_finite=False), len(system))
+        self.factors = interruptible(
+            lambda: lu_factor(system, overwrite_a=True, check_finite=False), len(system)
+        )
 
-    def moved(self, at: np.ndarray, rounds: int, deadline: float = math.inf) -> tuple[np.ndarray, RawSolution]:
+    def moved(
+        self, at: np.ndarray, rounds: int, deadline: float = math.inf
+    ) -> tuple[np.ndarray, RawSolution]:
         """A point (c, n) after a number of rounds, and the tractions that it stands for.
 
-        It is ``p - E/weight``, E the shift ``W + M p`` with the multipliers of the sums; its projection is p.
+        It is ``p - E/weight``, E the shift ``W + M p`` with the multipliers of the sums; its
+        projection is p.
         """
         from scipy.linalg import lu_solve
 
@@ -66,7 +76,9 @@ class Splitting:
             at, rigid[self.free] = at + step[: at.size].reshape(at.shape) - p, step[at.size :]
             p = self._projected(at)
         if isinstance(problem, NormalProblem):
-            return at, RawSolution(p[0], -rigid if self.free else np.array([problem.approach]), rounds, "")
+            return at, RawSolution(
+                p[0], -rigid if self.free else np.array([problem.approach]), rounds, ""
+            )
         return at, RawSolution(p, rigid, rounds, "")
 
     def _projected(self, at: np.ndarray) -> np.ndarray:
@@ -75,13 +87,17 @@ class Splitting:
         return self.problem.potential.projected(at, self.weight)
 
 
-def refine(problem: NormalProblem | TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
+def refine(
+    problem: NormalProblem | TangentialProblem, settings: Settings, start: RawSolution
+) -> RawSolution:
     """The best of many rounds from an answer that is near, by its residual; M has to be monotone.
 
     `iterations` counts rounds.
     """
     splitting, tol = Splitting(problem), max(settings.tol, ROUNDING)
-    at = np.atleast_2d(start.traction - problem.shift(start.traction, start.rigid) / splitting.weight)
+    at = np.atleast_2d(
+        start.traction - problem.shift(start.traction, start.rigid) / splitting.weight
+    )
     best, least, reached, count = start, np.inf, 0, 0
     while least > tol and count < MOST_ROUNDS and count - reached < PATIENCE:
         at, found = splitting.moved(at, ROUNDS, settings.deadline)
@@ -90,4 +106,6 @@ def refine(problem: NormalProblem | TangentialProblem, settings: Settings, start
         if error < least:
             best, least, reached = found, error, count
     solved = least <= tol
-    return replace(best, iterations=count, status="Solved" if solved else "MaxRounds", solved=solved)
+    return replace(
+        best, iterations=count, status="Solved" if solved else "MaxRounds", solved=solved
+    )

@@ -57,12 +57,15 @@ BARS = tuple(f"{name}_error" for name in VALUES)
 """Those that have an error against the continuum, and the errors' own names."""
 Figures = dict[str, np.ndarray]
 Fields = dict[int, tuple[np.ndarray, ...]]
-"""By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its centres' x and y."""
+"""By the number of a scene its tractions (2, ny, nx), its traction bound [force/area] and its
+centres' x and y."""
 
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Where scenes begin, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages (n, 2)."""
+    """Where scenes begin, by their numbers: tractions by the bound (n, 2, ny, nx), and creepages
+    (n, 2).
+    """
 
     part: np.ndarray
     creepage: np.ndarray
@@ -70,13 +73,17 @@ class Near:
     def on(
         self, problem: BatchedProblem, numbers: list[int], given: list[np.ndarray], step: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and what comes to the rigid shift, with which some of the problems begin; `given` are creepages."""
+        """Tractions and what comes to the rigid shift, with which some of the problems begin;
+        `given` are creepages.
+        """
         ny, nx, _ = problem.bound.shape
         part = np.moveaxis(self.part[numbers, :, :ny, :nx], 0, -1)
         if part.shape[1:] != problem.bound.shape:
             raise SceneError("start", part.shape[1:3], START)
         rigid = (self.creepage[numbers].T - given) * step
-        return np.nan_to_num(part) * problem.bound, np.nan_to_num(np.where(np.isnan(problem.force), 0.0, rigid))
+        return np.nan_to_num(part) * problem.bound, np.nan_to_num(
+            np.where(np.isnan(problem.force), 0.0, rigid)
+        )
 
 
 @one_blas_thread()
@@ -90,11 +97,14 @@ def solve_batches(
 ) -> tuple[Figures, np.ndarray]:
     """The figures of the scenes that batches solve, NaN of the others; and which these are.
 
-    Scenes without a grid are solved to the accuracy, 0.01 if none is given, and have the error bars, too. `kept` gets
-    the fields of the others. `some` are the numbers of those that are to be solved at all.
+    Scenes without a grid are solved to the accuracy, 0.01 if none is given, and have the error
+    bars, too. `kept` gets the fields of the others. `some` are the numbers of those that are to be
+    solved at all.
     """
     sound = list(range(len(scenes)) if some is None else some)
-    figures, solved = _on_grids(scenes, [k for k in sound if isinstance(scenes[k].grid, Grid)], tol, kept, near)
+    figures, solved = _on_grids(
+        scenes, [k for k in sound if isinstance(scenes[k].grid, Grid)], tol, kept, near
+    )
     for line in (False, True):
         free = [k for k in sound if scenes[k].line == line and _without_grid(scenes[k])]
         if not free:
@@ -107,15 +117,21 @@ def solve_batches(
 
 
 @one_blas_thread()
-def march_batches(scenes: Sequence[Scene], tol: float, some: Sequence[int]) -> tuple[Figures, np.ndarray]:
-    """The figures (n, steps) of histories with equal numbers of steps, side by side; and which are solved in batches.
+def march_batches(
+    scenes: Sequence[Scene], tol: float, some: Sequence[int]
+) -> tuple[Figures, np.ndarray]:
+    """The figures (n, steps) of histories with equal numbers of steps, side by side; and which are
+    solved in batches.
 
-    Step k of all is a batch of shifts, less what the particles bring along from the tractions of the step before.
+    Step k of all is a batch of shifts, less what the particles bring along from the tractions of
+    the step before.
     """
     grids = {k: grid for k in some if (grid := _grid_of_history(scenes[k])) is not None}
     left, before, found = list(grids), None, list[Figures]()
     for step in range(scenes[0].motion.steps):
-        now = [scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))]
+        now = [
+            scenes[k].step(step, grids[k]) if k in left else scenes[k] for k in range(len(scenes))
+        ]
         kept: Fields = {}
         figures, solved = _on_grids(now, left, tol, kept, before=before)
         found.append(figures)
@@ -128,7 +144,11 @@ def _grid_of_history(scene: Scene[Transient]) -> Grid | None:
     motion, grid = scene.motion, scene.grid
     frictions = [scene.friction, *(each for each in motion.every("friction") if each is not None)]
     alone = motion.control is not None or motion.start is not None or motion.heights or scene.line
-    if alone or not isinstance(grid, Grid) or not all(isinstance(each, float) for each in frictions):
+    if (
+        alone
+        or not isinstance(grid, Grid)
+        or not all(isinstance(each, float) for each in frictions)
+    ):
         return None
     if grid.explicit:
         return grid
@@ -143,7 +163,9 @@ def _without_grid(scene: Scene) -> bool:
     motion = scene.motion
     if scene.grid != "auto" or not fits(scene) or isinstance(scene.friction, Law):
         return False
-    return isinstance(motion, Shift) or motion == replace(motion, slip_difference="first-order", spin_offset=None)
+    return isinstance(motion, Shift) or motion == replace(
+        motion, slip_difference="first-order", spin_offset=None
+    )
 
 
 def _on_grids(
@@ -154,14 +176,19 @@ def _on_grids(
     near: Near | None = None,
     before: Fields | None = None,
 ) -> tuple[Figures, np.ndarray]:
-    figures, solved = {name: np.full(len(scenes), math.nan) for name in FIGURES}, np.zeros(len(scenes), bool)
+    figures, solved = (
+        {name: np.full(len(scenes), math.nan) for name in FIGURES},
+        np.zeros(len(scenes), bool),
+    )
     fit, groups = [k for k in some if fits(scenes[k])], dict[_Kind, list[_Member]]()
     for number, hertz in zip(fit, _contacts([scenes[k] for k in fit]), strict=True):
         member = None if hertz is None else _member(number, scenes[number], hertz)
         if member is not None:
             groups.setdefault(member.kind, []).append(member)
     for members in groups.values():
-        elements = len(members) * math.prod(np.max([each.shape for each in members], axis=0).tolist())
+        elements = len(members) * math.prod(
+            np.max([each.shape for each in members], axis=0).tolist()
+        )
         places = math.ceil(len(members) / math.ceil(elements / AT_ONCE))
         for first in range(0, len(members), places):
             part = members[first : first + places]
@@ -173,15 +200,21 @@ def _on_grids(
     return figures, solved
 
 
-def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[Figures, np.ndarray]:
-    """By `adaptive`'s rule: three grids at least, until the error is small enough; with the bars, as ``Fx_error``."""
+def _to_accuracy(
+    scenes: Sequence[Scene], accuracy: float, tol: float
+) -> tuple[Figures, np.ndarray]:
+    """By `adaptive`'s rule: three grids at least, until the error is small enough; with the bars,
+    as ``Fx_error``.
+    """
     figures = {name: np.full(len(scenes), math.nan) for name in (*FIGURES, *BARS)}
     solved = np.zeros(len(scenes), bool)
     left = np.arange(len(scenes))
     levels: list[tuple[int, Figures]] = []
     line = scenes[0].line
     n = coarsest(line, accuracy)
-    while left.size and n * (1 if line else round(RATIO * n)) <= (MOST_IN_LINE if line else MOST_ELEMENTS):
+    while left.size and n * (1 if line else round(RATIO * n)) <= (
+        MOST_IN_LINE if line else MOST_ELEMENTS
+    ):
         on_grid = [gridded(scenes[k], True, n) for k in left.tolist()]
         found, goes_on = _on_grids(on_grid, range(len(on_grid)), tol)
         levels = [*levels, (n, found)][-GRIDS:]
@@ -189,10 +222,13 @@ def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[
             limit, units = _units(on_grid)
             best, errors = dict(found), {}
             for name, unit in units.items():
-                value, error = richardson([one[name] for _, one in levels], [across for across, _ in levels])
+                value, error = richardson(
+                    [one[name] for _, one in levels], [across for across, _ in levels]
+                )
                 best[name] = np.where(np.isnan(unit), found[name], value)
                 errors[f"{name}_error"] = error + FLOOR * n**-ORDER * unit
-            beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)  # by a little, where extrapolated
+            # by a little, where extrapolated
+            beyond = np.maximum(np.hypot(best["Fx"], best["Fy"]) / limit, 1.0)
             best |= {name: best[name] / beyond for name in ("Fx", "Fy")}
             rolls = np.array([isinstance(scene.motion, Steady) for scene in on_grid])
             best["friction_work"] = np.where(rolls, _power(best), found["friction_work"])
@@ -203,25 +239,36 @@ def _to_accuracy(scenes: Sequence[Scene], accuracy: float, tol: float) -> tuple[
             solved[left[done]] = True
             goes_on &= ~done
         left = left[goes_on]
-        levels = [(across, {name: values[goes_on] for name, values in one.items()}) for across, one in levels]
+        levels = [
+            (across, {name: values[goes_on] for name, values in one.items()})
+            for across, one in levels
+        ]
         n = math.ceil(n * RATIO)
     return figures, solved
 
 
 def _power(figures: Figures) -> np.ndarray:
     """Work put in by steady rolling, all of which friction loses, by distance rolled."""
-    return 0.0 - (figures["Fx"] * figures["vx"] + figures["Fy"] * figures["vy"] + figures["Mz"] * figures["spin"])
+    return 0.0 - (
+        figures["Fx"] * figures["vx"]
+        + figures["Fy"] * figures["vy"]
+        + figures["Mz"] * figures["spin"]
+    )
 
 
 def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
-    """The friction limit, and what an error of one is, of the values that a scene does not prescribe; NaN of others."""
+    """The friction limit, and what an error of one is, of the values that a scene does not
+    prescribe; NaN of others.
+    """
     limits, found = np.zeros(len(scenes)), {name: np.full(len(scenes), math.nan) for name in VALUES}
     for k, scene in enumerate(scenes):
         hertz, motion = scene.hertz, scene.motion
         assert isinstance(hertz, HertzContact)
         assert isinstance(scene.friction, float)
         limits[k] = scene.friction * hertz.force
-        units = frictional_units(limits[k], hertz.a, 1.0 if scene.line else hertz.b, scene.bodies, scene.line)
+        units = frictional_units(
+            limits[k], hertz.a, 1.0 if scene.line else hertz.b, scene.bodies, scene.line
+        )
         if not scene.line:
             found["Mz"][k] = units["Mz"]
         rigid = ("vx", "vy") if isinstance(motion, Steady) else ("ux", "uy")
@@ -238,8 +285,9 @@ def _units(scenes: Sequence[Scene]) -> tuple[np.ndarray, Figures]:
 class _Kind:
     """What the scenes of a batch have in common.
 
-    `shape`: the least powers of two, or three quarters of these, that hold their elements. `soft`: their grid, if that
-    has softened edges. `ahead`: elements that particles pass in a step of a history. `under_law`: friction by the slip.
+    `shape`: the least powers of two, or three quarters of these, that hold their elements. `soft`:
+    their grid, if that has softened edges. `ahead`: elements that particles pass in a step of a
+    history. `under_law`: friction by the slip.
     """
 
     shape: tuple[int, ...]
@@ -261,7 +309,10 @@ class _Member:
 
 def fits(scene: Scene) -> bool:
     """Whether a scene, on a grid, is of the kind that batches solve."""
-    if type(scene.surface) not in (Ellipse, Paraboloids, Cylinders) or type(scene.bodies) is not Bodies:
+    if (
+        type(scene.surface) not in (Ellipse, Paraboloids, Cylinders)
+        or type(scene.bodies) is not Bodies
+    ):
         return False
     if scene.third_body is not None or scene.bodies.coupled:
         return False
@@ -277,14 +328,25 @@ def fits(scene: Scene) -> bool:
 
 
 def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
-    """Hertz's contacts: under a given force of ellipses and paraboloids as arrays, of others one by one."""
+    """Hertz's contacts: under a given force of ellipses and paraboloids as arrays, of others one by
+    one.
+    """
     found: list[HertzContact | None] = [None] * len(scenes)
     for kind in (Ellipse, Paraboloids):
-        some = [k for k, scene in enumerate(scenes) if type(scene.surface) is kind and scene.normal_force]
+        some = [
+            k
+            for k, scene in enumerate(scenes)
+            if type(scene.surface) is kind and scene.normal_force
+        ]
         if not some:
             continue
-        bodies, force = [scenes[k].bodies for k in some], np.array([scenes[k].normal_force for k in some], dtype=float)
-        G, nu = (np.array([getattr(each, f"combined_{name}") for each in bodies]) for name in ("G", "nu"))
+        bodies, force = (
+            [scenes[k].bodies for k in some],
+            np.array([scenes[k].normal_force for k in some], dtype=float),
+        )
+        G, nu = (
+            np.array([getattr(each, f"combined_{name}") for each in bodies]) for name in ("G", "nu")
+        )
         names = ("a", "b") if kind is Ellipse else ("Rx", "Ry")
         one, other = (np.array([getattr(scenes[k].surface, name) for k in some]) for name in names)
         with np.errstate(all="ignore"):
@@ -293,14 +355,18 @@ def _contacts(scenes: list[Scene]) -> list[HertzContact | None]:
         columns = np.stack([a, b, approach, force, peak, np.full_like(a, math.nan)]).tolist()
         for k, ak, bk, dk, Fk, pk, R in zip(some, *columns, strict=True):
             found[k] = HertzContact(ak, bk, dk, Fk, pk, R, R)
-    return [scene.hertz if each is None else each for scene, each in zip(scenes, found, strict=True)]
+    return [
+        scene.hertz if each is None else each for scene, each in zip(scenes, found, strict=True)
+    ]
 
 
 def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
     """A scene as one of a batch, or None where its grid is not for one."""
     grid, motion = given_grid(scene), scene.motion
     shape = shape_with_margin(grid)
-    if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (MOST_IN_LINE if grid.line else MOST_ELEMENTS):
+    if (grid.explicit and grid.edge != "centres") or math.prod(shape) > (
+        MOST_IN_LINE if grid.line else MOST_ELEMENTS
+    ):
         return None
     if grid.explicit and not _holds(grid, hertz):
         return None
@@ -310,7 +376,9 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
         if abs(ahead - round(ahead)) > WHOLE or abs(ahead) > grid.nx:
             return None
     powers = [2 ** math.ceil(math.log2(side)) for side in shape]
-    wide = tuple(3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(shape, powers, strict=True))
+    wide = tuple(
+        3 * p // 4 if side <= 3 * p // 4 else p for side, p in zip(shape, powers, strict=True)
+    )
     soft = grid if grid.edge == "softened" else None
     kind = _Kind(wide, soft, difference, round(ahead), grid.line, isinstance(scene.friction, Law))
     return _Member(number, kind, shape, scene, hertz)
@@ -318,7 +386,9 @@ def _member(number: int, scene: Scene, hertz: HertzContact) -> _Member | None:
 
 @lru_cache(maxsize=16)
 def _across_circle(grid: Grid) -> tuple[Grid, np.ndarray, np.ndarray]:
-    """A grid across the unit circle, the parts of the load on its elements, and what softens those at the edge."""
+    """A grid across the unit circle, the parts of the load on its elements, and what softens those
+    at the edge.
+    """
     circle = HertzContact(1.0, math.inf if grid.line else 1.0, 0.0, 1.0, 1.0, 1.0, 1.0)
     half = 0.5 if grid.line else 1.0
     lattice = grid.spread((-1.0, 1.0, -half, half))
@@ -339,7 +409,9 @@ def _elements(scene: Scene, hertz: HertzContact) -> tuple[np.ndarray, ...]:
 
 
 def _holds(grid: Grid, hertz: HertzContact) -> bool:
-    """True where the contact lies within an explicit grid, and elements are not too large for it."""
+    """True where the contact lies within an explicit grid, and elements are not too large for
+    it.
+    """
     left, right, bottom, top = grid.box
     inside = left <= -hertz.a and hertz.a <= right
     if not grid.line:
@@ -348,17 +420,39 @@ def _holds(grid: Grid, hertz: HertzContact) -> bool:
 
 
 def _solve_group(
-    members: list[_Member], tol: float, kept: Fields | None, near: Near | None, before: Fields | None
+    members: list[_Member],
+    tol: float,
+    kept: Fields | None,
+    near: Near | None,
+    before: Fields | None,
 ) -> tuple[Figures, np.ndarray]:
-    """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of the step before."""
-    kind, contacts, scenes = members[0].kind, [each.hertz for each in members], [each.scene for each in members]
+    """The figures of scenes of like kinds, and which of them are solved; `before` are the fields of
+    the step before.
+    """
+    kind, contacts, scenes = (
+        members[0].kind,
+        [each.hertz for each in members],
+        [each.scene for each in members],
+    )
     force = np.array([contact.force for contact in contacts])
-    G, nu = (np.array([getattr(each.bodies, f"combined_{name}") for each in scenes]) for name in ("G", "nu"))
+    G, nu = (
+        np.array([getattr(each.bodies, f"combined_{name}") for each in scenes])
+        for name in ("G", "nu")
+    )
     n, (ny, nx) = len(members), np.max([each.shape for each in members], axis=0).tolist()
-    sides, x, y, share = np.empty((2, n)), np.zeros((nx, n)), np.zeros((ny, n)), np.zeros((ny, nx, n))
+    sides, x, y, share = (
+        np.empty((2, n)),
+        np.zeros((nx, n)),
+        np.zeros((ny, n)),
+        np.zeros((ny, nx, n)),
+    )
     for j, (scene, contact) in enumerate(zip(scenes, contacts, strict=True)):
         sides[:, j], own_x, own_y, own = _elements(scene, contact)
-        x[: own_x.size, j], y[: own_y.size, j], share[: own_y.size, : own_x.size, j] = own_x, own_y, own
+        x[: own_x.size, j], y[: own_y.size, j], share[: own_y.size, : own_x.size, j] = (
+            own_x,
+            own_y,
+            own,
+        )
     dx, dy = sides
     steps = [scene.motion.step(length) for scene, length in zip(scenes, dx.tolist(), strict=True)]
     area, step = dx * dy, np.array([each.dq or 1.0 for each in steps])
@@ -371,7 +465,9 @@ def _solve_group(
     friction = np.array([law.static if isinstance(law, Law) else law for law in laws])
     bound = share * (friction * force / area)
     soft = None if kind.soft is None else _across_circle(kind.soft)[2]
-    problem = BatchedProblem(dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, soft)
+    problem = BatchedProblem(
+        dx, dy, nu, W, bound / G, given / area / G, kind.difference, kind.line, soft
+    )
     numbers = [member.number for member in members]
     start = None if near is None else near.on(problem, numbers, [vx, vy], step)
     if before is not None:
@@ -430,11 +526,17 @@ def _under_laws(
     tol: float,
     start: tuple[np.ndarray, np.ndarray] | None,
 ) -> tuple[BatchedSolution, np.ndarray]:
-    """Passes from the static coefficients of laws, each with those of the slip before, and the parts of these left.
+    """Passes from the static coefficients of laws, each with those of the slip before, and the
+    parts of these left.
 
-    See `friction_law`, which those that do not settle are left to. `step` is the shift of unit slip.
+    See `friction_law`, which those that do not settle are left to. `step` is the shift of unit
+    slip.
     """
-    whole, part, left = BatchedSolution.unsolved(problem), np.ones_like(problem.bound), np.arange(len(laws))
+    whole, part, left = (
+        BatchedSolution.unsolved(problem),
+        np.ones_like(problem.bound),
+        np.arange(len(laws)),
+    )
     for _ in range(PASSES):
         of_left = problem.of(left)
         pressed = of_left.bound
@@ -442,7 +544,9 @@ def _under_laws(
         own = [laws[k](found.slip[..., j] / step[k]) / laws[k].static for j, k in enumerate(left)]
         change = np.where(found.slip > 0, np.stack(own, axis=-1) - part[..., left], 0.0)
         off = np.abs(change * pressed).max(axis=(0, 1)) / np.hypot(*found.traction).max(axis=(0, 1))
-        settled = replace(found, residual=np.fmax(found.residual, off), converged=found.converged & (off <= tol))
+        settled = replace(
+            found, residual=np.fmax(found.residual, off), converged=found.converged & (off <= tol)
+        )
         whole.put(left, settled)
         goes_on = found.converged & (off > tol)
         left = left[goes_on]

@@ -21,10 +21,11 @@ from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
 
 SLOW = 0.2
-"""A pass that leaves more than this part of the residual is slow: from then on passes are accelerated."""
+"""A pass that leaves more than this part of the residual is slow: from then on passes are
+accelerated."""
 HELD = 15
-"""Accelerated passes in a row without gain after which passes stay plain: where two solutions have just vanished,
-acceleration would hold them there."""
+"""Accelerated passes in a row without gain after which passes stay plain: where two solutions have
+just vanished, acceleration would hold them there."""
 MEMORY = 6
 """Passes that the acceleration combines."""
 
@@ -33,9 +34,10 @@ MEMORY = 6
 class Limits:
     """When passes end, and from when on they may be accelerated.
 
-    They end at the residual `tol`, after so many `passes`, or so many in a row without gain (`patience`). The first
-    `plain` ones are accelerated only below the residual `near`; a force that friction cannot carry is an error in them.
-    Accelerated values are kept from `least` to `greatest`.
+    They end at the residual `tol`, after so many `passes`, or so many in a row without gain
+    (`patience`). The first `plain` ones are accelerated only below the residual `near`; a force
+    that friction cannot carry is an error in them. Accelerated values are kept from `least` to
+    `greatest`.
     """
 
     tol: float
@@ -54,10 +56,11 @@ def settled(
     unknown: str,
     limits: Limits,
 ) -> ContactState:
-    """The state of the least residual after passes `one` until the field `unknown` stays; its `passes` tell of all.
+    """The state of the least residual after passes `one` until the field `unknown` stays; its
+    `passes` tell of all.
 
-    They also end where solvers give up twice in a row with nothing gained, and with an error, as of an iterate that is
-    no contact any more.
+    They also end where solvers give up twice in a row with nothing gained, and with an error, as of
+    an iterate that is no contact any more.
     """
     state = best = replace(first, passes=((1.0, residual),))
     lost = failures = held = 0
@@ -87,9 +90,13 @@ def settled(
         turns = len(changes) > 1 and float(np.sum(changes[-2] * changes[-1])) < 0
         ready = len(before) > limits.plain or residual < limits.near or turns
         held = 0 if gained and held < HELD else held + accelerated
-        accelerated = held < HELD and (accelerated or (ready and not residual < SLOW * before[-1][1]))
+        accelerated = held < HELD and (
+            accelerated or (ready and not residual < SLOW * before[-1][1])
+        )
         if accelerated:
-            state = after.with_unknown(unknown, np.clip(_mixed(found, changes), limits.least, limits.greatest))
+            state = after.with_unknown(
+                unknown, np.clip(_mixed(found, changes), limits.least, limits.greatest)
+            )
     return replace(best, passes=state.passes)
 
 
@@ -105,15 +112,18 @@ def _mixed(found: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
 def distance(one: np.ndarray, other: np.ndarray) -> float:
     """Largest difference of two fields by the largest of the first."""
     size, apart = float(np.abs(one).max()), float(np.abs(one - other).max())
-    return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)  # of nothing, not beyond all numbers
+    # of nothing, not beyond all numbers
+    return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)
 
 
 def coupled_newton(
     disc: Discretisation, state: ContactState, settings: Settings
 ) -> tuple[Discretisation, ContactState]:
-    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were where it fails.
+    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were
+    where it fails.
 
-    In conformal contact they bear the normal force along the normal of the plane, and the approach is then given.
+    In conformal contact they bear the normal force along the normal of the plane, and the approach
+    is then given.
     """
     tangential, loading = disc.tangential_problem(state.pressure), disc.loading
     if tangential.size == 0 or not np.any(state.traction):
@@ -122,7 +132,10 @@ def coupled_newton(
     free = loading.normal_force is not None
     turned = free and disc.conformal and loading.law is None
     blocks = operators.normal, disc.tangential_operator.between(chosen, chosen)
-    across = operators.traction_to_distance.between((0,), chosen), disc.pressure_to_shift.between(chosen, (0,))
+    across = (
+        operators.traction_to_distance.between((0,), chosen),
+        disc.pressure_to_shift.between(chosen, (0,)),
+    )
     problem = CoupledProblem(
         operator=type(blocks[0]).in_blocks([[blocks[0], across[0]], [across[1], blocks[1]]]),
         blocks=blocks,
@@ -131,7 +144,10 @@ def coupled_newton(
         friction=np.broadcast_to(np.asarray(loading.coefficient, dtype=float), disc.grid.shape),
         area=disc.lattice.area,
         approach=None if free else state.approach,
-        force=(None if loading.normal_force is None else loading.normal_force / disc.scales.force, *tangential.force),
+        force=(
+            None if loading.normal_force is None else loading.normal_force / disc.scales.force,
+            *tangential.force,
+        ),
         along_normal=disc.along_normal[[2, *chosen]] if turned else None,
     )
 
@@ -139,7 +155,9 @@ def coupled_newton(
         traction, rigid = np.zeros((2, *disc.grid.shape)), np.zeros(2)
         traction[list(chosen)], rigid[list(chosen)] = raw.traction[1:], raw.rigid[1:]
         approach = -float(raw.rigid[0]) if free else state.approach
-        return replace(state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid)
+        return replace(
+            state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid
+        )
 
     def residual(raw: RawSolution) -> float:
         there = found(raw)

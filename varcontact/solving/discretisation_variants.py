@@ -25,7 +25,8 @@ from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 
 STRIPS = 4
-"""Elements along x in line contact for each of `cells`: there they cost next to nothing, as in ``grid="auto"``."""
+"""Elements along x in line contact for each of `cells`: there they cost next to nothing, as in
+``grid="auto"``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,9 +88,14 @@ class Way:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        for field, example in (("motion", '(("spin_offset", 0.0),)'), ("options", '(("tangential", "fastsim"),)')):
+        for field, example in (
+            ("motion", '(("spin_offset", 0.0),)'),
+            ("options", '(("tangential", "fastsim"),)'),
+        ):
             given = getattr(self, field)
-            pairs = isinstance(given, tuple) and all(isinstance(each, tuple) and len(each) == 2 for each in given)
+            pairs = isinstance(given, tuple) and all(
+                isinstance(each, tuple) and len(each) == 2 for each in given
+            )
             if not (pairs and all(isinstance(name, str) for name, _ in given)):
                 raise SceneError(field, given, f"pairs of a name and a value, as {example}")
         found = [name for name, _ in self.options if name in ("accuracy", "time_budget")]
@@ -112,7 +118,9 @@ class Way:
     @property
     def family(self) -> str:
         """What it has in common with the same way on other grids."""
-        given = [(name, value) for name, value in (*self.motion, *self.options) if value is not None]
+        given = [
+            (name, value) for name, value in (*self.motion, *self.options) if value is not None
+        ]
         parts = [value if isinstance(value, str) else f"{name} = {value}" for name, value in given]
         if self.accuracy is not None:
             return ", ".join(["accuracy", *parts])
@@ -167,7 +175,9 @@ class Way:
             return f"the edge {self.edge!r} {why}"
         if self.edge == "softened" and isinstance(scene.motion, Transient):
             return "the edge 'softened' is for steady rolling and shifts"
-        if scene.frictionless and (self.edge != "centres" or self.motion or "tangential" in dict(self.options)):
+        if scene.frictionless and (
+            self.edge != "centres" or self.motion or "tangential" in dict(self.options)
+        ):
             return "nothing rubs: the same as with elements by their centres"
         if self.motion and not isinstance(scene.motion, Steady):
             return f"{self.motion[0][0]} is for steady rolling"
@@ -178,12 +188,15 @@ class Way:
 class Answered:
     """What a way found."""
 
-    # as `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way does so
+    # as `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way
+    # does so
     values: dict[str, float]
     solutions: tuple[Solution | History, ...]  # from coarse to fine: one, or two
 
 
-def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **options: Any) -> Answered:
+def answer(
+    scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **options: Any
+) -> Answered:
     """Answer a scene.
 
     Parameters
@@ -210,7 +223,9 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     """
     reason = way.why_not(scene)
     if reason:
-        raise SceneError("way", str(way), "one that serves the scene", message=f"way {way}: {reason}")
+        raise SceneError(
+            "way", str(way), "one that serves the scene", message=f"way {way}: {reason}"
+        )
     if isinstance(scene.motion, Transient):
         steps_that_count(scene.motion.steps, steps)
     cells = [way.coarser, way.cells] if way.coarser else [way.cells]
@@ -222,7 +237,9 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
 
 
 def extrapolated(way: Way, found: Sequence[dict[str, float]]) -> dict[str, float]:
-    """The values of a way from those on its grids, with an error ``C h^order`` taken off where there are two."""
+    """The values of a way from those on its grids, with an error ``C h^order`` taken off where
+    there are two.
+    """
     fine = found[-1]
     if len(found) == 1:
         return dict(fine)

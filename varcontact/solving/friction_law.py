@@ -25,8 +25,21 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, own_influence, shift_and_areas, unit_slip
-from varcontact.discrete.temperature import RISE, Heat, background, surface_temperatures, temperature_rise
+from varcontact.discrete.stick_slip import (
+    SLIP,
+    STICK,
+    friction_work,
+    own_influence,
+    shift_and_areas,
+    unit_slip,
+)
+from varcontact.discrete.temperature import (
+    RISE,
+    Heat,
+    background,
+    surface_temperatures,
+    temperature_rise,
+)
 from varcontact.errors import SceneError
 from varcontact.interfaces.coulomb import FRICTION
 from varcontact.interfaces.potential import magnitude, project
@@ -38,17 +51,24 @@ from varcontact.transports import further_along
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""
 SMALL_SLIP = 1e-6
-"""Relative slip over which the slope of a law at no slip is taken that is known by its values alone."""
+"""Relative slip over which the slope of a law at no slip is taken that is known by its values
+alone."""
 
 
-def with_coefficients(disc: Discretisation, state: ContactState, start: str | Solution | None) -> ContactState:
+def with_coefficients(
+    disc: Discretisation, state: ContactState, start: str | Solution | None
+) -> ContactState:
     """The state with coefficients to begin with: its own, or those of the start."""
     if state.friction is not None:
         return state
     law, grid = _law(disc), disc.grid
     if isinstance(start, Solution):
         if start.grid.shape != grid.shape:
-            raise SceneError("start", f"a Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}")
+            raise SceneError(
+                "start",
+                f"a Solution of shape {start.grid.shape}",
+                f"on a grid of shape {grid.shape}",
+            )
         friction = _known(law, start)
     else:
         friction = np.full(grid.shape, law.kinetic if start == "slip" else law.static)
@@ -56,7 +76,9 @@ def with_coefficients(disc: Discretisation, state: ContactState, start: str | So
 
 
 def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
+    """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere
+    these.
+    """
     assert state.friction is not None
     law, (shift, areas) = _law(disc), shift_and_areas(disc, state)
     slip = np.hypot(*shift) * (areas == SLIP) / unit_slip(disc)
@@ -67,10 +89,12 @@ def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """The law's own coefficient (ny, nx) at the slip of a state from any source; the static one where it sticks.
+    """The law's own coefficient (ny, nx) at the slip of a state from any source; the static one
+    where it sticks.
 
-    An element slips where its traction is nearer to the law's at its shift than its shift is to none; and where it
-    would slip even under the static coefficient: then that is not what it should have.
+    An element slips where its traction is nearer to the law's at its shift than its shift is to
+    none; and where it would slip even under the static coefficient: then that is not what it should
+    have.
     """
     law = _law(disc)
     if law.memory_distance > 0:
@@ -82,8 +106,14 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
     moved = shift / own_influence(disc)
     own, static = _own(disc, state, np.hypot(*shift) / unit_slip(disc))
     trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
-    beyond = magnitude(trial) > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
-    nearer = magnitude(state.traction.reshape(2, -1) - project(trial, (own * state.pressure).ravel())) < size
+    beyond = (
+        magnitude(trial)
+        > (static * state.pressure).ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
+    )
+    nearer = (
+        magnitude(state.traction.reshape(2, -1) - project(trial, (own * state.pressure).ravel()))
+        < size
+    )
     return np.where((beyond | nearer).reshape(own.shape), own, static)
 
 
@@ -91,11 +121,15 @@ def branch_of(start: str | Solution | None) -> str:
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
-def remembered(disc: Discretisation, before: Solution, heated: Sequence[Heat] = ()) -> np.ndarray | None:
-    """The coefficients (ny, nx) that particles bring along into a step of a history; None without a law.
+def remembered(
+    disc: Discretisation, before: Solution, heated: Sequence[Heat] = ()
+) -> np.ndarray | None:
+    """The coefficients (ny, nx) that particles bring along into a step of a history; None without a
+    law.
 
-    Slipping particles keep that of their slip; those from between two centres have the coefficients there, weighted
-    as displacements are. With a memory they slide on the way as others at the same place did in the step before.
+    Slipping particles keep that of their slip; those from between two centres have the coefficients
+    there, weighted as displacements are. With a memory they slide on the way as others at the same
+    place did in the step before.
     """
     law, motion = disc.loading.law, disc.loading.motion
     if law is None:
@@ -107,23 +141,32 @@ def remembered(disc: Discretisation, before: Solution, heated: Sequence[Heat] = 
         known = own
     fresh = None if law.local else law.static
     near = further_along(own if whole == 0 else known, motion.rolls * whole, fresh)
-    came = near if part == 0 else (1 - part) * near + part * further_along(known, motion.rolls * (whole + 1), fresh)
+    came = (
+        near
+        if part == 0
+        else (1 - part) * near + part * further_along(known, motion.rolls * (whole + 1), fresh)
+    )
     if law.memory_distance == 0 or disc.step is None:
         return came
     slip = np.where(before.state == SLIP, np.hypot(*before.slip), 0.0)
     temperature, thermal = None, disc.loading.thermal
     if law.warm and thermal is not None:
-        rise = temperature_rise(heated, disc.grid.sides[0], thermal) if heated else np.zeros(disc.grid.shape)
+        rise = (
+            temperature_rise(heated, disc.grid.sides[0], thermal)
+            if heated
+            else np.zeros(disc.grid.shape)
+        )
         temperature = rise + background(1.0, thermal)[0]
     there = law.on(slip, temperature, before.pressure, *np.meshgrid(disc.grid.x, disc.grid.y))
     return law.after(came, there, slip, disc.step * disc.scales.length)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
-    """The part of ``static - kinetic`` that the particles have lost, (ny, nx) in [0, 1]; `disc` has the coefficients.
+    """The part of ``static - kinetic`` that the particles have lost, (ny, nx) in [0, 1]; `disc` has
+    the coefficients.
 
-    Without a memory those that slip have lost that of their slip. An element that sticks forgets as other particles
-    fill it, and at once where nothing rolls.
+    Without a memory those that slip have lost that of their slip. An element that sticks forgets as
+    other particles fill it, and at once where nothing rolls.
     """
     law, left = _law(disc), np.asarray(disc.loading.coefficient)
     if law.memory_distance == 0 and not law.local:
@@ -131,14 +174,18 @@ def weakening(disc: Discretisation, before: Solution | None, solution: Solution)
         if before is not None and whole == 0 and part > 0:
             _, own = _coefficients(law, before)
             left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
-    return np.clip((law.static - left) / max(law.static - law.kinetic, np.finfo(float).tiny), 0.0, 1.0)
+    return np.clip(
+        (law.static - left) / max(law.static - law.kinetic, np.finfo(float).tiny), 0.0, 1.0
+    )
 
 
 def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
-    """A sentence where a step of rolling is so short for its law that it may have several solutions.
+    """A sentence where a step of rolling is so short for its law that it may have several
+    solutions.
 
-    With ``k = -f'(0) pz`` by the shift of unit slip, tractions of slipping elements change by ``dp <= k dE`` and their
-    shift by ``dE = A dp - C dp'``: a step is unique, and what the step before left decays, as long as A < 1/k.
+    With ``k = -f'(0) pz`` by the shift of unit slip, tractions of slipping elements change by ``dp
+    <= k dE`` and their shift by ``dE = A dp - C dp'``: a step is unique, and what the step before
+    left decays, as long as A < 1/k.
     """
     law = _law(disc)
     if not law.continuous or disc.step is None:
@@ -173,32 +220,48 @@ def _law(disc: Discretisation) -> Law:
     return disc.loading.law
 
 
-def _own(disc: Discretisation, state: ContactState, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The coefficients of a law at the temperatures, pressures and places of a state, with sizes of slip and without.
+def _own(
+    disc: Discretisation, state: ContactState, slip: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The coefficients of a law at the temperatures, pressures and places of a state, with sizes of
+    slip and without.
 
     In a history particles bring heat of earlier steps along.
     """
     law, motion, thermal = _law(disc), disc.loading.motion, disc.loading.thermal
     temperature, dx, before = None, disc.grid.sides[0], disc.loading.previous_step
     if law.warm:
-        density = friction_work(disc, state, shift_and_areas(disc, state)[0]) * disc.scales.pressure / unit_slip(disc)
+        density = (
+            friction_work(disc, state, shift_and_areas(disc, state)[0])
+            * disc.scales.pressure
+            / unit_slip(disc)
+        )
         contact = state.pressure > 0
         if isinstance(motion, Steady):
             assert motion.speed is not None and thermal is not None
-            temperature = surface_temperatures(density * motion.speed, contact, dx, motion.speed, thermal)[0]
+            temperature = surface_temperatures(
+                density * motion.speed, contact, dx, motion.speed, thermal
+            )[0]
         else:
             assert isinstance(motion, TimeStep) and thermal is not None
             rise = temperature_rise([Heat.of(density, contact, motion)], dx, thermal)
             known = None if before is None else before.arrived.get(RISE)
             temperature = (rise if known is None else rise + known) + background(1.0, thermal)[0]
-    around = temperature, state.pressure * disc.scales.pressure, *np.meshgrid(disc.grid.x, disc.grid.y)
-    return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(slip.shape, law.static)
+    around = (
+        temperature,
+        state.pressure * disc.scales.pressure,
+        *np.meshgrid(disc.grid.x, disc.grid.y),
+    )
+    return law.on(slip, *around), law.on(0.0 * slip, *around) if law.local else np.full(
+        slip.shape, law.static
+    )
 
 
 def _with_memory(
     disc: Discretisation, state: ContactState, own: np.ndarray, rest: np.ndarray, slip: np.ndarray
 ) -> np.ndarray:
-    """The coefficients of particles after a slip, with what they had a step ago; `own` of the law, `rest` in stick.
+    """The coefficients of particles after a slip, with what they had a step ago; `own` of the law,
+    `rest` in stick.
 
     In steady rolling they come along their rows, at rest at first. In a step that rolls they are
     `remembered`: problems of short steps would have several solutions under the slip at their end.
@@ -219,25 +282,32 @@ def _with_memory(
 
 def _known(law: Law, solution: Solution) -> np.ndarray:
     """The coefficients of a solution where it slips, the static one where it sticks."""
-    known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
+    known = np.hypot(*solution.traction) / np.where(
+        solution.pressure > 0, solution.pressure, np.inf
+    )
     known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
     return np.where(solution.state == SLIP, known, law.static)
 
 
 def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the particles that slip, static elsewhere; and with what elements that stick remember."""
+    """Those of the particles that slip, static elsewhere; and with what elements that stick
+    remember.
+    """
     known = _known(law, solution)
     if solution.weakening is None:
         return known, known
     own = law.static - solution.weakening * (law.static - law.kinetic)
-    return known, np.where(solution.state == SLIP if law.local else solution.state != STICK, known, own)
+    return known, np.where(
+        solution.state == SLIP if law.local else solution.state != STICK, known, own
+    )
 
 
 def _way(disc: Discretisation) -> tuple[int, float]:
-    """Elements that particles pass in a step, and the weight of the next one at the point from where they come.
+    """Elements that particles pass in a step, and the weight of the next one at the point from
+    where they come.
 
-    A displacement at a point between two centres is the sum of those at the centres, with weights that are exact for
-    tractions on these two elements.
+    A displacement at a point between two centres is the sum of those at the centres, with weights
+    that are exact for tractions on these two elements.
     """
     if disc.step is None:
         return 0, 0.0
@@ -245,7 +315,9 @@ def _way(disc: Discretisation) -> tuple[int, float]:
     whole, rest = divmod(round(disc.step / dx, 9), 1.0)
     if rest == 0:
         return int(whole), 0.0
-    pair = Operators(replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1), disc.operators.medium)
+    pair = Operators(
+        replace(disc.lattice, nx=2, ny=None if disc.grid.line else 1), disc.operators.medium
+    )
     at_centres, between = (
         np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
         for table in (pair.tangential(), pair.carrying(rest * dx))

@@ -30,17 +30,21 @@ STEP_FIELDS, STEP_REST = 65.0, 1e4
 
 
 def solve_transient(scene: Scene[Transient], options: SolveOptions) -> History:
-    """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that file.
+    """Solve a transient scene step by step, see `solve`; with a `store`, each step is added to that
+    file.
 
-    With a grid chosen for an accuracy or a time, the progress is told the stages within a step, too, and the steps
-    are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
+    With a grid chosen for an accuracy or a time, the progress is told the stages within a step,
+    too, and the steps are those of `ContactSolver.continuum`. Errors name the step; `Interrupted`
+    has the steps that were finished.
     """
     if not isinstance(scene.motion.start, Solution | None):
         raise SceneError("motion.start", scene.motion.start, "a Solution")
     solver = replace(options.solver(scene), refined=True)
     settings, progress = {"tol": solver.tol, "polish": solver.polish}, options.progress
     if options.store is not None:
-        with Stored.recording(file_name("store", options.store), scene, solver.plan, settings) as recording:
+        with Stored.recording(
+            file_name("store", options.store), scene, solver.plan, settings
+        ) as recording:
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
@@ -84,9 +88,16 @@ def _solved(
     if scene.motion.control is None:
         return history
     solved = [sol.scene for sol in history]  # with the numbers that the control gave
-    given: dict[str, Any] = {name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")}
-    given |= {name: [getattr(each.motion, name) for each in solved] for name in CONTROLLED.keys() - given.keys()}
-    return replace(history, scene=replace(scene, motion=replace(scene.motion, control=None, **given)))
+    given: dict[str, Any] = {
+        name: [getattr(each, name) for each in solved] for name in ("normal_force", "approach")
+    }
+    given |= {
+        name: [getattr(each.motion, name) for each in solved]
+        for name in CONTROLLED.keys() - given.keys()
+    }
+    return replace(
+        history, scene=replace(scene, motion=replace(scene.motion, control=None, **given))
+    )
 
 
 def bytes_of_steps(motion: Transient, elements: int) -> float:
@@ -95,7 +106,9 @@ def bytes_of_steps(motion: Transient, elements: int) -> float:
 
 
 def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
-    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
+    """One grid for the whole history: the scene's own, that of the start, or one that holds every
+    contact.
+    """
     start, interpolate = scene.motion.start, scene.motion.interpolate
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
@@ -110,5 +123,6 @@ def _grid(scene: Scene[Transient], solver: ContactSolver) -> Grid:
         grids.append(disc.grid)
     grid = common_grid(scene, grids)
     if start is not None and not interpolate and np.allclose(start.grid.sides, grid.sides, 1e-9):
-        return replace(start.grid, edge=grid.edge)  # the same lattice, with more or less room around
+        # the same lattice, with more or less room around
+        return replace(start.grid, edge=grid.edge)
     return grid

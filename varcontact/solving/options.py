@@ -1,4 +1,6 @@
-"""The arguments of `solve`: their names for type checkers and editors, and checked together, once."""
+"""The arguments of `solve`: their names for type checkers and editors, and checked together,
+once.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,8 @@ TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
 
 LOOSE = 1e-4
-"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
+"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a
+million at most."""
 
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
@@ -61,10 +64,11 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Target:
-    """What an answer is to reach: an accuracy by the units of its quantities of interest, or seconds.
+    """What an answer is to reach: an accuracy by the units of its quantities of interest, or
+    seconds.
 
-    `by_default`: nothing was given; then an accuracy that is not reached is no error, but a larger error bar.
-    `of_pressure`: whether the largest pressure of a normal contact counts.
+    `by_default`: nothing was given; then an accuracy that is not reached is no error, but a larger
+    error bar. `of_pressure`: whether the largest pressure of a normal contact counts.
     """
 
     accuracy: float | None = None
@@ -77,8 +81,9 @@ class Target:
 class SolveOptions:
     """How a scene is solved: the arguments of `solve`, checked once, with the scene's plan.
 
-    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its own grid. `final`:
-    false on coarser grids of an accuracy. `deadline`: when solvers raise `OutOfTime`, by `time.perf_counter` [s].
+    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its
+    own grid. `final`: false on coarser grids of an accuracy. `deadline`: when solvers raise
+    `OutOfTime`, by `time.perf_counter` [s].
     """
 
     scene: Scene
@@ -113,13 +118,19 @@ class SolveOptions:
         time_budget: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> SolveOptions:
-        """The arguments of `solve`, refused as there, before any work, where they do not suit the scene."""
+        """The arguments of `solve`, refused as there, before any work, where they do not suit the
+        scene.
+        """
         choices = normal, tangential, coupling, formulation, method
         plan = select(scene, *choices)
         tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
-        certify = checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
+        certify = checks.choice(
+            "certify", "none" if certify is None else certify, ("auto", *LEVELS)
+        )
         if start is not None and not scene.under_law:
-            raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
+            raise SceneError(
+                "start", start, "left out: it chooses between the solutions under a law of friction"
+            )
         if start is not None and isinstance(scene.motion, Transient):
             allowed = "left out: in a history each particle goes on as it did in the step before"
             raise SceneError("start", start, allowed)
@@ -140,7 +151,9 @@ class SolveOptions:
         return cls(scene, choices, plan, tol, polish, start, certify, store, target, told)
 
     def solver(self, scene: Scene) -> ContactSolver:
-        """The methods for the `scene`; on a coarser grid to a loose tolerance, without a certificate."""
+        """The methods for the `scene`; on a coarser grid to a loose tolerance, without a
+        certificate.
+        """
         plan, certify, tol = self.plan_for(scene), self.certify, self.tol
         if self.final:  # a coarse grid fits where a finer one does
             check_fits(scene, plan)
@@ -148,7 +161,9 @@ class SolveOptions:
             certify, tol = "none", max(tol, LOOSE)
         stats, chosen = SolveStats(self.progress), self.target is not None
         refined = self.final and not chosen
-        return ContactSolver(plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline)
+        return ContactSolver(
+            plan, tol, self.polish, stats, self.start, certify, refined, chosen, self.deadline
+        )
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene`, as on another grid."""
@@ -156,7 +171,9 @@ class SolveOptions:
 
 
 def check_saturation(scene: Scene) -> None:
-    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps without friction."""
+    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps
+    without friction.
+    """
     motion = scene.motion
     if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
         for k, own in enumerate(motion.every("friction")):
@@ -176,7 +193,9 @@ def check_saturation(scene: Scene) -> None:
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
+    """Whether active sets polish the answers of programs: unless `polish` is False or the method
+    "convex".
+    """
     polish = plan.method != "convex" if polish is None else checks.flag("polish", polish)
     if polish and plan.method == "convex":
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
@@ -191,17 +210,23 @@ def _target(
     start: Any,
     store: Any,
 ) -> Target | None:
-    """The target of a solution; None where the scene or the method leaves no choice of a grid, and none was given."""
+    """The target of a solution; None where the scene or the method leaves no choice of a grid, and
+    none was given.
+    """
     motion = scene.motion
     if accuracy is None and time_budget is None:
         rolls = isinstance(motion, Steady)
-        names_difference = rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
+        names_difference = (
+            rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
+        )
         if isinstance(scene.grid, Grid) or names_difference or scene.hardens:
             return None  # on a finer grid hardening takes many times as long
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
     if accuracy is not None and time_budget is not None:
-        raise SceneError("time_budget", time_budget, "left out where accuracy is given: each decides on the grid")
+        raise SceneError(
+            "time_budget", time_budget, "left out where accuracy is given: each decides on the grid"
+        )
     if accuracy is not None:
         field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
         if accuracy >= 1:
@@ -215,14 +240,20 @@ def _target(
 
 
 def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> Iterator[SceneError]:
-    """Why a scene has a grid already, or needs one, or the error of its answer is not that of a grid."""
+    """Why a scene has a grid already, or needs one, or the error of its answer is not that of a
+    grid.
+    """
     motion = scene.motion
     if isinstance(scene.grid, Grid):
         yield SceneError("grid", scene.grid, f"left out: it is chosen for the {field}")
     if isinstance(motion, Transient):
         several = f"left out: with {field} a history is solved on several grids"
         if motion.dq is None:
-            yield SceneError("motion.dq", None, f"given: with {field} the length of the steps is not an element's")
+            yield SceneError(
+                "motion.dq",
+                None,
+                f"given: with {field} the length of the steps is not an element's",
+            )
         if motion.start is not None:
             yield SceneError("motion.start", "a Solution", f"{several}, and it belongs to its own")
         if store is not None:
@@ -238,17 +269,27 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         known = f"the shift for motion.{forces[0]} is known but for a constant"
         if scene.bodies.slides:
             yield SceneError("bodies.base", "smooth", f"no base with {field}: {known}")
-        yield SceneError("surface.reference_depth", None, f"given with {field}: in line contact {known}")
+        yield SceneError(
+            "surface.reference_depth", None, f"given with {field}: in line contact {known}"
+        )
     if plan.formulation == "marching" and isinstance(motion, Steady):
-        yield SceneError("formulation", "marching", f"left out: with {field} the slip is of second order")
+        yield SceneError(
+            "formulation", "marching", f"left out: with {field} the slip is of second order"
+        )
     if scene.hardens and not plan.closed_form:
         allowed = f"0 with {field}, or the contact a Hertzian one of like bodies"
         yield SceneError("third_body.k_tau", scene.third_body, allowed)
     if plan.theory is not None:
-        allowed = f"a method of the exact theory with {field}: a theory has an error that no grid removes"
+        allowed = (
+            f"a method of the exact theory with {field}: a theory has an error that no grid removes"
+        )
         yield SceneError("tangential", plan.tangential, allowed)
     if start is not None and not isinstance(start, str):
-        yield SceneError("start", "a Solution", f'"stick" or "slip" with {field}: a solution belongs to its own grid')
+        yield SceneError(
+            "start",
+            "a Solution",
+            f'"stick" or "slip" with {field}: a solution belongs to its own grid',
+        )
     if start == "stick" and isinstance(scene.friction, StaticKinetic):
         allowed = f"left out with {field}: what the static coefficient adds vanishes as the grid gets finer"
         yield SceneError("start", start, allowed)

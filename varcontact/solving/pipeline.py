@@ -5,13 +5,13 @@ Each kind of problem has one list of attempts. The next is made where the best
 answer so far misses the tolerance, a natural-map residual. Each call of a
 solver is counted under its own name.
 
-- Normal problem by active sets or Newton's method: the solver. By a program: NORM from a start, the program polished by
-  NORM; or, unpolished, the program asked for a hundredth of the tolerance; by
+- Normal problem by active sets or Newton's method: the solver. By a program: NORM from a start, the
+  program polished by NORM; or, unpolished, the program asked for a hundredth of the tolerance; by
   the method "convex" refined by splitting.
-- Tangential problem by active sets or Newton's method: the solver, then the polished program (the plan's fallback).
-  By a program: tractions that stick all over, TANG from a start, the program
-  polished by TANG; or unpolished as above. Where the gap is not convex TANG
-  takes the program's place, or the formulation is refused.
+- Tangential problem by active sets or Newton's method: the solver, then the polished program (the
+  plan's fallback). By a program: tractions that stick all over, TANG from a start, the program
+  polished by TANG; or unpolished as above. Where the gap is not convex TANG takes the program's
+  place, or the formulation is refused.
 """
 
 from __future__ import annotations
@@ -25,26 +25,41 @@ from varcontact.discrete.residuals import tangential_residual
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip
-from varcontact.solvers.interface import Settings, TangentialSolver, better, counted, natural_residual
+from varcontact.solvers.interface import (
+    Settings,
+    TangentialSolver,
+    better,
+    counted,
+    natural_residual,
+)
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
-from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, normal_solver, states_programs, tangential_solver
+from varcontact.solvers.registry import (
+    MATRIX_FREE,
+    TANGENTIAL,
+    normal_solver,
+    states_programs,
+    tangential_solver,
+)
 from varcontact.solvers.splitting import refine
 from varcontact.system.process import SMALLER, fits, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
 TO_POLISH, TO_REFINE = (1e-2, 1e-4, 1e-6), (1e-6, 1e-8)
-"""Accuracies asked of a solver of programs, each where the one before did not do for active sets, and for splitting."""
+"""Accuracies asked of a solver of programs, each where the one before did not do for active sets,
+and for splitting."""
 NEARLY_ROUNDED = 1e-9
 """Residual at which a polished answer is not improved any more."""
 MOST_STEPS = 2000
 IDLE_STEPS, NEARLY_STILL = 5, 1e-4
-"""A march ends when it hardly moves, relative to the largest traction, and has come no nearer in this many steps."""
+"""A march ends when it hardly moves, relative to the largest traction, and has come no nearer in
+this many steps."""
 
 PRODUCTS, DENSE, CVXPY = 900.0, 4.3, 5e-3
-"""Bytes of memory at the peak: of Newton's method without a matrix by unknown, with influence numbers and fields; of
-active sets in dense matrices of their unknowns, of which a program takes three times as many for each of its blocks; of
-CVXPY, which compiles the gap program, by the fourth power of the unknowns."""
+"""Bytes of memory at the peak: of Newton's method without a matrix by unknown, with influence
+numbers and fields; of active sets in dense matrices of their unknowns, of which a program takes
+three times as many for each of its blocks; of CVXPY, which compiles the gap program, by the fourth
+power of the unknowns."""
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
 
@@ -71,7 +86,9 @@ class Task:
             return tangential_solver(self.plan.tangential)(self.problem, settings, self.start)
         plan = replace(self.plan, formulation="auto")
 
-        def step(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+        def step(
+            problem: TangentialProblem, settings: Settings, start: RawSolution | None
+        ) -> RawSolution:
             one = Task(problem, plan, False, settings, start)
             return _refined(one) if plan.method == "convex" else one.solved(settings.tol)
 
@@ -103,19 +120,25 @@ def solve_problem(
 
 
 def _fallback(task: Task, best: RawSolution) -> RawSolution:
-    """The polished program of the plan's fallback; none without a convex one, or with too many elements for it."""
+    """The polished program of the plan's fallback; none without a convex one, or with too many
+    elements for it.
+    """
     problem, program = task.problem, task.plan.fallback
     assert isinstance(problem, TangentialProblem)
     formulation = "complementary" if problem.symmetric else "gap"
     if program == "none" or task.plan.formulation == "marching" or problem.potential.implicit:
         return best
     # the size first: the search for a symmetric part takes long
-    if problem.size > MOST_OF_A_PROGRAM or not (problem.symmetric or problem.symmetric_part is not None):
+    if problem.size > MOST_OF_A_PROGRAM or not (
+        problem.symmetric or problem.symmetric_part is not None
+    ):
         return best
     if not fits(peak(program, formulation, problem.rigid_shift.size)):
         return best
     settings = replace(task.settings, formulation=formulation)
-    by_program = replace(task, plan=replace(task.plan, tangential=program), settings=settings, start=None)
+    by_program = replace(
+        task, plan=replace(task.plan, tangential=program), settings=settings, start=None
+    )
     found = _polished(by_program, best)
     if found is best:
         return best
@@ -123,15 +146,20 @@ def _fallback(task: Task, best: RawSolution) -> RawSolution:
 
 
 def march(
-    solver: TangentialSolver, problem: TangentialProblem, settings: Settings, start: RawSolution | None
+    solver: TangentialSolver,
+    problem: TangentialProblem,
+    settings: Settings,
+    start: RawSolution | None,
 ) -> RawSolution:
-    """Steady rolling without the gap program: transient steps, from no traction at all, until nothing changes.
+    """Steady rolling without the gap program: transient steps, from no traction at all, until
+    nothing changes.
 
     Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 
-    In a step the displacements ``u' = C p'`` of the step before are known, and the `solver` takes a problem like that
-    of a shift with the rigid shift ``W - u'``: symmetric, and an optimisation. `status` is "Steady", "MaxSteps", or the
-    solver's own word where it gave no number, or failed in a last step short of the tolerance.
+    In a step the displacements ``u' = C p'`` of the step before are known, and the `solver` takes a
+    problem like that of a shift with the rigid shift ``W - u'``: symmetric, and an optimisation.
+    `status` is "Steady", "MaxSteps", or the solver's own word where it gave no number, or failed in
+    a last step short of the tolerance.
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
@@ -140,7 +168,9 @@ def march(
     for _ in range(MOST_STEPS):
         previous = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
         shift = problem.rigid_shift - previous
-        step = replace(problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None)
+        step = replace(
+            problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None
+        )
         raw = solver(step, inner, at)
         iterations += raw.iterations
         if not raw.finite:
@@ -160,25 +190,34 @@ def march(
 
 
 def _by_program(task: Task) -> RawSolution:
-    """The plan's program, refined, polished by active sets, or as it is; active sets from a start may do without."""
+    """The plan's program, refined, polished by active sets, or as it is; active sets from a start
+    may do without.
+    """
     problem, start = task.problem, task.start
     if task.plan.method != "convex" and task.polish:
         if start is None:
             return _polished(task, None)
         return _polished(task, replace(_active_sets(task, start), iterations=0))
     closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
-    if task.plan.method == "convex" and (isinstance(problem, NormalProblem) or task.plan.formulation != "marching"):
+    if task.plan.method == "convex" and (
+        isinstance(problem, NormalProblem) or task.plan.formulation != "marching"
+    ):
         return _refined(closer)
     raw = closer.solved(closer.settings.tol)
     if isinstance(problem, TangentialProblem):
         return raw
-    # without the small pressures that it leaves where the bodies are apart, by the natural map ``p - e/rho``
+    # without the small pressures that it leaves where the bodies are apart, by the natural map ``p
+    # - e/rho``
     distance = problem.shift(raw.traction, raw.rigid)
-    return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
+    return replace(
+        raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal)
+    )
 
 
 def _refined(task: Task) -> RawSolution:
-    """The answer of a program refined by splitting; a nearer one is asked for where that did not do."""
+    """The answer of a program refined by splitting; a nearer one is asked for where that did not
+    do.
+    """
     tol, best = task.settings.tol, None
     for accuracy in TO_REFINE:
         answer = task.solved(max(accuracy, tol))
@@ -195,20 +234,30 @@ def _refined(task: Task) -> RawSolution:
 def _polished(task: Task, best: RawSolution | None) -> RawSolution:
     """The answer of the plan's program after active sets, which need it no more exact than this.
 
-    Near saturation they can be lost beside the solution, where almost nothing sticks: then they begin on their own.
+    Near saturation they can be lost beside the solution, where almost nothing sticks: then they
+    begin on their own.
     """
-    enough, answer = min(task.settings.tol, NEARLY_ROUNDED), best if task.start is None else task.start
+    enough, answer = (
+        min(task.settings.tol, NEARLY_ROUNDED),
+        best if task.start is None else task.start,
+    )
     for accuracy in TO_POLISH:
         if best is not None and task.residual(best) <= enough:
             break
         answer = task.solved(accuracy)
         if answer.finite:
-            best = better(task.problem, best, replace(_active_sets(task, answer), iterations=answer.iterations))
+            best = better(
+                task.problem,
+                best,
+                replace(_active_sets(task, answer), iterations=answer.iterations),
+            )
     assert answer is not None
     if best is None:
         return answer
     if task.residual(best) > task.settings.tol:
-        best = better(task.problem, best, replace(_active_sets(task, None), iterations=answer.iterations))
+        best = better(
+            task.problem, best, replace(_active_sets(task, None), iterations=answer.iterations)
+        )
     return best
 
 
@@ -239,5 +288,7 @@ def check_memory(problem: str, method: str, formulation: str, unknowns: float) -
     taken = peak(method, formulation, unknowns)
     remedy = SMALLER
     if method not in MATRIX_FREE:
-        remedy = f'"newton" needs about {peak("newton", "", unknowns) / 2**30:.2g} GiB; or {SMALLER}'
+        remedy = (
+            f'"newton" needs about {peak("newton", "", unknowns) / 2**30:.2g} GiB; or {SMALLER}'
+        )
     need(f"the {problem} problem", taken, remedy)

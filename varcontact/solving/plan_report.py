@@ -8,7 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, shape_with_margin, wanted_grid
+from varcontact.discrete.contact_grid import (
+    enlarged,
+    known_grid,
+    no_element_in_contact,
+    shape_with_margin,
+    wanted_grid,
+)
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
@@ -24,7 +30,8 @@ from varcontact.solving.pipeline import check_memory, peak
 from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
 
 SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}
-"""Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind of method."""
+"""Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind
+of method."""
 
 
 @checks.named_options()
@@ -96,7 +103,14 @@ def plan(
             except SceneError:  # the method is not for this scene
                 continue
     reasons = chosen.reasons | {"bodies": scene.difference, **{name: why[name] for name in special}}
-    return replace(chosen, special=special, reasons=reasons, sizes=sizes, costs=tuple(costs), doubts=scene.doubts)
+    return replace(
+        chosen,
+        special=special,
+        reasons=reasons,
+        sizes=sizes,
+        costs=tuple(costs),
+        doubts=scene.doubts,
+    )
 
 
 def check_planned(planned: Plan) -> None:
@@ -116,20 +130,36 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
     if grid.explicit and not history:
         contact = _contact(scene, plan, grid)
     count = int(contact.sum())
-    elements, unknowns = {"normal": count}, {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))}
+    elements, unknowns = (
+        {"normal": count},
+        {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))},
+    )
     if plan.has_friction:
         if isinstance(scene.friction, np.ndarray):
             count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
         elements["tangential"] = count
-        unknowns["tangential"] = round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
+        unknowns["tangential"] = (
+            round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
+        )
     matrices = _matrices(scene, plan, shape, unknowns, exact)
     needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
     mirrored = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
-    return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, mirrored, matrices, needed, exact)
+    return Sizes(
+        shape,
+        grid.sides if grid.explicit else None,
+        elements,
+        unknowns,
+        mirrored,
+        matrices,
+        needed,
+        exact,
+    )
 
 
 def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
-    """Elements that may be in contact; a grid that does not hold Hertz's contact is refused as by `solve`."""
+    """Elements that may be in contact; a grid that does not hold Hertz's contact is refused as by
+    `solve`.
+    """
     disc = discretise(scene, grid)
     if not plan.closed_form:
         return np.ones(grid.shape, dtype=bool)
@@ -157,7 +187,10 @@ def _matrices(
     if unlike and plan.has_friction:
         tables.append(("A_zt", 2, "K != 0: distances due to tractions"))
     size = 16 * rows * columns
-    found = [Matrix(name, "table", rows, columns, components * size, why) for name, components, why in tables]
+    found = [
+        Matrix(name, "table", rows, columns, components * size, why)
+        for name, components, why in tables
+    ]
     for problem, name in (("normal", "A_zz"), ("tangential", tangential)):
         n = unknowns.get(problem, 0)
         if n and getattr(plan, problem) not in MATRIX_FREE:
@@ -172,7 +205,13 @@ def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
         solver = getattr(plan, problem)
         if solver == "hertz" or (problem == "tangential" and not plan.solves):
             continue
-        kind = "products" if solver in MATRIX_FREE else "program" if states_programs(solver) else "active sets"
+        kind = (
+            "products"
+            if solver in MATRIX_FREE
+            else "program"
+            if states_programs(solver)
+            else "active sets"
+        )
         unknowns = float(elements)
         if problem == "tangential":
             unknowns = tangential_unknowns(scene, plan, elements)

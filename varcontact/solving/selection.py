@@ -1,4 +1,6 @@
-"""The choice behind "auto": which methods a scene is solved by, and why; what they need in memory."""
+"""The choice behind "auto": which methods a scene is solved by, and why; what they need in
+memory.
+"""
 
 from __future__ import annotations
 
@@ -44,22 +46,30 @@ class Preset:
 
 
 PRESETS: dict[str, Preset] = {
-    "auto": Preset("the fastest method measured, or the solvers named", "norm", "tang-safeguarded", "clarabel"),
-    "convex": Preset("requested: QP and SOCP by conic solvers, never polished by active sets", "clarabel", "clarabel"),
-    "active-set": Preset("requested: NORM and the safeguarded TANG, without programs", "norm", "tang-safeguarded"),
+    "auto": Preset(
+        "the fastest method measured, or the solvers named", "norm", "tang-safeguarded", "clarabel"
+    ),
+    "convex": Preset(
+        "requested: QP and SOCP by conic solvers, never polished by active sets",
+        "clarabel",
+        "clarabel",
+    ),
+    "active-set": Preset(
+        "requested: NORM and the safeguarded TANG, without programs", "norm", "tang-safeguarded"
+    ),
     "kalker": Preset("requested: NORM and TANG as printed, without programs", "norm", "tang-exact"),
 }
 """By method. With "auto" any solver may be named."""
 
 MANY, MANY_PRESSURES = 180, 400
-"""Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
-pressure (docs/speed.md)."""
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions
+and for the pressure (docs/speed.md)."""
 MANY_IN_STEPS, MANY_UNLIKE = 250, 100
-"""The same for the tractions of a history, whose steps begin from the step before; and of unlike bodies, whose
-pressure and tractions it finds together."""
+"""The same for the tractions of a history, whose steps begin from the step before; and of unlike
+bodies, whose pressure and tractions it finds together."""
 SHORT, TOO_MANY = 0.05, 2000
-"""A step of steady rolling by the length of an element, below which Newton's method takes longer than active sets, and
-the elements beyond which these take hours."""
+"""A step of steady rolling by the length of an element, below which Newton's method takes longer
+than active sets, and the elements beyond which these take hours."""
 
 NEWTON = replace(PRESETS["auto"], normal="newton", tangential="newton")
 NEWTON_TRACTIONS = replace(NEWTON, normal="norm")
@@ -74,7 +84,8 @@ def select(
     formulation: str = "auto",
     method: str = "auto",
 ) -> Plan:
-    """The methods for a scene; a `SceneError` says which of those named cannot treat it, and what can.
+    """The methods for a scene; a `SceneError` says which of those named cannot treat it, and what
+    can.
 
     >>> import varcontact as vc
     >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
@@ -85,11 +96,18 @@ def select(
     """
     kind("scene", scene, Scene)
     if isinstance(scene.motion, TimeStep):
-        raise SceneError("motion", scene.motion, "a Transient: a TimeStep continues from the step before it")
+        raise SceneError(
+            "motion", scene.motion, "a Transient: a TimeStep continues from the step before it"
+        )
     if isinstance(scene.motion, Harmonic):
         allowed = "Steady, Shift or Transient: complex amplitudes are given by solve(scene) alone"
         raise SceneError("motion", scene.motion, allowed)
-    wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
+    wanted = {
+        "normal": normal,
+        "tangential": tangential,
+        "coupling": coupling,
+        "formulation": formulation,
+    }
     for field, name in wanted.items():
         if not isinstance(name, str):
             raise SceneError(field, name, "the name of a method")
@@ -114,11 +132,23 @@ def select(
         raise SceneError("formulation", formulation, last, message=message)
     if formulation != "auto":
         plan, reasons["formulation"] = replace(plan, formulation=formulation), "requested"
-    fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
+    fallback = (
+        preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
+    )
     surface = "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
-    kinds = {Transient: "transient", Shift: "shift", Steady: "marching" if plan.formulation == "marching" else "steady"}
-    laws = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
-    special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
+    kinds = {
+        Transient: "transient",
+        Shift: "shift",
+        Steady: "marching" if plan.formulation == "marching" else "steady",
+    }
+    laws = {
+        kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions
+    }
+    special = (
+        ()
+        if scene.motion is None
+        else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
+    )
     return replace(
         plan,
         reasons=reasons,
@@ -140,32 +170,46 @@ def _check_method(method: str) -> None:
         "formulation": FORMULATIONS,
     }
     if isinstance(method, str) and method not in PRESETS:
-        meant = [f'{argument}="{method}"' for argument, names in arguments.items() if method in names]
+        meant = [
+            f'{argument}="{method}"' for argument, names in arguments.items() if method in names
+        ]
         if meant:
-            raise SceneError("method", method, f"one of {', '.join(PRESETS)}; did you mean {' or '.join(meant)}?")
+            raise SceneError(
+                "method", method, f"one of {', '.join(PRESETS)}; did you mean {' or '.join(meant)}?"
+            )
     choice("method", method, PRESETS)
 
 
 def _check_solvers(scene: Scene, normal: str, tangential: str) -> None:
-    """Refuse names of solvers that there are not, that are not installed, or that are for the other problem."""
+    """Refuse names of solvers that there are not, that are not installed, or that are for the other
+    problem.
+    """
     if normal != "auto":
         registry.available("normal", normal, ("auto", *registry.normal_methods()))
     if tangential != "auto":
         methods = registry.tangential_methods()
         if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
-            methods += [name for name in registry.normal_methods() if states_programs(name) and name not in methods]
+            methods += [
+                name
+                for name in registry.normal_methods()
+                if states_programs(name) and name not in methods
+            ]
         if tangential in registry.normal_methods() and tangential not in methods:
             why = "it is for normal problems"
             if states_programs(tangential):
                 why = "it solves QPs, and Coulomb's disks are second-order cones"
-            raise SceneError("tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}")
+            raise SceneError(
+                "tangential", tangential, f"one of {', '.join(methods)}, or a theory: {why}"
+            )
         registry.available("tangential", tangential, ("auto", *methods, *THEORIES))
 
 
 def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
-    """What the `method` stands for; "auto" by what else is named and by the number of elements in contact.
+    """What the `method` stands for; "auto" by what else is named and by the number of elements in
+    contact.
 
-    That is Newton's method where its products beat dense matrices, by one problem or by many in a row.
+    That is Newton's method where its products beat dense matrices, by one problem or by many in a
+    row.
     """
     motion, coupling, formulation = scene.motion, wanted["coupling"], wanted["formulation"]
     if method != "auto":
@@ -184,7 +228,10 @@ def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
         return NEWTON if count > TOO_MANY else PRESETS["auto"]
     if scene.coupled and not scene.frictionless:
-        together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
+        together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {
+            "auto",
+            "newton",
+        }
         return NEWTON if count > (MANY_UNLIKE if together else MANY) else PRESETS["auto"]
     if elements_in_contact(scene)[0] > MANY_PRESSURES:
         return NEWTON
@@ -194,7 +241,9 @@ def _preset(scene: Scene, wanted: dict[str, str], method: str) -> Preset:
 
 def _why_not_hertz(scene: Scene) -> str:
     """Why the pressure is not Hertz's; nothing where it is."""
-    if getattr(scene.motion, "heights", ()) or any(isinstance(surface, SampledDistance) for surface in scene.surfaces):
+    if getattr(scene.motion, "heights", ()) or any(
+        isinstance(surface, SampledDistance) for surface in scene.surfaces
+    ):
         return "is for paraboloids, ellipses and cylinders"
     if not isinstance(scene.bodies, Bodies):
         return "is for half-spaces, Bodies(G, nu)"
@@ -208,7 +257,10 @@ def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str
         return wanted, "requested; closed form" if wanted == "hertz" else "requested"
     why = _why_not_hertz(scene)
     if not why:
-        return "hertz", "closed form: the surface is Hertzian, and tractions do not change the pressure"
+        return (
+            "hertz",
+            "closed form: the surface is Hertzian, and tractions do not change the pressure",
+        )
     if scene.edge != "centres" and method == "auto":  # on parts of the elements
         unknowns = elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
         preset = NEWTON if unknowns > MANY_PRESSURES else preset
@@ -220,7 +272,11 @@ def _how(solver: str) -> str:
         return "a convex program"
     if solver in MATRIX_FREE:
         return "matrix-free Newton, the fastest at this size"
-    return "active sets, as printed" if solver == "tang-exact" else "active sets, the fastest at this size"
+    return (
+        "active sets, as printed"
+        if solver == "tang-exact"
+        else "active sets, the fastest at this size"
+    )
 
 
 def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
@@ -247,9 +303,17 @@ def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, st
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
-        return coupling, "requested: pressure and tractions together, with only the traction bound fixed in a pass"
-    if coupling == "newton" or (coupling == "auto" and not _not_coupled_newton(scene, wanted, plan)):
-        return "newton", f"{unlike}: pressure and tractions together; falls back to alternating passes"
+        return (
+            coupling,
+            "requested: pressure and tractions together, with only the traction bound fixed in a pass",
+        )
+    if coupling == "newton" or (
+        coupling == "auto" and not _not_coupled_newton(scene, wanted, plan)
+    ):
+        return (
+            "newton",
+            f"{unlike}: pressure and tractions together; falls back to alternating passes",
+        )
     return "panagiotopoulos", f"{unlike}: alternating normal and tangential problems"
 
 
@@ -264,7 +328,9 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
     if wanted["formulation"] == "marching" and isinstance(scene.motion, Steady):
         return "a march solves its steps in turn"
     solvers = {"normal": plan.normal, "tangential": plan.tangential}
-    others = [f'{problem} = "{solver}"' for problem, solver in solvers.items() if solver != "newton"]
+    others = [
+        f'{problem} = "{solver}"' for problem, solver in solvers.items() if solver != "newton"
+    ]
     return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""
 
 
@@ -274,9 +340,16 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str]:
     if states_programs(tangential):
         if steady:
             return ("gap", "marching"), "steady rolling has no energy formulation"
-        return ("complementary", "potential", "gap"), "the fewest unknowns; marching is for steady rolling"
+        return (
+            "complementary",
+            "potential",
+            "gap",
+        ), "the fewest unknowns; marching is for steady rolling"
     if tangential in ("none", "no-slip") and states_programs(plan.normal):
-        return ("complementary", "potential"), "the fewest unknowns, and only the normal problem is a program"
+        return (
+            "complementary",
+            "potential",
+        ), "the fewest unknowns, and only the normal problem is a program"
     if tangential in TANGENTIAL and steady:
         return ("none", "marching"), f"{tangential} does not solve a program"
     return ("none",), "no program is solved"
@@ -289,8 +362,14 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     if normal == "hertz" and why:
         raise SceneError("normal", normal, f'"norm" or "clarabel": Hertz\'s pressure {why}')
     why = why_centres(scene) if scene.edge != "centres" and not plan.closed_form else ""
-    if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
-        remedy = "use" if scene.coupled and not scene.frictionless else "give surface.x and surface.y, or use"
+    # what part of an element bears pressure is found before the tractions, from distances all over
+    # it
+    if why:
+        remedy = (
+            "use"
+            if scene.coupled and not scene.frictionless
+            else "give surface.x and surface.y, or use"
+        )
         message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
         raise SceneError("grid.edge", scene.edge, message=message)
     why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""
@@ -299,13 +378,21 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
     preset = PRESETS[plan.method]
     for field, solvers in (("normal", registry.NORMAL), ("tangential", TANGENTIAL)):
         name, own, convex = wanted[field], getattr(preset, field), plan.method == "convex"
-        known = [own] if plan.method == "kalker" else [each for each in solvers if each not in MATRIX_FREE]
+        known = (
+            [own]
+            if plan.method == "kalker"
+            else [each for each in solvers if each not in MATRIX_FREE]
+        )
         words = "a solver of programs, such as clarabel or scs" if convex else " or ".join(known)
         belongs = states_programs(name) if convex else name in known
         if plan.method != "auto" and not belongs and name not in ("auto", "hertz"):
             remedy = f'{words} with method = "{plan.method}"; with method = "auto" any solver may be named'
             raise SceneError(field, name, remedy)
-    why = _not_coupled_newton(scene, wanted, plan) if wanted["coupling"] == plan.coupling == "newton" else ""
+    why = (
+        _not_coupled_newton(scene, wanted, plan)
+        if wanted["coupling"] == plan.coupling == "newton"
+        else ""
+    )
     if why:
         raise SceneError("coupling", "newton", f'"panagiotopoulos": {why}')
     difference = scene.motion.slip_difference if isinstance(scene.motion, Steady) else "first-order"
@@ -315,7 +402,9 @@ def _check_methods(scene: Scene, wanted: dict[str, str], plan: Plan) -> None:
 
 
 def one_direction(scene: Scene) -> bool:
-    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along y or x."""
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing
+    moves along y or x.
+    """
     motion = scene.motion
     if not scene.line or not isinstance(motion, (Steady, Shift)):
         return False
@@ -325,10 +414,11 @@ def one_direction(scene: Scene) -> bool:
 
 
 def own_image(scene: Scene) -> bool:
-    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image about the x-axis.
+    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image
+    about the x-axis.
 
-    With x its tractions along x are even in y and those along y odd where nothing moves along y, or about z; and the
-    other way round where nothing moves along x.
+    With x its tractions along x are even in y and those along y odd where nothing moves along y, or
+    about z; and the other way round where nothing moves along x.
     """
     motion, grid = scene.motion, scene.grid
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
@@ -342,16 +432,23 @@ def own_image(scene: Scene) -> bool:
 
 
 def elements_in_contact(scene: Scene) -> tuple[float, float]:
-    """The number of elements in contact, about, and their length along x; zero where that is not known."""
+    """The number of elements in contact, about, and their length along x; zero where that is not
+    known.
+    """
     grid = given_grid(scene)
-    hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
+    # each step of a history has its own
+    hertz = None if isinstance(scene.motion, Transient) else scene.hertz
     if not grid.explicit:
         count = grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows)
         return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
     dx, dy = grid.sides
     if hertz is None:
         surface, approach = scene.surface, scene.approach
-        if type(scene.bodies) is Bodies and isinstance(surface, SampledDistance) and isinstance(approach, float):
+        if (
+            type(scene.bodies) is Bodies
+            and isinstance(surface, SampledDistance)
+            and isinstance(approach, float)
+        ):
             # half of the elements that overlap are in contact in Hertz's, and fewer in line contact
             return float(np.count_nonzero(surface.distance(grid) < approach)) / 2, dx
         return grid.size, dx
@@ -359,13 +456,17 @@ def elements_in_contact(scene: Scene) -> tuple[float, float]:
 
 
 def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
-    """Traction components on so many elements, on one side of a line of symmetry where the plan uses it."""
+    """Traction components on so many elements, on one side of a line of symmetry where the plan
+    uses it.
+    """
     halved = plan.solves and plan.tangential not in MATRIX_FREE and own_image(scene)
     return (1 if one_direction(scene) else 2) * elements / (2 if halved else 1)
 
 
 def check_fits(scene: Scene, plan: Plan) -> None:
-    """Refuse a contact that is known not to fit into memory before any work; of others each problem as it is posed."""
+    """Refuse a contact that is known not to fit into memory before any work; of others each problem
+    as it is posed.
+    """
     wanted_grid(scene)
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
         unknowns = tangential_unknowns(scene, plan, elements_in_contact(scene)[0])

@@ -33,7 +33,8 @@ from varcontact.solving.selection import select
 from varcontact.system.process import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50
-"""Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
+"""Greatest traction that is certified, by the scale of pressures: products of more leave floating
+point."""
 
 
 @overload
@@ -282,9 +283,15 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     checks.kind("scene", scene, Scene)
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, for tractions to be certified")
+        raise SceneError(
+            "motion",
+            motion,
+            "Steady or Shift, with no prescribed force, for tractions to be certified",
+        )
     if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
-        raise SceneError("grid", scene.grid, "explicit, with dx, dy, x0 and y0, for tractions to be certified")
+        raise SceneError(
+            "grid", scene.grid, "explicit, with dx, dy, x0 and y0, for tractions to be certified"
+        )
     plan = select(scene, "hertz" if pressure is None else "clarabel")
     grid = known_grid(scene)
     disc = discretise(scene, grid)
@@ -294,17 +301,25 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         cells = cells_of(grid.edge, grid.line)
         pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
-            raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
+            raise SceneError(
+                "pressure", float(pressures.min()), "zero or positive, and positive somewhere"
+            )
         on_parts = disc if cells == (1, 1) else with_subgrid(disc, pressures)
         lattice = on_parts if on_parts.subgrid is None else on_parts.subgrid.disc
         given, problem = pressures / disc.scales.pressure, lattice.normal_problem()
         approach = problem.approach
-        if approach is None:  # that of the elements, or parts, which the pressure acts on, weighted by it
+        # that of the elements, or parts, which the pressure acts on, weighted by it
+        if approach is None:
             level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
             approach = float(given.ravel() @ level / given.sum())
         approach += (lattice.base - disc.base) / disc.scales.displacement
-        disc, state = on_parts, replace(unloaded(grid), pressure=means(given, cells), approach=approach)
-    tractions = _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
+        disc, state = (
+            on_parts,
+            replace(unloaded(grid), pressure=means(given, cells), approach=approach),
+        )
+    tractions = (
+        _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
+    )
     if isinstance(scene.friction, Law):
         disc = disc.under(friction=coefficient(disc, replace(state, traction=tractions)))
     try:
@@ -318,5 +333,9 @@ def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) 
     array = checks.array(name, values, shape=shape)
     largest = float(np.abs(array).max())
     if largest > MOST_BY_PRESSURE * scale:
-        raise SceneError(name, largest, f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}")
+        raise SceneError(
+            name,
+            largest,
+            f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}",
+        )
     return array

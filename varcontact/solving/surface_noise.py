@@ -17,27 +17,34 @@ from varcontact.solving.contact_solver import ContactSolver
 SHORTEST = 4
 """The shortest waves that elements resolve, in elements: pressure sees two a wave as noise."""
 SUSPECT = 0.03
-"""Pressure that the shortest waves would make on a flat surface, by the largest: less is not looked into."""
+"""Pressure that the shortest waves would make on a flat surface, by the largest: less is not looked
+into."""
 RULES = 0.2
 """Change of the largest pressure without the shortest waves that means that they rule it."""
 SETTLED = 0.1
 """Change of it, if the wavelength is doubled, by which it has settled."""
 ABOVE = 4.0
-"""Distances are looked at up to so many times those within the contact: cliffs beside it are not smoothed."""
+"""Distances are looked at up to so many times those within the contact: cliffs beside it are not
+smoothed."""
 
 
 Look = tuple[float, int]
-"""The largest pressure [force/area], and the pieces of the contact, connected by sides or corners of elements."""
+"""The largest pressure [force/area], and the pieces of the contact, connected by sides or corners
+of elements."""
 
 
-def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> str:
-    """The warning that the shortest waves of a sampled surface rule the pressure, and what smoothing helps; or nothing.
+def noise_warning(
+    scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver
+) -> str:
+    """The warning that the shortest waves of a sampled surface rule the pressure, and what
+    smoothing helps; or nothing.
 
-    A wave of length L and amplitude d takes the pressure ``pi G d / ((1 - nu) L)`` to be pressed flat. If what is
-    shorter than four elements, within the contact, comes to less than 3 % of the largest pressure, there is no noise.
-    Otherwise the normal problem is solved without it: it rules if the largest pressure changes by more than a fifth,
-    or the number of patches does. The wavelength that helps is the least, doubled from four elements on, with which
-    the largest pressure changes by less than a tenth and the patches do not, if it is doubled.
+    A wave of length L and amplitude d takes the pressure ``pi G d / ((1 - nu) L)`` to be pressed
+    flat. If what is shorter than four elements, within the contact, comes to less than 3 % of the
+    largest pressure, there is no noise. Otherwise the normal problem is solved without it: it rules
+    if the largest pressure changes by more than a fifth, or the number of patches does. The
+    wavelength that helps is the least, doubled from four elements on, with which the largest
+    pressure changes by less than a tenth and the patches do not, if it is doubled.
     """
     if not state.pressure.any():
         return ""
@@ -66,7 +73,9 @@ def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solve
         return ""
     length, per_area = "", ""
     if scene.units is not None:
-        length, per_area = (f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure"))
+        length, per_area = (
+            f" {scene.units.of(quantity, scene.line)}" for quantity in ("length", "pressure")
+        )
     (most, pieces), (smooth, patches) = found, without
     text = (
         f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{length}, four elements, "
@@ -92,13 +101,17 @@ def _beside_cliffs(disc: Discretisation, state: ContactState, wavelength: float)
     return np.asarray(distance_transform_edt(~far, sampling=disc.grid.sides[::-1]) < 2 * wavelength)
 
 
-def _look(disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float) -> Look:
+def _look(
+    disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float
+) -> Look:
     """The pressure without tractions on the surface without shorter waves."""
     from scipy.ndimage import label
 
     smooth = replace(disc, distance=_without(disc, state, wavelength)) if wavelength > 0 else disc
     pressure = solver.pressure(smooth, unloaded(disc.grid)).pressure
-    return float(pressure.max()) * disc.scales.pressure, int(label(pressure > 0, structure=np.ones((3, 3)))[1])
+    return float(pressure.max()) * disc.scales.pressure, int(
+        label(pressure > 0, structure=np.ones((3, 3)))[1]
+    )
 
 
 def _apart(one: Look, other: Look) -> float:
@@ -108,7 +121,9 @@ def _apart(one: Look, other: Look) -> float:
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
     """The undeformed distance without shorter waves, cut off where it is far above the contact."""
-    return smoothed_field(np.minimum(disc.distance, _cut(disc, state)), disc.grid.x, disc.grid.y, wavelength)
+    return smoothed_field(
+        np.minimum(disc.distance, _cut(disc, state)), disc.grid.x, disc.grid.y, wavelength
+    )
 
 
 def _cut(disc: Discretisation, state: ContactState) -> float:

@@ -47,12 +47,14 @@ REMEMBERED = 24.0
 
 
 LONG_STEP = 1.25
-"""Length of a step of rolling, in elements, above which tractions that stick are wavy. Carter's contact of 40 elements,
-rolled over three half-widths, has errors of 2 % of the traction bound up to 1.1, 6 % at 1.5, 10 % at 2, 16 % at 3."""
+"""Length of a step of rolling, in elements, above which tractions that stick are wavy. Carter's
+contact of 40 elements, rolled over three half-widths, has errors of 2 % of the traction bound up to
+1.1, 6 % at 1.5, 10 % at 2, 16 % at 3."""
 
 
 def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
-    """The steps of a history with the largest load on each surface, as frictionless scenes; `NoContact` if none.
+    """The steps of a history with the largest load on each surface, as frictionless scenes;
+    `NoContact` if none.
 
     Viscoelastic bodies are relaxed: their contact then is the largest under a load.
     """
@@ -67,16 +69,23 @@ def largest_contacts(scene: Scene[Transient]) -> list[Scene]:
         if force == 0 or (key in largest and largest[key][0] >= load):
             continue
         with suppress(NoContact):
-            largest[key] = load, replace(scene, normal_force=force, approach=approach, surface=surface, **bare)
+            largest[key] = (
+                load,
+                replace(scene, normal_force=force, approach=approach, surface=surface, **bare),
+            )
     if not largest:
-        raise NoContact("motion", "no load in any step", "a history in which the bodies touch once at least")
+        raise NoContact(
+            "motion", "no load in any step", "a history in which the bodies touch once at least"
+        )
     return [still for _, still in largest.values()]
 
 
 def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> March:
-    """The march of a history on its explicit grid, in the scales of the first of its `largest_contacts`.
+    """The march of a history on its explicit grid, in the scales of the first of its
+    `largest_contacts`.
 
-    Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
+    Pressures are scaled by a power of two: a state survives the way to physical units and back bit
+    for bit.
     """
     disc = discretise(replace(largest_contacts(scene)[0], grid=grid), grid)
     scales = replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure))))
@@ -88,8 +97,11 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
         allowed = f"at least the grid's length, and what is rolled in the longest relaxation time: {least:.6g}"
         raise SceneError("surface.reference_depth", depth, allowed)
     depth = FREE_DEPTH * least if depth is None else depth
-    medium = medium_of(scene.bodies, length, depth / length, speed=length)  # relaxation lengths then are times
-    disc = replace(disc, bodies=scene.bodies, scales=replace(scales, modulus=scene.bodies.combined_G))
+    # relaxation lengths then are times
+    medium = medium_of(scene.bodies, length, depth / length, speed=length)
+    disc = replace(
+        disc, bodies=scene.bodies, scales=replace(scales, modulus=scene.bodies.combined_G)
+    )
     columns = 1 + math.ceil(_rolled_within(scene.motion, REMEMBERED * time, grid) / grid.sides[0])
     known = getattr(scene.motion.start, "memory", None)
     columns += 0 if known is None else max(0, known.shape[-1] - grid.nx) // 2
@@ -98,7 +110,10 @@ def marching_on(scene: Scene[Transient], grid: Grid, solver: ContactSolver) -> M
     each = table_bytes(rows, grid.nx + 2 * columns, 9) + numbers * rows * (grid.nx + 2 * columns)
     need("what viscoelastic bodies remember", each, "longer elements or steps, or fewer, need less")
     disc = replace(
-        disc, operators=Operators(disc.lattice, medium_on(scene, grid, length, depth / length, speed=length))
+        disc,
+        operators=Operators(
+            disc.lattice, medium_on(scene, grid, length, depth / length, speed=length)
+        ),
     )
     return March(scene, disc, solver, columns, medium.lagging)
 
@@ -115,9 +130,9 @@ def _rolled_within(motion: Transient, time: float, grid: Grid) -> float:
 class March:
     """What all steps share: the scene, the grid and its scales, the operators, the methods.
 
-    What particles of viscoelastic bodies remember is known on so many more columns on either side of the grid.
-    A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
-    is the same, bit for bit, as one that was not interrupted.
+    What particles of viscoelastic bodies remember is known on so many more columns on either side
+    of the grid. A step takes nothing but the solution before it, as it is in physical units: a
+    history that goes on from its file is the same, bit for bit, as one that was not interrupted.
     """
 
     scene: Scene[Transient]
@@ -127,20 +142,31 @@ class March:
     lagging: tuple[Lagging, ...] = ()
 
     def start(self) -> Solution | None:
-        """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be interpolated."""
+        """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be
+        interpolated.
+        """
         motion, grid = self.scene.motion, self.disc.grid
         start = motion.start
         if start is None:
             return None
         relaxes, memory = self.scene.bodies.relaxes, start.memory
-        alone = relaxes or start.plastic is not None  # what particles bring along is known on the start's own grid
+        # what particles bring along is known on the start's own grid
+        alone = relaxes or start.plastic is not None
         if relaxes and (memory is None or start.scene.bodies != self.scene.bodies):
-            allowed = "a step of a history of these viscoelastic bodies: else their past is not known"
+            allowed = (
+                "a step of a history of these viscoelastic bodies: else their past is not known"
+            )
             raise SceneError("motion.start", type(start.motion).__name__, allowed)
         size = max(abs(side) for side in grid.box)
-        if start.grid.shape == grid.shape and np.allclose(start.grid.box, grid.box, rtol=0, atol=1e-9 * size):
+        if start.grid.shape == grid.shape and np.allclose(
+            start.grid.box, grid.box, rtol=0, atol=1e-9 * size
+        ):
             more = 0 if memory is None else self.columns - (memory.shape[-1] - grid.nx) // 2
-            return start if memory is None else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
+            return (
+                start
+                if memory is None
+                else replace(start, memory=np.pad(memory, 3 * [(0, 0)] + [(more, more)]))
+            )
         if not motion.interpolate or start.grid.line != grid.line or alone:
             remedy = "" if start.grid.line != grid.line or alone else ", or interpolate = True"
             known, own = (
@@ -149,7 +175,11 @@ class March:
             )
             allowed = f"on the same grid as the history, {own}{remedy}"
             raise SceneError("motion.start", f"a Solution on {known}", allowed)
-        fields = interpolated(start.grid, np.concatenate([start.traction, [start.pressure, start.power_density]]), grid)
+        fields = interpolated(
+            start.grid,
+            np.concatenate([start.traction, [start.pressure, start.power_density]]),
+            grid,
+        )
         placed = {"traction": fields[:2], "pressure": fields[2], "power_density": fields[3]}
         placed |= {"state": sampled(start.grid, start.state, grid)}
         return replace(start, grid=grid, **placed, pressure_on_parts=None, weakening=None)
@@ -161,14 +191,18 @@ class March:
         heated: Sequence[Heat] = (),
         progress: Callable[[str], None] | None = None,
     ) -> Solution:
-        """Step k, from 0, after the step before, or bodies without tractions; under a law by temperature `heated`."""
+        """Step k, from 0, after the step before, or bodies without tractions; under a law by
+        temperature `heated`.
+        """
         steps = replace(self.steps, stats=SolveStats(progress))
         with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before, heated)
         solution = self._solved(scene, disc, before, steps)
         if self.lagging:
             motion = scene.motion
-            weights = np.array([relaxed((motion.dt or 0.0) / each.length)[2] for each in self.lagging])
+            weights = np.array(
+                [relaxed((motion.dt or 0.0) / each.length)[2] for each in self.lagging]
+            )
             memory = weights[:, None, None, None] * self._wide(solution)
             if before is not None:
                 passed = motion.direction * motion.dq / self.disc.grid.sides[0]
@@ -178,8 +212,12 @@ class March:
             solution = replace(solution, weakening=np.zeros(self.disc.grid.shape))
         return solution
 
-    def problem(self, k: int, before: Solution | None, heated: Sequence[Heat] = ()) -> tuple[Scene, Discretisation]:
-        """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that particles bring along."""
+    def problem(
+        self, k: int, before: Solution | None, heated: Sequence[Heat] = ()
+    ) -> tuple[Scene, Discretisation]:
+        """Step k by itself, with the displacement differences ``u' = C p'`` and the heat that
+        particles bring along.
+        """
         disc, history = self.disc, self.scene.motion
         if history.control is None:
             scene = self.scene.step(k, disc.grid)
@@ -188,13 +226,19 @@ class March:
                 given = history.control(k, before)
             except Exception as error:  # the user's own code runs here
                 message = f"motion.control failed: {type(error).__name__}: {error}"
-                raise SceneError("motion.control", k, "a function that works in every step", message=message) from error
+                raise SceneError(
+                    "motion.control", k, "a function that works in every step", message=message
+                ) from error
             alone = history.alone(k, disc.grid.sides[0], given)
             scene = replace(self.scene, motion=alone).step(0, disc.grid)
         motion = scene.motion
         if before is None:
             return scene, disc.at_step(scene, None)
-        fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
+        fields = (
+            before.traction
+            if disc.K == 0
+            else np.concatenate([before.traction, before.pressure[None]])
+        )
         if before.memory is None and before.plastic is None and not (heated or fields.any()):
             return scene, disc.at_step(scene, None)
         distance = motion.direction * motion.dq / disc.scales.length
@@ -210,7 +254,10 @@ class March:
             arrived[FRICTION] = friction
         if before.plastic is not None and step.loading.layer is not None:
             left = carried_fields(before, step)
-            arrived |= {each.name: arriving(step, left[each.name], each.fresh) for each in step.loading.layer.carried}
+            arrived |= {
+                each.name: arriving(step, left[each.name], each.fresh)
+                for each in step.loading.layer.carried
+            }
         if heated and disc.loading.thermal is not None:
             nothing = np.zeros(disc.grid.shape)
             path = [*heated, Heat.of(nothing, nothing > 0, motion)]
@@ -218,7 +265,9 @@ class March:
         return scene, step.with_loading(previous_step=replace(came, arrived=arrived))
 
     def _with_memory(self, came: PreviousStep, motion: TimeStep, before: Solution) -> PreviousStep:
-        """What a step finds, with the displacements of viscoelastic bodies by tractions of the past."""
+        """What a step finds, with the displacements of viscoelastic bodies by tractions of the
+        past.
+        """
         disc, ahead, (ny, nx) = self.disc, self.columns, self.disc.grid.shape
         operators, pressure = disc.operators, disc.scales.pressure
         passed = motion.direction * motion.dq / disc.grid.sides[0]
@@ -229,28 +278,43 @@ class March:
         displacement, distance, force, follows = came.displacement, np.zeros(1), came.force, 1.0
         kept = self._kept(motion, before)
         for each, gone, stays in zip(self.lagging, before.memory - kept, kept, strict=True):
-            every, (_, _, new) = operators.of(each.medium, window).every, relaxed((motion.dt or 0.0) / each.length)
-            fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (each.factor / pressure)
+            every, (_, _, new) = (
+                operators.of(each.medium, window).every,
+                relaxed((motion.dt or 0.0) / each.length),
+            )
+            fields = np.array([gone, moved(gone, passed), moved(stays, passed)]) * (
+                each.factor / pressure
+            )
             gone_then, gone_now, known = (every.apply(field) for field in fields)
             left, displacement = left + gone_then[:2, *inside], displacement + gone_now[:2, *inside]
             distance, follows = distance + known[around], follows + each.factor * new
             force = force + fields[0, :2].sum(axis=(1, 2)) * disc.lattice.area
-        return replace(came, displacement=displacement, force=force / follows, left=left, distance=distance)
+        return replace(
+            came, displacement=displacement, force=force / follows, left=left, distance=distance
+        )
 
     def _kept(self, motion: TimeStep, before: Solution) -> np.ndarray:
-        """Tractions of the past (relaxations, 3, ..., ...) that particles remember after a step, where they were."""
+        """Tractions of the past (relaxations, 3, ..., ...) that particles remember after a step,
+        where they were.
+        """
         assert before.memory is not None
         weights = [relaxed((motion.dt or 0.0) / each.length) for each in self.lagging]
         then = self._wide(before)
-        return np.array([w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)])
+        return np.array(
+            [w[0] * memory + w[1] * then for w, memory in zip(weights, before.memory, strict=True)]
+        )
 
     def _wide(self, solution: Solution) -> np.ndarray:
-        """Tractions and pressure (3, ..., ...) with as many elements around as particles are remembered on."""
+        """Tractions and pressure (3, ..., ...) with as many elements around as particles are
+        remembered on.
+        """
         rows = (0, 0) if self.disc.grid.line else (1, 1)
         fields = np.concatenate([solution.traction, solution.pressure[None]])
         return np.pad(fields, ((0, 0), rows, (self.columns, self.columns)))
 
-    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
+    def _solved(
+        self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver
+    ) -> Solution:
         state = initial_state(disc, before, steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):
@@ -260,10 +324,18 @@ class March:
             size = math.hypot(motion.Fx or 0.0, motion.Fy or 0.0)
             if size > 0:
                 raise Saturated(size, 0.0)
-            level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
-            exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
+            level = (
+                0.0
+                if scene.approach is None
+                else (scene.approach - disc.base) / disc.scales.displacement
+            )
+            exact = Certificate(
+                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3))
+            )
             state = replace(unloaded(disc.grid), approach=level)
-            return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
+            return solution_of(
+                scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls
+            )
         if steps.plan.coupling == "johnson":
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
@@ -275,7 +347,8 @@ class March:
         with steps.stats.stage("grid"):
             overlap = outside(disc, state, steps.plan.closed_form)
         if overlap is not None:
-            enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
+            # always an error: the step's grid is explicit
+            enlarged(scene, disc.grid, state.pressure, overlap)
         solution = finish(scene, disc, state, steps, before)
         if not steps.plan.has_friction:
             return solution
@@ -288,8 +361,9 @@ class March:
 def long_step_warning(solution: Solution) -> str:
     """A sentence where a step of rolling is longer than an element; or nothing.
 
-    Particles that stick keep the shift they have had since their first step: those that entered the contact at other
-    places of the same element row have other tractions, and only every dq/dx-th element goes on from the same particle.
+    Particles that stick keep the shift they have had since their first step: those that entered the
+    contact at other places of the same element row have other tractions, and only every dq/dx-th
+    element goes on from the same particle.
     """
     motion, dx = solution.motion, solution.grid.sides[0]
     assert isinstance(motion, TimeStep)
@@ -307,10 +381,13 @@ def _below(value: float) -> float:
     return math.floor(value / unit) * unit
 
 
-def initial_state(disc: Discretisation, before: Solution | None, steps: ContactSolver) -> ContactState:
+def initial_state(
+    disc: Discretisation, before: Solution | None, steps: ContactSolver
+) -> ContactState:
     """The state of the step before, in the scales of the discretisation: where the methods begin.
 
-    As printed, TANG does best from its own start: on the areas of the step before its Newton's method fails.
+    As printed, TANG does best from its own start: on the areas of the step before its Newton's
+    method fails.
     """
     if before is None:
         return unloaded(disc.grid)
@@ -320,7 +397,9 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
     if motion.rolls and getattr(was, "rolls", 0):
         prescribed = [motion.Fx is not None, motion.Fy is not None]
         rigid = np.where(prescribed, np.nan_to_num(before.creepage[:2]) * unit_slip(disc), 0.0)
-    approach = (before.approach - disc.base) / scales.displacement if np.isfinite(before.approach) else 0.0
+    approach = (
+        (before.approach - disc.base) / scales.displacement if np.isfinite(before.approach) else 0.0
+    )
     if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
         traction = np.zeros_like(traction)
     state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
@@ -330,11 +409,15 @@ def initial_state(disc: Discretisation, before: Solution | None, steps: ContactS
 
 
 def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:
-    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
+    """Whether a step has no contact: no load, or an approach at which no element's centre is in
+    contact.
+    """
     if disc.loading.approach is None:
         return disc.loading.normal_force == 0
     distance = (disc if cells == (1, 1) else divided(disc, cells)).distance
-    if disc.loading.approach <= float(np.min(distance + disc.known_distance * disc.scales.displacement)):
+    if disc.loading.approach <= float(
+        np.min(distance + disc.known_distance * disc.scales.displacement)
+    ):
         return True
     if not closed_form:
         return False

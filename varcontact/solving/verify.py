@@ -1,4 +1,6 @@
-"""`load`: the certificate of a solution from a file is computed again from its fields, and compared with the stored."""
+"""`load`: the certificate of a solution from a file is computed again from its fields, and compared
+with the stored.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,13 @@ from varcontact.system.process import one_blas_thread
 
 ROUNDED = 1e-11
 """Residual that rounding in unit conversions may leave, where nothing magnifies it."""
-MEASURES = ("residual", "normal_residual", "tangential_residual", "relative_gap", "normal_relative_gap")
+MEASURES = (
+    "residual",
+    "normal_residual",
+    "tangential_residual",
+    "relative_gap",
+    "normal_relative_gap",
+)
 
 ALONE = "the certificate is as stored in the file: a step by itself cannot be measured again without the step before"
 ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
@@ -94,7 +102,9 @@ def with_verified_steps(stored: Stored) -> Stored:
 
     @cache
     def march() -> March:
-        solver = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
+        solver = ContactSolver(
+            stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats()
+        )
         return marching_on(stored.scene, stored.grid, solver)
 
     heat = cache(lambda k: heat_of(stored[k]))
@@ -110,7 +120,9 @@ def with_verified_steps(stored: Stored) -> Stored:
 
 @one_blas_thread()
 def _verified(disc: Discretisation, sol: Solution) -> Solution:
-    """A solution from a file, verified by the discretisation of its scene, or of its step of a history."""
+    """A solution from a file, verified by the discretisation of its scene, or of its step of a
+    history.
+    """
     if not sol.pressure.any():
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
@@ -126,13 +138,17 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
     if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.under(friction=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
-    # the way through units and back; unlike bodies with little friction magnify it, and distances from far away
+    # the way through units and back; unlike bodies with little friction magnify it, and distances
+    # from far away
     coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
     least = float(np.min(coefficients[coefficients > 0], initial=1.0))
     far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
     own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
     rounding = ROUNDED * (1 + abs(disc.K) / least) + far / own
-    if not any(getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES):  # NaN: unknown
+    # NaN: unknown
+    if not any(
+        getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES
+    ):
         return sol
     certificate = certificate_of(disc, state, sol.plan.closed_form, sol.certificate.level)
     if not sol.plan.has_moment:
@@ -141,7 +157,8 @@ def _verified(disc: Discretisation, sol: Solution) -> Solution:
 
 
 def _state(disc: Discretisation, sol: Solution) -> ContactState:
-    """The dimensionless state of a solution, with creepages and approach as they were before they were extrapolated.
+    """The dimensionless state of a solution, with creepages and approach as they were before they
+    were extrapolated.
 
     What is undetermined in line contact follows from slip and distance.
     """
@@ -154,10 +171,15 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
         distance = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
         approach = float(np.mean(distance - sol.distance.ravel() / disc.scales.displacement))
     if disc.loading.motion is not None and not disc.loading.frictionless:
-        creepages = [on_grid.get(name, own) for name, own in zip(creepage_names(sol), sol.creepage, strict=True)]
+        creepages = [
+            on_grid.get(name, own)
+            for name, own in zip(creepage_names(sol), sol.creepage, strict=True)
+        ]
         rigid = (np.array(creepages) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
         if np.isnan(rigid).any():
-            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
+            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[
+                :, pressure > 0
+            ].mean(axis=1)
             rigid = np.where(np.isnan(rigid), moved, rigid)
     if sol.friction is not None:
         state = state.under(friction=sol.friction)

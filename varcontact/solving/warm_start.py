@@ -24,11 +24,12 @@ from varcontact.system.process import one_blas_thread
 
 @dataclass
 class Series:
-    """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and `certify` as of `solve`.
+    """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and
+    `certify` as of `solve`.
 
-    Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
-    pressure serves again, too (where tractions do not change it). Methods that can begin somewhere begin from the
-    tractions of the scene before.
+    Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in
+    their motion only, the pressure serves again, too (where tractions do not change it). Methods
+    that can begin somewhere begin from the tractions of the scene before.
     """
 
     tol: float
@@ -42,8 +43,15 @@ class Series:
         """The solution of the next scene, which is no history; errors as of `solve`."""
         check_saturation(scene)
         stats, last = SolveStats(self.progress), self._last
-        steps = ContactSolver(plan, self.tol, self.polish, stats, certify=self.certify, refined=False)
-        if last is not None and plan == last[1] and plan.coupling == "none" and _same_but_motion(scene, last[0]):
+        steps = ContactSolver(
+            plan, self.tol, self.polish, stats, certify=self.certify, refined=False
+        )
+        if (
+            last is not None
+            and plan == last[1]
+            and plan.coupling == "none"
+            and _same_but_motion(scene, last[0])
+        ):
             disc = last[2].with_loading(motion=scene.motion)
             fields = {name: field for name, field in last[3].fields.items() if name != FRICTION}
             state = replace(last[3], iterations={}, status={}, solved={}, fields=fields)
@@ -72,7 +80,9 @@ def solve_in_turn(
     progress: Callable[[str], None] | None = None,
     certify: str = "auto",
 ) -> Iterator[Solution]:
-    """The solutions of a scene for one motion after the other, with creepages or forces that differ, as a `Series`."""
+    """The solutions of a scene for one motion after the other, with creepages or forces that
+    differ, as a `Series`.
+    """
     series = Series(tol, polish, certify, progress)
     try:
         for motion in motions:
@@ -82,10 +92,23 @@ def solve_in_turn(
 
 
 def _same_but_motion(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes differ in creepages or forces only; arrays are the same if they are one."""
+    """Whether two scenes differ in creepages or forces only; arrays are the same if they are
+    one.
+    """
     one, two = scene.motion, other.motion
-    if one is None or type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
+    if (
+        one is None
+        or type(one) is not type(two)
+        or getattr(one, "dq", None) != getattr(two, "dq", None)
+    ):
         return False
-    pairs = [(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion"]
+    pairs = [
+        (getattr(scene, f.name), getattr(other, f.name))
+        for f in fields(Scene)
+        if f.name != "motion"
+    ]
     arrays = [isinstance(own, np.ndarray) or isinstance(its, np.ndarray) for own, its in pairs]
-    return all(own is its or not (array or own != its) for (own, its), array in zip(pairs, arrays, strict=True))
+    return all(
+        own is its or not (array or own != its)
+        for (own, its), array in zip(pairs, arrays, strict=True)
+    )

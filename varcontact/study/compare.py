@@ -1,4 +1,6 @@
-"""Methods side by side on the same scenes, judged by the same measure, which belongs to none of them."""
+"""Methods side by side on the same scenes, judged by the same measure, which belongs to none of
+them.
+"""
 
 from __future__ import annotations
 
@@ -142,14 +144,23 @@ def compare(
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         finished = {row["scene"]: row["identity"] for row in table.rows}
         for name, key in finished.items():
-            if [row["method"] for row in table.rows if row["scene"] == name] != [method.name for method in chosen]:
+            if [row["method"] for row in table.rows if row["scene"] == name] != [
+                method.name for method in chosen
+            ]:
                 raise of_another(table.path, "compares other methods, or the same in another order")
             if name in named and identity(named[name], tol) != key:
                 raise of_another(table.path, f"holds another scene named {name!r}")
-        tasks = {name: (name, scene, chosen, tol) for name, scene in named.items() if name not in finished}
+        tasks = {
+            name: (name, scene, chosen, tol)
+            for name, scene in named.items()
+            if name not in finished
+        }
 
         def made(rows: list[dict[str, Any]]) -> Comparison:
-            return Comparison([row for name in named for row in rows if row["scene"] == name], columns=list(COLUMNS))
+            return Comparison(
+                [row for name in named for row in rows if row["scene"] == name],
+                columns=list(COLUMNS),
+            )
 
         return table.fill(_rows, tasks, executor, workers, progress, made, len(named))
 
@@ -169,7 +180,9 @@ def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) ->
 
 
 def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
-    """The rows of a scene by all methods, with distances from the solved answer of the smallest residual."""
+    """The rows of a scene by all methods, with distances from the solved answer of the smallest
+    residual.
+    """
     motion = scene.motion
     motions = [motion, neighbour(motion)] if motion is not None else [None]
     found = [attempted(scene, method, tol, motions) for method in methods]
@@ -177,7 +190,13 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
     best = min(solved, key=lambda sol: sol.certificate.residual, default=None)
     rows = []
     for method, (outcome, reason, solutions) in zip(methods, found, strict=True):
-        row = {"scene": name, "method": method.name, "outcome": outcome, "reason": reason, "calls": ""}
+        row = {
+            "scene": name,
+            "method": method.name,
+            "outcome": outcome,
+            "reason": reason,
+            "calls": "",
+        }
         if solutions:
             row |= _measured(solutions, best)
         rows.append(row | {"identity": identity(scene, tol)})
@@ -187,9 +206,12 @@ def _rows(name: str, scene: Scene, methods: list[Method], tol: float) -> list[di
 def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any]:
     """What a method found, at what cost, and how far from the best answer on the same grid."""
     sol = solutions[0]
-    work, *again = (each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions)
+    work, *again = (
+        each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions
+    )
     calls = {
-        problem: " + ".join(f"{name} {n.count}" for name, n in each.items()) for problem, each in sol.calls.items()
+        problem: " + ".join(f"{name} {n.count}" for name, n in each.items())
+        for problem, each in sol.calls.items()
     }
     row: dict[str, Any] = {
         **figures(sol),
@@ -206,9 +228,13 @@ def _measured(solutions: list[Solution], best: Solution | None) -> dict[str, Any
     limit = float(bound.sum() * best.grid.area)
     if 0 < limit < np.inf:
         row["force_distance"] = float(np.hypot(*(sol.force - best.force)) / limit)
-        row["traction_distance"] = float(np.hypot(*(sol.traction - best.traction)).max() / bound.max())
+        row["traction_distance"] = float(
+            np.hypot(*(sol.traction - best.traction)).max() / bound.max()
+        )
     else:  # without friction or slip that of the pressures
-        row["traction_distance"] = float(np.abs(sol.pressure - best.pressure).max() / best.pressure.max())
+        row["traction_distance"] = float(
+            np.abs(sol.pressure - best.pressure).max() / best.pressure.max()
+        )
     return row
 
 
@@ -245,5 +271,7 @@ def summary(table: pd.DataFrame) -> str:
         records = rows.to_dict("records")
         cells = [[cell(row[name], form) for name, form in SHOWN.values()] for row in records]
         reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
-        blocks.append("\n".join([str(scene), *columns_of_text([list(SHOWN), *cells], left=2), *reasons]))
+        blocks.append(
+            "\n".join([str(scene), *columns_of_text([list(SHOWN), *cells], left=2), *reasons])
+        )
     return "\n\n".join(blocks)

@@ -1,4 +1,6 @@
-"""One scene on finer and finer grids: limits of its forces and areas, order of convergence, cost."""
+"""One scene on finer and finer grids: limits of its forces and areas, order of convergence,
+cost.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,18 @@ from varcontact.study.methods import BOUNDS, Method, attempted, figures
 from varcontact.study.parallel import traced
 
 DEFAULT_METHOD = "tang-safeguarded"
-TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin", "traction_norm", "stick_area", "slip_area", *BOUNDS)
+TANGENTIAL = (
+    "Fx",
+    "Fy",
+    "Mz",
+    "vx",
+    "vy",
+    "spin",
+    "traction_norm",
+    "stick_area",
+    "slip_area",
+    *BOUNDS,
+)
 """What there is of scenes with a motion alone."""
 MOST_OFFSETS = 1000
 """Offsets of one grid: their mean has no noise left that matters."""
@@ -96,8 +109,9 @@ def converge(
 
     Notes
     -----
-    The bounding box of the contact is the same for all grids: of Hertz's ellipse, or of the frictionless contact on
-    the automatic grid. Steps ``dq`` of steady rolling that are not given are the element's side, and shrink with it.
+    The bounding box of the contact is the same for all grids: of Hertz's ellipse, or of the
+    frictionless contact on the automatic grid. Steps ``dq`` of steady rolling that are not given
+    are the element's side, and shrink with it.
 
     Examples
     --------
@@ -121,7 +135,9 @@ def converge(
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
     if not isinstance(scene.motion, Steady | Shift | None):
-        raise SceneError("motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem")
+        raise SceneError(
+            "motion", scene.motion, "Steady, Shift or none: convergence is studied on one problem"
+        )
     if checks.is_array(scene.friction):
         raise SceneError("friction", "an array", "a number or a law: an array fits one grid only")
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
@@ -138,7 +154,10 @@ def converge(
                 try:
                     check_fits(on_grid, each.plan(on_grid))
                 except TooLarge as error:
-                    what, remedy = f"cells = {n}: {each.name}", "leave these cells out, or the method"
+                    what, remedy = (
+                        f"cells = {n}: {each.name}",
+                        "leave these cells out, or the method",
+                    )
                     raise TooLarge(what, error.needed, error.available, remedy) from None
                 except (SceneError, SolverUnavailable):
                     pass  # the table will say so
@@ -149,11 +168,15 @@ def converge(
                 grid = lattice(scene, box, n, (0.0, 0.0) if offsets == 1 else offset(n, i))
                 word = f"{k} of {total}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
                 tasks[word] = replace(scene, grid=grid), each, tol, n, i, key
-        made = partial(Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets)
+        made = partial(
+            Convergence.of, cells=numbers, methods=[each.name for each in methods], offsets=offsets
+        )
         return table.fill(_rows, tasks, executor, workers, progress, made, total, "solves")
 
 
-def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str) -> list[dict[str, Any]]:
+def _rows(
+    scene: Scene, method: Method, tol: float, cells: int, offset: int, key: str
+) -> list[dict[str, Any]]:
     """The one row of a solve; the first of each grid is traced for its memory."""
     solving = partial(attempted, scene, method, tol, [scene.motion])
     (outcome, reason, solutions), memory = traced(solving) if offset == 0 else (solving(), np.nan)
@@ -169,7 +192,13 @@ def _rows(scene: Scene, method: Method, tol: float, cells: int, offset: int, key
         }
     if scene.motion is None:
         row = {name: value for name, value in row.items() if name not in TANGENTIAL}
-    row |= {"method": method.name, "cells": cells, "offset": offset, "identity": key, "memory": memory}
+    row |= {
+        "method": method.name,
+        "cells": cells,
+        "offset": offset,
+        "identity": key,
+        "memory": memory,
+    }
     return [row | {"outcome": outcome, "reason": reason} | _staircase(scene)]
 
 
@@ -180,45 +209,63 @@ def _spec(scene: Scene, elements: int) -> Grid:
 
 
 def contact_of(scene: Scene) -> Box:
-    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid."""
+    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic
+    grid.
+    """
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
-    frictionless = solve(replace(scene, motion=None, friction=None, grid=usual_grid(scene.line)), normal="norm")
+    frictionless = solve(
+        replace(scene, motion=None, friction=None, grid=usual_grid(scene.line)), normal="norm"
+    )
     return contact_box(frictionless.grid, frictionless.pressure)
 
 
 def offset(cells: int, i: int) -> tuple[float, float]:
     """The i-th displacement of a lattice along x and y, in fractions of an element.
 
-    Evenly spread points of the plane (an additive recurrence with powers of the plastic number), begun elsewhere
-    on each grid, so that the noise of one grid does not repeat on the next.
+    Evenly spread points of the plane (an additive recurrence with powers of the plastic number),
+    begun elsewhere on each grid, so that the noise of one grid does not repeat on the next.
     """
     x = (i * 0.7548776662466927 + cells * 0.6180339887498949) % 1
     return x, (i * 0.5698402909980532 + cells * 0.4142135623730951) % 1
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """A lattice with `cells` elements across a box, and the margin, moved left and down by fractions of an element."""
+    """A lattice with `cells` elements across a box, and the margin, moved left and down by
+    fractions of an element.
+    """
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
     elements = cells + more
-    spread = _spec(scene, elements).spread((left, left + elements * dx, bottom, bottom + elements * dy))
+    spread = _spec(scene, elements).spread(
+        (left, left + elements * dx, bottom, bottom + elements * dy)
+    )
     return within(spread, scene.surface) if isinstance(scene.surface, SampledDistance) else spread
 
 
 def _staircase(scene: Scene) -> dict[str, float]:
-    """Error of the elements in Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
+    """Error of the elements in Hertz's ellipse: area, first and second moments, less the exact
+    ones; dimensionless.
 
-    Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
-    Nothing, where every element that the ellipse touches is in contact.
+    Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is
+    proportional to them. Nothing, where every element that the ellipse touches is in contact.
     """
     hertz, grid = scene.hertz, given_grid(scene)
     if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
-    inside, area = x**2 + y**2 < 1, grid.sides[0] / hertz.a * (1.0 if scene.line else grid.sides[1] / hertz.b)
-    exact: dict[str, tuple[np.ndarray, float]] = {"": (inside, 2.0 if scene.line else np.pi), "_x": (x, 0.0)}
+    inside, area = (
+        x**2 + y**2 < 1,
+        grid.sides[0] / hertz.a * (1.0 if scene.line else grid.sides[1] / hertz.b),
+    )
+    exact: dict[str, tuple[np.ndarray, float]] = {
+        "": (inside, 2.0 if scene.line else np.pi),
+        "_x": (x, 0.0),
+    }
     if not scene.line:
         exact |= {"_y": (y, 0.0), "_xx": (x**2, np.pi / 4), "_yy": (y**2, np.pi / 4)}
-    return {f"staircase{name}": float(np.sum(of[inside]) * area - whole) for name, (of, whole) in exact.items()}
+    return {
+        f"staircase{name}": float(np.sum(of[inside]) * area - whole)
+        for name, (of, whole) in exact.items()
+    }

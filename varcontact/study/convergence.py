@@ -24,7 +24,8 @@ QUANTITIES = (
     "normal_force", "Fx", "Fy", "Mz", "vx", "vy", "approach", "contact_area", "stick_area", "slip_area",
     "pressure_norm", "traction_norm"
 )  # fmt: skip
-"""What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are ux and uy."""
+"""What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are
+ux and uy."""
 STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
 COLUMNS = (
     "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual", *BOUNDS,
@@ -67,23 +68,39 @@ class Convergence(Reported):
     limits: pd.DataFrame
 
     @classmethod
-    def of(cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int) -> Convergence:
-        """From the rows of a table, of which only those of these grids, methods and offsets are taken."""
+    def of(
+        cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int
+    ) -> Convergence:
+        """From the rows of a table, of which only those of these grids, methods and offsets are
+        taken.
+        """
         import pandas as pd
 
-        chosen = [row for row in rows if row["cells"] in cells and row["method"] in methods and row["offset"] < offsets]
+        chosen = [
+            row
+            for row in rows
+            if row["cells"] in cells and row["method"] in methods and row["offset"] < offsets
+        ]
         chosen.sort(key=lambda row: (methods.index(row["method"]), row["cells"], row["offset"]))
         runs = pd.DataFrame(chosen, columns=list(COLUMNS))
         answers = runs[runs["outcome"].isin(["solved", "approximate"])]
-        grids = [_grid(name, n, part, answers) for (name, n), part in runs.groupby(["method", "cells"], sort=False)]
-        limits = [
-            _limit(name, quantity, answers[answers["method"] == name]) for name in methods for quantity in QUANTITIES
+        grids = [
+            _grid(name, n, part, answers)
+            for (name, n), part in runs.groupby(["method", "cells"], sort=False)
         ]
-        return cls(runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None]))
+        limits = [
+            _limit(name, quantity, answers[answers["method"] == name])
+            for name in methods
+            for quantity in QUANTITIES
+        ]
+        return cls(
+            runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None])
+        )
 
     @checks.named_options()
     def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
-        """The row of `limits` of a `quantity` of `QUANTITIES`, as a dict; of the only `method`, or the one named.
+        """The row of `limits` of a `quantity` of `QUANTITIES`, as a dict; of the only `method`, or
+        the one named.
 
         SceneError if there is no such row.
         """
@@ -97,9 +114,11 @@ class Convergence(Reported):
 
     @checks.named_options()
     def plot(self, quantities: Sequence[str] | None = None) -> Figure:
-        """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid.
+        """Picture of the errors over the number of cells, a panel for each quantity that changes
+        with the grid.
 
-        `quantities` are some of them, such as ``["Fx", "Mz"]``; SceneError for one that the study has not.
+        `quantities` are some of them, such as ``["Fx", "Mz"]``; SceneError for one that the study
+        has not.
         """
         from varcontact.plotting.studies import plot_convergence
 
@@ -138,13 +157,22 @@ def _grid(name: str, cells: int, runs: pd.DataFrame, answers: pd.DataFrame) -> d
 
 
 def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | None:
-    """The limit of one quantity by one method; None where it has no values (the approach of some line contacts)."""
+    """The limit of one quantity by one method; None where it has no values (the approach of some
+    line contacts).
+    """
     known = answers[answers[quantity].notna()]
     if known.empty:
         return None
     force, creepage = known["normal_force"], known[["vx", "vy"]].abs().max(axis=1)
-    sizes = {"Fx": force, "Fy": force, "Mz": force * np.sqrt(known["contact_area"]), "vx": creepage, "vy": creepage}
-    scale = float(sizes[quantity].max()) if quantity in sizes else 0.0  # where symmetry makes the quantity zero
+    sizes = {
+        "Fx": force,
+        "Fy": force,
+        "Mz": force * np.sqrt(known["contact_area"]),
+        "vx": creepage,
+        "vy": creepage,
+    }
+    # where symmetry makes the quantity zero
+    scale = float(sizes[quantity].max()) if quantity in sizes else 0.0
     staircase = known[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
     h, values = 1 / known["cells"].to_numpy(dtype=float), known[quantity].to_numpy(dtype=float)
     limit = extrapolate(h, values, staircase, scale)
@@ -173,7 +201,10 @@ def _block(study: Convergence, name: str) -> str:
     head = ["cells", *(row["quantity"] for row in shown), "residual", "seconds", "MiB"]
     body = [
         [
-            f"{row['cells']}" + ("" if row["answers"] == row["solves"] else f" ({row['answers']} of {row['solves']})"),
+            f"{row['cells']}"
+            + (
+                "" if row["answers"] == row["solves"] else f" ({row['answers']} of {row['solves']})"
+            ),
             *(cell(row[each["quantity"]], ".6g") for each in shown),
             cell(row["residual"], ".0e"),
             cell(row["seconds"], ".3f"),
@@ -184,7 +215,16 @@ def _block(study: Convergence, name: str) -> str:
     lines = [name, *columns_of_text([head, *body], left=1)]
     reasons: dict[str, list[str]] = {}
     if shown:
-        head = ["", "extrapolated", "error", "order", "finest grid", "its error", "noise", "solver bound"]
+        head = [
+            "",
+            "extrapolated",
+            "error",
+            "order",
+            "finest grid",
+            "its error",
+            "noise",
+            "solver bound",
+        ]
         forms = {"finest": ".7g", "finest_error": ".2g", "noise": ".2g", "solver_bound": ".2g"}
         body = []
         for row in shown:
@@ -200,5 +240,8 @@ def _block(study: Convergence, name: str) -> str:
         reasons.setdefault(row["reason"], []).append(row["quantity"])
     lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items() if reason]
     runs = study.runs[(study.runs["method"] == name) & (study.runs["reason"] != "")]
-    lines += [f"{row['cells']} cells, offset {row['offset']}: {row['reason']}" for row in runs.to_dict("records")]
+    lines += [
+        f"{row['cells']} cells, offset {row['offset']}: {row['reason']}"
+        for row in runs.to_dict("records")
+    ]
     return "\n".join(lines)

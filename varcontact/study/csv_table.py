@@ -30,12 +30,16 @@ Made = TypeVar("Made")
 
 def identity(scene: Scene, tol: float) -> str:
     """A digest of a scene and its tolerance."""
-    return hashlib.sha256(json.dumps([scene_to(scene), tol], sort_keys=True).encode()).hexdigest()[:12]
+    return hashlib.sha256(json.dumps([scene_to(scene), tol], sort_keys=True).encode()).hexdigest()[
+        :12
+    ]
 
 
 @dataclass
 class Table:
-    """The rows of a study, with the file they are kept in, if any. It is written anew whenever rows are added."""
+    """The rows of a study, with the file they are kept in, if any. It is written anew whenever rows
+    are added.
+    """
 
     path: Path | None
     columns: Sequence[str]
@@ -62,7 +66,9 @@ class Table:
             yield cls(path, columns, rows, path.read_bytes() if path.exists() else None)
 
     def write(self, rows: list[dict[str, Any]]) -> None:
-        """Replace all rows; the file is left as it was if it cannot be written or something else has changed it."""
+        """Replace all rows; the file is left as it was if it cannot be written or something else
+        has changed it.
+        """
         self.rows = rows
         if self.path is None:
             return
@@ -87,7 +93,9 @@ class Table:
         total: int,
         what: str = "scenes",
     ) -> Made:
-        """What is made of the rows, once those of tasks by name, the rest of a `total`, are added; or Ctrl-C comes."""
+        """What is made of the rows, once those of tasks by name, the rest of a `total`, are added;
+        or Ctrl-C comes.
+        """
         done = total - len(tasks)
         try:
             with opened(executor, workers) as pool:
@@ -100,17 +108,25 @@ class Table:
         return made(self.rows)
 
 
-def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:
+def _read_rows(
+    store: Path, columns: Sequence[str], words: Sequence[str], what: str
+) -> list[dict[str, Any]]:
     """Rows of a file, which must have these columns; none if there is no file yet."""
     import pandas as pd
 
     if not store.exists() or store.stat().st_size == 0:
         return []
     # pandas 3.1 reads all digits by itself, and warns of the option
-    exact = {} if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
+    exact = (
+        {}
+        if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1)
+        else {"float_precision": "round_trip"}
+    )
     try:
         # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **exact)
+        table = pd.read_csv(
+            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **exact
+        )
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
         for name in set(columns) - set(words):
@@ -126,7 +142,9 @@ def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: 
 
 def of_another(store: str | Path | None, what: str) -> SceneError:
     """The error of a table that belongs to another study."""
-    return SceneError("store", str(store), message=f"store = {str(store)!r} {what}; name a new file")
+    return SceneError(
+        "store", str(store), message=f"store = {str(store)!r} {what}; name a new file"
+    )
 
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
@@ -140,7 +158,11 @@ FORMULAS = ("=", "+", "-", "@", "\t", "\r", "'")
 
 def as_csv(table: pd.DataFrame) -> bytes:
     """A table as CSV, whose texts no spreadsheet runs."""
-    texts = {name: column.map(_quoted) for name, column in table.items() if column.dtype.kind not in "iufb"}
+    texts = {
+        name: column.map(_quoted)
+        for name, column in table.items()
+        if column.dtype.kind not in "iufb"
+    }
     return table.assign(**texts).to_csv(index=False).encode()
 
 
@@ -170,13 +192,19 @@ def cell(value: Any, form: str) -> str:
     return "" if value != value else format(value, form)
 
 
-def rows_of_text(rows: Iterable[Mapping[str, Any]], names: Sequence[str], bar: str = "{}_error") -> list[str]:
-    """Entries of rows in columns under their names: words, or figures with error bars if they have them."""
+def rows_of_text(
+    rows: Iterable[Mapping[str, Any]], names: Sequence[str], bar: str = "{}_error"
+) -> list[str]:
+    """Entries of rows in columns under their names: words, or figures with error bars if they have
+    them.
+    """
     lines = [list(names)]
     for row in rows:
         bars = [row.get(bar.format(name)) or 0.0 for name in names]
         values = [row[name] for name in names]
         figures = [isinstance(value, float) and value == value for value in values]
         cells = zip(values, bars, figures, strict=True)
-        lines.append([with_bar(value, each) if known else cell(value, "") for value, each, known in cells])
+        lines.append(
+            [with_bar(value, each) if known else cell(value, "") for value, each, known in cells]
+        )
     return columns_of_text(lines, left=0)

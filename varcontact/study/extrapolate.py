@@ -1,4 +1,6 @@
-"""Extrapolation to zero element size: observed order and limit, each with its uncertainty, from noisy values."""
+"""Extrapolation to zero element size: observed order and limit, each with its uncertainty, from
+noisy values.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,8 @@ ORDERS = np.linspace(0.5, 3.0, 101)
 PRIOR = np.exp(-(((ORDERS - 1.5) / 0.4) ** 2) / 2)
 """Their weights before anything is measured."""
 USUAL_NOISE = 1.5
-"""Order of the noise of a staircase edge where it cannot be measured: half an order more than the error's 1."""
+"""Order of the noise of a staircase edge where it cannot be measured: half an order more than the
+error's 1."""
 CONFIDENCE = 0.95
 HIDDEN = "the noise hides the order"
 SAME_BUT_STAIRCASE = "the same on all grids, apart from the staircase edge"
@@ -51,7 +54,9 @@ class Limit:
     reason: str = ""
 
 
-def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None = None, scale: float = 0.0) -> Limit:
+def extrapolate(
+    h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None = None, scale: float = 0.0
+) -> Limit:
     """Fit ``Q + C h^p + noise`` to values, several of which may belong to one
     h, and average over the order p.
 
@@ -72,14 +77,15 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
 
     Notes
     -----
-    The noise is ``staircase @ b`` with unknown b, and a random part of the standard deviation ``s h^q``. Its order q
-    is the slope of the spreads of values with the same h (1.5 where there are none). For each p in [1/2, 3] weighted
-    least squares give Q(p), its variance v(p) s^2 and a sum of squares R(p). With s^2 the mean square about the best
-    fit, or that of the lack of fit of the means where it is larger, p has the weight
-    ``exp(-((p - 1.5)/0.4)^2/2) (1 + (R(p) - R_min)/(d s^2))^(-(d+1)/2)``, with d degrees of freedom. The value is the
-    mean of Q(p) by these weights, its variance the mean of v s^2 and, on top, of the spread of Q(p). The error is
-    Student's t for d degrees of freedom times the standard deviation. The interval of p holds those with
-    ``R(p) - R_min <= s^2 t^2``.
+    The noise is ``staircase @ b`` with unknown b, and a random part of the standard deviation ``s
+    h^q``. Its order q is the slope of the spreads of values with the same h (1.5 where there are
+    none). For each p in [1/2, 3] weighted least squares give Q(p), its variance v(p) s^2 and a sum
+    of squares R(p). With s^2 the mean square about the best fit, or that of the lack of fit of the
+    means where it is larger, p has the weight ``exp(-((p - 1.5)/0.4)^2/2) (1 + (R(p) - R_min)/(d
+    s^2))^(-(d+1)/2)``, with d degrees of freedom. The value is the mean of Q(p) by these weights,
+    its variance the mean of v s^2 and, on top, of the spread of Q(p). The error is Student's t for
+    d degrees of freedom times the standard deviation. The interval of p holds those with ``R(p) -
+    R_min <= s^2 t^2``.
 
     Examples
     --------
@@ -100,21 +106,34 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
     freedom = h.size - 3 - staircase.shape[1]
     h = sizes[group]
     weights = h ** -_noise_order(sizes, group, values, staircase)
-    limits, variances, left = _fitted(weights, np.column_stack([np.ones_like(h), staircase]), h, values)
+    limits, variances, left = _fitted(
+        weights, np.column_stack([np.ones_like(h), staircase]), h, values
+    )
     squares = np.sum(left**2, axis=0)
     best = int(np.argmin(squares))
     if freedom < 1:
         reason = "no error: no more values than unknowns; use more grids or offsets"
         return Limit(float(limits[best]), np.inf, float(ORDERS[best]), reason=reason)
     if np.abs(left[:, best] / weights).max() <= 1e-12 * max(float(np.abs(values).max()), scale):
-        value, order, rounding = float(limits[best]), float(ORDERS[best]), 1e-12 * float(np.abs(values).max())
-        explained = staircase @ np.linalg.lstsq(staircase, values - value)[0] if staircase.shape[1] else np.inf
+        value, order, rounding = (
+            float(limits[best]),
+            float(ORDERS[best]),
+            1e-12 * float(np.abs(values).max()),
+        )
+        explained = (
+            staircase @ np.linalg.lstsq(staircase, values - value)[0]
+            if staircase.shape[1]
+            else np.inf
+        )
         if np.abs(values - value - explained).max() <= rounding:
             return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
         return Limit(value, rounding, order, order, order)
-    count, lack_of_fit = np.bincount(group), 0.0  # of the means of each h: noise alone gives its own size
+    # of the means of each h: noise alone gives its own size
+    count, lack_of_fit = np.bincount(group), 0.0
     if count.size > 3:
-        lack_of_fit = float(np.sum(np.bincount(group, left[:, best]) ** 2 / count) / (count.size - 3))
+        lack_of_fit = float(
+            np.sum(np.bincount(group, left[:, best]) ** 2 / count) / (count.size - 3)
+        )
     square = max(squares[best] / freedom, lack_of_fit, np.finfo(float).tiny)
     excess = (squares - squares[best]) / square
     likelihood = PRIOR * (1 + excess / freedom) ** (-(freedom + 1) / 2)
@@ -125,7 +144,12 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
     possible = ORDERS[excess <= factor**2]
     reason = HIDDEN if possible.size == ORDERS.size else ""
     return Limit(
-        value, factor * variance**0.5, float(ORDERS[best]), float(possible.min()), float(possible.max()), reason
+        value,
+        factor * variance**0.5,
+        float(ORDERS[best]),
+        float(possible.min()),
+        float(possible.max()),
+        reason,
     )
 
 
@@ -149,9 +173,10 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
 
     Notes
     -----
-    Each choice of powers in `TERMS` is a weighted least-squares fit with the noise ``s h^1.5``, which has a limit and
-    its standard error. Choices are weighted by Schwarz's criterion, ``exp(-BIC/2)``; the value is the mean of the
-    limits, its variance the mean of the squared standard errors and, on top, of the spread of the limits.
+    Each choice of powers in `TERMS` is a weighted least-squares fit with the noise ``s h^1.5``,
+    which has a limit and its standard error. Choices are weighted by Schwarz's criterion,
+    ``exp(-BIC/2)``; the value is the mean of the limits, its variance the mean of the squared
+    standard errors and, on top, of the spread of the limits.
 
     Examples
     --------
@@ -168,9 +193,15 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
     weights, fits = h**-USUAL_NOISE, []
     for terms in TERMS:
         if count - len(terms) >= 3:
-            columns = np.column_stack([np.ones_like(h), *(h**power for power in terms)]) * weights[:, None]
+            columns = (
+                np.column_stack([np.ones_like(h), *(h**power for power in terms)])
+                * weights[:, None]
+            )
             found, *_ = np.linalg.lstsq(columns, values * weights, rcond=None)
-            square, size = float(np.sum((columns @ found - values * weights) ** 2)), columns.shape[1]
+            square, size = (
+                float(np.sum((columns @ found - values * weights) ** 2)),
+                columns.shape[1],
+            )
             variance = square / (count - size) * np.linalg.inv(columns.T @ columns)[0, 0]
             fits.append((found[0], variance**0.5, square, size))
     limits, errors, squares, unknowns = np.array(fits).T
@@ -183,13 +214,18 @@ def extrapolate_series(h: np.ndarray, values: np.ndarray) -> tuple[float, float]
     return value, float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * variance**0.5
 
 
-def _noise_order(sizes: np.ndarray, group: np.ndarray, values: np.ndarray, staircase: np.ndarray) -> float:
+def _noise_order(
+    sizes: np.ndarray, group: np.ndarray, values: np.ndarray, staircase: np.ndarray
+) -> float:
     """Slope of the spread of values with the same h, without what the staircase explains."""
     columns = np.column_stack([values, staircase])
     count = np.bincount(group)
     means = np.array([np.bincount(group, column) / count for column in columns.T]).T
     columns = (columns - means[group]) / sizes[group, None] ** USUAL_NOISE
-    left = columns[:, 0] - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=None)[0]
+    left = (
+        columns[:, 0]
+        - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=None)[0]
+    )
     spreads = np.sqrt(np.bincount(group, left**2) / count) * sizes**USUAL_NOISE
     seen = spreads > 1e-13 * np.abs(values).max()
     if seen.sum() < 3:
@@ -200,9 +236,11 @@ def _noise_order(sizes: np.ndarray, group: np.ndarray, values: np.ndarray, stair
 def _fitted(
     weights: np.ndarray, columns: np.ndarray, h: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Straight fits by the columns and h^p for all p: limits, their variances by the noise's, weighted remainders.
+    """Straight fits by the columns and h^p for all p: limits, their variances by the noise's,
+    weighted remainders.
 
-    What h^p has that the columns (the first is one, for the limit) have not gives its coefficient; they take the rest.
+    What h^p has that the columns (the first is one, for the limit) have not gives its coefficient;
+    they take the rest.
     """
     common, target = weights[:, None] * columns, weights * values
     inverse = np.linalg.pinv(common)  # columns may be zero, as by symmetry

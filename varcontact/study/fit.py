@@ -23,11 +23,14 @@ if TYPE_CHECKING:
 REFUSED = 10.0
 """Residual, by the largest force, of parameters that a scene refuses: no step ends there."""
 DIFFERENCE = 1e-3
-"""Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where areas change."""
+"""Relative step of the derivatives by the parameters: forces are smooth to 1e-8, with kinks where
+areas change."""
 BESIDE = 0.01
-"""Distance from a bound, by the range, within which a parameter may stand on it: the search stays inside."""
+"""Distance from a bound, by the range, within which a parameter may stand on it: the search stays
+inside."""
 SEEN = 1e-8
-"""Least effect of a combination of parameters on the forces, by that of the one with the greatest."""
+"""Least effect of a combination of parameters on the forces, by that of the one with the
+greatest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,8 +129,8 @@ def fit_creep_curve(
 
     Notes
     -----
-    Trust-region least squares (`scipy.optimize.least_squares`); the errors are from the curvature at the minimum,
-    ``sigma^2 (J'J)^-1``, over the parameters that do not stand on a bound.
+    Trust-region least squares (`scipy.optimize.least_squares`); the errors are from the curvature
+    at the minimum, ``sigma^2 (J'J)^-1``, over the parameters that do not stand on a bound.
 
     Examples
     --------
@@ -147,34 +150,58 @@ def fit_creep_curve(
     {'k_A': 0.4, 'k_S': 0.4} 0.022
     """
     if not isinstance(parameters, Mapping) or not parameters:
-        raise SceneError("parameters", parameters, "a dict of (first guess, least, largest) by name, at least one")
+        raise SceneError(
+            "parameters",
+            parameters,
+            "a dict of (first guess, least, largest) by name, at least one",
+        )
     ranges = []
     for name, each in parameters.items():
         own = checks.numbers(f"parameters[{name!r}]", each).ravel()
         if own.size != 3 or not own[1] <= own[0] <= own[2] or own[1] == own[2]:
-            raise SceneError(f"parameters[{name!r}]", each, "(first guess, least, largest), in this range")
+            raise SceneError(
+                f"parameters[{name!r}]", each, "(first guess, least, largest), in this range"
+            )
         ranges.append(own)
     first, low, high = np.array(ranges).T
     names, known = list(parameters), OPTIONS.get(method, ())
     creepages = {"vx": vx, "vy": vy, "spin": spin}
     given: dict[str, Any] = {
-        name: checks.numbers(name, each).ravel() for name, each in creepages.items() if each is not None
+        name: checks.numbers(name, each).ravel()
+        for name, each in creepages.items()
+        if each is not None
     }
-    forces = {name: np.asarray(each, float).ravel() for name, each in {"Fx": Fx, "Fy": Fy}.items() if each is not None}
+    forces = {
+        name: np.asarray(each, float).ravel()
+        for name, each in {"Fx": Fx, "Fy": Fy}.items()
+        if each is not None
+    }
     count = max((each.size for each in given.values()), default=0)
     if not forces or any(each.size != count for each in forces.values()):
-        raise SceneError("Fx, Fy", {name: each.size for name, each in forces.items()}, f"{count} forces, as creepages")
+        raise SceneError(
+            "Fx, Fy",
+            {name: each.size for name, each in forces.items()},
+            f"{count} forces, as creepages",
+        )
     measured = np.concatenate(list(forces.values()))
     used = np.isfinite(measured)
     if used.sum() <= len(names):
-        raise SceneError("Fx, Fy", int(used.sum()), f"more than {len(names)} forces, one for each parameter")
+        raise SceneError(
+            "Fx, Fy", int(used.sum()), f"more than {len(names)} forces, one for each parameter"
+        )
     if sigma is not None:
         sigma = checks.positive("sigma", sigma)
     report, evaluations = checks.progress(progress), 0
 
     def curve_of(values: np.ndarray) -> tuple[Scene, dict[str, float], xr.Dataset]:
-        options = {name: float(value) for name, value in zip(names, values, strict=True) if name in known}
-        entries = {name: float(value) for name, value in zip(names, values, strict=True) if name not in known}
+        options = {
+            name: float(value) for name, value in zip(names, values, strict=True) if name in known
+        }
+        entries = {
+            name: float(value)
+            for name, value in zip(names, values, strict=True)
+            if name not in known
+        }
         now = changed(scene, entries)
         return now, options, creep_curve(now, {method: options} if options else [method], **given)
 
@@ -202,11 +229,15 @@ def fit_creep_curve(
     spread = scale * np.sqrt(2 * found.cost / (used.sum() - free.size)) if sigma is None else sigma
     errors, correlation = np.full(len(names), np.nan), np.full((len(names), len(names)), np.nan)
     if free.size:
-        errors[free], correlation[np.ix_(free, free)] = _spread(found.jac[:, free], size[free], spread / scale)
+        errors[free], correlation[np.ix_(free, free)] = _spread(
+            found.jac[:, free], size[free], spread / scale
+        )
     fitted, options, curve = curve_of(found.x)
     return CreepCurveFit(
         values=dict(zip(names, found.x.tolist(), strict=True)),
-        errors=dict(zip(names, np.where(errors >= high - low, np.inf, errors).tolist(), strict=True)),
+        errors=dict(
+            zip(names, np.where(errors >= high - low, np.inf, errors).tolist(), strict=True)
+        ),
         on_bounds=tuple(name for name, on_bound in zip(names, held, strict=True) if on_bound),
         correlation=correlation,
         rms=rms,
@@ -217,7 +248,9 @@ def fit_creep_curve(
 
 
 def _on_bounds(found: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """True for parameters on a bound: as the search has it, or beside one, beyond which the next step would lead."""
+    """True for parameters on a bound: as the search has it, or beside one, beyond which the next
+    step would lead.
+    """
     step = np.linalg.lstsq(found.jac * size, -found.fun, rcond=SEEN)[0] * size
     beside = np.minimum(found.x - low, high - found.x) <= BESIDE * (high - low)
     beyond = (found.x + step < low) | (found.x + step > high)
@@ -225,7 +258,9 @@ def _on_bounds(found: Any, size: np.ndarray, low: np.ndarray, high: np.ndarray) 
 
 
 def _spread(jacobian: np.ndarray, size: np.ndarray, spread: float) -> tuple[np.ndarray, np.ndarray]:
-    """Standard errors and correlation of parameters, from derivatives of residuals that have a standard error."""
+    """Standard errors and correlation of parameters, from derivatives of residuals that have a
+    standard error.
+    """
     _, seen, ways = np.linalg.svd(jacobian * size, full_matrices=False)
     spreads = ways.T * size[:, None] / np.maximum(seen, SEEN * seen[0]) * spread
     errors = np.linalg.norm(spreads, axis=1)

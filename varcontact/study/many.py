@@ -1,4 +1,6 @@
-"""Thousands of small contacts at once: the scenes that fit are solved in batches, the others one by one."""
+"""Thousands of small contacts at once: the scenes that fit are solved in batches, the others one by
+one.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,16 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving.batch import BARS, FIGURES, START, Fields, Near, fits, march_batches, solve_batches
+from varcontact.solving.batch import (
+    BARS,
+    FIGURES,
+    START,
+    Fields,
+    Near,
+    fits,
+    march_batches,
+    solve_batches,
+)
 from varcontact.solving.options import TOLERANCE, SolveOptions, check_saturation
 from varcontact.solving.solve import certify as certificate
 from varcontact.solving.solve import solve
@@ -108,8 +119,8 @@ def solve_many(
 
     Notes
     -----
-    A Newton method without a matrix takes one step for all scenes of a batch at once; its products are transforms by
-    dense matrices.
+    A Newton method without a matrix takes one step for all scenes of a batch at once; its products
+    are transforms by dense matrices.
 
     Examples
     --------
@@ -154,7 +165,9 @@ def solve_many(
             if fits(scene):
                 check_saturation(scene)
             else:
-                SolveOptions.checked(scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy)
+                SolveOptions.checked(
+                    scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy
+                )
     kept: Fields | None = {} if fields or bounded else None
     names = (*FIGURES, *BARS, *(BOUNDS if bounded else ()))
     found = {name: np.full((len(given), steps or 1), math.nan) for name in names}
@@ -164,7 +177,11 @@ def solve_many(
     near = None if start is None else _near(start, given)
     batched = [] if bounded and steps else sound
     if bounded:  # of tractions alone, whose creepages have to be given
-        batched = [i for i in batched if all(getattr(given[i].motion, name, None) is None for name in ("Fx", "Fy"))]
+        batched = [
+            i
+            for i in batched
+            if all(getattr(given[i].motion, name, None) is None for name in ("Fx", "Fy"))
+        ]
     if steps:
         answers, solved = march_batches(given, tol, batched)
     else:
@@ -180,7 +197,10 @@ def solve_many(
             continue
         report(f"scenes[{i}]: by itself")
         with numbered(i):
-            options: Any = {"accuracy": None if isinstance(given[i].grid, Grid) else accuracy, "certify": certify}
+            options: Any = {
+                "accuracy": None if isinstance(given[i].grid, Grid) else accuracy,
+                "certify": certify,
+            }
             solution = solve(given[i], tol=tol, **options)
             ok[i] = True
             for k, each in enumerate([solution] if isinstance(solution, Solution) else solution):
@@ -189,12 +209,19 @@ def solve_many(
                     if known in found:
                         found[known][i, k] = value
             if kept is not None and isinstance(solution, Solution):
-                kept[i] = solution.traction, solution.traction_bound, solution.grid.x, solution.grid.y
+                kept[i] = (
+                    solution.traction,
+                    solution.traction_bound,
+                    solution.grid.x,
+                    solution.grid.y,
+                )
     found["gap"] = found.pop("relative_gap")
     if steps:
         del found["friction_work"]
     over = ("scene", "step") if steps else ("scene",)
-    columns: dict[str, Any] = {name: (over, values if steps else values[:, 0]) for name, values in found.items()}
+    columns: dict[str, Any] = {
+        name: (over, values if steps else values[:, 0]) for name, values in found.items()
+    }
     messages = np.array([errors.get(i, "") for i in range(len(given))])
     columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", messages)}
     return xr.Dataset(columns | (_shown(kept, len(given)) if kept is not None and fields else {}))
@@ -206,23 +233,38 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
         raise SceneError("scenes", scenes, "one scene or more")
     steps = _steps(given[0])
     for i, scene in enumerate(given):
-        if not isinstance(scene, Scene) or not isinstance(scene.motion, Steady | Shift | Transient | None):
-            raise SceneError(f"scenes[{i}]", scene, "a Scene whose motion is Steady, Shift, Transient or none")
+        if not isinstance(scene, Scene) or not isinstance(
+            scene.motion, Steady | Shift | Transient | None
+        ):
+            raise SceneError(
+                f"scenes[{i}]", scene, "a Scene whose motion is Steady, Shift, Transient or none"
+            )
         if _steps(scene) != steps:
-            raise SceneError(f"scenes[{i}].motion", scene.motion, "a history of as many steps, if one is a history")
+            raise SceneError(
+                f"scenes[{i}].motion",
+                scene.motion,
+                "a history of as many steps, if one is a history",
+            )
     return given
 
 
 def _steps(scene: Scene) -> int | None:
     """Of a history."""
-    return scene.motion.steps if isinstance(scene, Scene) and isinstance(scene.motion, Transient) else None
+    return (
+        scene.motion.steps
+        if isinstance(scene, Scene) and isinstance(scene.motion, Transient)
+        else None
+    )
 
 
 def _near(start: Any, given: list[Scene]) -> Near:
     """Tractions by their bound, and creepages, of a dataset of as many scenes."""
     over = FIELDS | {"vx": ("scene",), "vy": ("scene",)}
     try:
-        named = {name: start[name].transpose(*dims).to_numpy().astype(float) for name, dims in over.items()}
+        named = {
+            name: start[name].transpose(*dims).to_numpy().astype(float)
+            for name, dims in over.items()
+        }
     except (AttributeError, KeyError, TypeError, ValueError):
         named = {}
     if not named or len(named["vx"]) != len(given):
@@ -236,7 +278,9 @@ def _shown(kept: Fields, count: int) -> dict[str, Any]:
     """Fields as arrays over the scenes, NaN beyond each scene's own grid."""
     ny, nx = (max((each[1].shape[k] for each in kept.values()), default=0) for k in (0, 1))
     sizes = {"scene": count, "component": 2, "y": ny, "x": nx}
-    arrays = {name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in FIELDS.items()}
+    arrays = {
+        name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in FIELDS.items()
+    }
     for i, own in kept.items():
         for array, values in zip(arrays.values(), own, strict=True):
             array[i][tuple(slice(n) for n in values.shape)] = values

@@ -13,7 +13,13 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import available, load_packages, normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import (
+    available,
+    load_packages,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES
@@ -28,7 +34,9 @@ BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 
 @dataclass(frozen=True)
 class Method:
-    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential method."""
+    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential
+    method.
+    """
 
     name: str
     normal: str
@@ -49,7 +57,9 @@ class Method:
             checks.choice("methods", formulation, FORMULATIONS)
         if rest in PRESETS and rest != "auto":
             if plus:
-                raise SceneError("methods", given, f'"{rest}": only a program solver called by name is polished')
+                raise SceneError(
+                    "methods", given, f'"{rest}": only a program solver called by name is polished'
+                )
             return cls(name, "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
         every = ["auto", *tangential_methods(), *THEORIES]
@@ -68,14 +78,28 @@ class Method:
         return cls(name, normal, tangential, formulation or "auto", bool(plus))
 
     def plan(self, scene: Scene) -> Plan:
-        """The plan for a scene; SceneError or SolverUnavailable if the method does not apply to it."""
+        """The plan for a scene; SceneError or SolverUnavailable if the method does not apply to
+        it.
+        """
         moves = scene.motion is not None
         if moves and not self.tangential:
-            raise SceneError("methods", self.name, f'a pair, as "{self.name}|clarabel": it is for normal problems')
-        normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
-        plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
+            raise SceneError(
+                "methods",
+                self.name,
+                f'a pair, as "{self.name}|clarabel": it is for normal problems',
+            )
+        normal = (
+            self.normal
+            if select(scene).normal != "hertz" or "|" in self.name or not moves
+            else "auto"
+        )
+        plan = select(
+            scene, normal, self.tangential or "auto", "auto", self.formulation, self.method
+        )
         if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
-            raise SceneError("methods", self.name, 'without "+polish": only program solvers are polished')
+            raise SceneError(
+                "methods", self.name, 'without "+polish": only program solvers are polished'
+            )
         return plan
 
 
@@ -88,7 +112,8 @@ def _check_known(name: str, names: list[str]) -> None:
 def attempted(
     scene: Scene, method: Method, tol: float, motions: Sequence[Steady | Shift | None]
 ) -> tuple[str, str, list[Solution]]:
-    """Outcome of the first motion and its reason, and the solutions for all motions, as far as the method gets.
+    """Outcome of the first motion and its reason, and the solutions for all motions, as far as the
+    method gets.
 
     If the first does not converge, the solutions are its best iterate alone, if there is one.
     """
@@ -112,7 +137,9 @@ def failure(error: VarcontactError) -> str:
 
 
 def outcome(plan: Plan) -> str:
-    """The outcome of a plan that gives a solution: that of theories, closed forms and single passes is approximate."""
+    """The outcome of a plan that gives a solution: that of theories, closed forms and single passes
+    is approximate.
+    """
     formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
     return "approximate" if formula or plan.coupling == "johnson" else "solved"
 
@@ -121,17 +148,30 @@ def neighbour(motion: Steady | Shift) -> Steady | Shift:
     """The motion with creepages and forces one per cent smaller."""
     names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
     values = {name: getattr(motion, name) for name in (*names, "Fx", "Fy")}
-    smaller: dict[str, Any] = {name: None if value is None else 0.99 * value for name, value in values.items()}
+    smaller: dict[str, Any] = {
+        name: None if value is None else 0.99 * value for name, value in values.items()
+    }
     return replace(motion, **smaller)
 
 
 def figures(sol: Solution) -> dict[str, Any]:
-    """Figures of a solution by the columns that tables of studies have; of a shift vx, vy and spin are its own."""
+    """Figures of a solution by the columns that tables of studies have; of a shift vx, vy and spin
+    are its own.
+    """
     certificate = sol.certificate
     found = {
-        **dict(zip(("Fx", "Fy", "vx", "vy", "spin"), map(float, (*sol.force, *sol.creepage)), strict=True)),
+        **dict(
+            zip(
+                ("Fx", "Fy", "vx", "vy", "spin"),
+                map(float, (*sol.force, *sol.creepage)),
+                strict=True,
+            )
+        ),
         "Mz": sol.moment,
-        **{name: getattr(sol, name) for name in ("normal_force", "approach", "max_pressure", "friction_work")},
+        **{
+            name: getattr(sol, name)
+            for name in ("normal_force", "approach", "max_pressure", "friction_work")
+        },
         **{name: getattr(certificate, name) for name in ("gap", "relative_gap", "residual")},
         "iterations": sum(sol.iterations.values()),
         **sol.elements,

@@ -1,4 +1,6 @@
-"""Tasks over an executor: in this process, in processes of its own, or on a cluster. Results come as they finish."""
+"""Tasks over an executor: in this process, in processes of its own, or on a cluster. Results come
+as they finish.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ CHUNK = 8
 """Scenes that a worker solves one after the other."""
 MOST_WORKERS = 1024
 START = "forkserver" if sys.platform == "linux" else "spawn"
-"""How processes are started. Elsewhere there is no fork server, or the system's libraries break in forks (macOS)."""
+"""How processes are started. Elsewhere there is no fork server, or the system's libraries break in
+forks (macOS)."""
 PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.study.sweep"]
 """Modules that the fork server imports, once for all processes."""
 
@@ -36,10 +39,11 @@ def results(
     executor: Executor | None,
     progress: Callable[[Key], Any] = lambda name: None,
 ) -> Iterator[tuple[Key, Result]]:
-    """The name and the result of each task, as they finish; without an executor they are done here, in order.
+    """The name and the result of each task, as they finish; without an executor they are done here,
+    in order.
 
-    A task is the arguments of `work`. Progress is called with a task's name when it begins here, or finishes elsewhere.
-    When left early, what has not begun is cancelled.
+    A task is the arguments of `work`. Progress is called with a task's name when it begins here, or
+    finishes elsewhere. When left early, what has not begun is cancelled.
     """
     if executor is None:
         for name, task in tasks.items():
@@ -57,7 +61,8 @@ def results(
             progress(names[future])
             yield names.pop(future), result
     finally:
-        for future in () if isinstance(executor, _Processes) else names:  # which end at once, with what they have
+        # which end at once, with what they have
+        for future in () if isinstance(executor, _Processes) else names:
             future.cancel()
 
 
@@ -75,14 +80,19 @@ def _lost_workers() -> Iterator[None]:
 
 @contextmanager
 def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
-    """The given executor, which stays open; or None for one worker: this process; or processes of our own.
+    """The given executor, which stays open; or None for one worker: this process; or processes of
+    our own.
 
     Our own end at once when the block, or this process, ends early.
     """
     workers = checks.whole("workers", workers, most=MOST_WORKERS)
     if executor is not None:
         if not isinstance(executor, Executor):
-            hint = "; of a dask client: client.get_executor()" if hasattr(executor, "get_executor") else ""
+            hint = (
+                "; of a dask client: client.get_executor()"
+                if hasattr(executor, "get_executor")
+                else ""
+            )
             raise SceneError("executor", executor, f"None or a concurrent.futures.Executor{hint}")
         if workers != 1:
             raise SceneError("workers", workers, "left out: the executor has its own")
@@ -91,7 +101,8 @@ def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
     if workers == 1:
         yield None
         return
-    # Not forked from this process: a fork would copy locks that other threads hold. On Linux they are forked from a
+    # Not forked from this process: a fork would copy locks that other threads hold. On Linux they
+    # are forked from a
     # process that only imports what they need; elsewhere each is started anew.
     context = multiprocessing.get_context(START)
     if START == "forkserver":
@@ -104,7 +115,8 @@ def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
     finally:
         lifeline.close()
         watched.close()
-        pool.shutdown(cancel_futures=True)  # processes that end at once; semaphores that wait for it would outlive them
+        # processes that end at once; semaphores that wait for it would outlive them
+        pool.shutdown(cancel_futures=True)
 
 
 class _Processes(ProcessPoolExecutor):
@@ -114,8 +126,10 @@ class _Processes(ProcessPoolExecutor):
         if START != "forkserver" or threading.current_thread() is not threading.main_thread():
             return super().submit(work, *task, **options)
         pressed: list[Any] = []
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))  # which the server inherits
-        handler = signal.signal(signal.SIGINT, lambda *said: pressed.append(said))  # other threads may take it
+        # which the server inherits
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+        # other threads may take it
+        handler = signal.signal(signal.SIGINT, lambda *said: pressed.append(said))
         try:
             return super().submit(work, *task, **options)
         finally:
@@ -140,7 +154,8 @@ def _end_with(watched: Connection) -> None:
 
 
 def traced(work: Callable[[], Result]) -> tuple[Result, float]:
-    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its own.
+    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its
+    own.
 
     NaN but in the main thread: memory is traced for a whole process.
     """

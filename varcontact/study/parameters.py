@@ -1,4 +1,6 @@
-"""Grids of parameters: a scene with some of its numbers replaced, one for each point of the grid."""
+"""Grids of parameters: a scene with some of its numbers replaced, one for each point of the
+grid.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ SCENE = "scene"
 
 
 def scenes_over(scenes: Any, over: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
-    """Values by dimension, the last of which varies fastest, and scenes with these, as ``{"motion.vx": [0.0]}``."""
+    """Values by dimension, the last of which varies fastest, and scenes with these, as
+    ``{"motion.vx": [0.0]}``.
+    """
     named = named_scenes(scenes)
     varied = varied_values({} if over is None else over)
     made = [
@@ -51,8 +55,12 @@ def named_scenes(given: Any) -> dict[Any, Scene]:
         field = "scenes" if scene is given else f"scenes[{name!r}]"
         checks.kind(field, scene, Scene)
         if not isinstance(scene.motion, Steady | Shift | None):
-            message = f"{field}.motion is {type(scene.motion).__name__}: it must be Steady, Shift or none"
-            raise SceneError(f"{field}.motion", scene.motion, "Steady, Shift or none", message=message)
+            message = (
+                f"{field}.motion is {type(scene.motion).__name__}: it must be Steady, Shift or none"
+            )
+            raise SceneError(
+                f"{field}.motion", scene.motion, "Steady, Shift or none", message=message
+            )
     return named
 
 

@@ -1,4 +1,6 @@
-"""Continuum values of many scenes, with error bars, against which the errors of answers are measured."""
+"""Continuum values of many scenes, with error bars, against which the errors of answers are
+measured.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,9 @@ class ContinuumValues:
 
     @checks.named_options()
     def error(self, found: Mapping[str, float]) -> float:
-        """The error of an answer: the largest of the errors of its values `found`, in their units; NaN if one lacks."""
+        """The error of an answer: the largest of the errors of its values `found`, in their units;
+        NaN if one lacks.
+        """
         return error(found, {name: self.values[name] for name in self.units}, self.units)
 
 
@@ -119,7 +123,9 @@ def read(text: str, name: str) -> dict[str, ContinuumValues]:
     scenes, found = reference_scenes(), {}
     other = set(entries) ^ set(scenes)
     if other:
-        raise _refused(name, f"was made for other scenes than this version has, {min(other)!r} for one")
+        raise _refused(
+            name, f"was made for other scenes than this version has, {min(other)!r} for one"
+        )
     for each, entry in entries.items():
         kind, scene = scenes[each]
         values, bars, units, how = (entry[part] for part in ("values", "bars", "units", "how"))

@@ -1,4 +1,6 @@
-"""One scene for many creepages: scans by one method, creep-force curves by several (paper, Figs. 9 and 22 to 24)."""
+"""One scene for many creepages: scans by one method, creep-force curves by several (paper, Figs. 9
+and 22 to 24).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,14 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.batch import solve_batches
-from varcontact.solving.options import TOLERANCE, CertifyName, CouplingName, FormulationName, MethodName, SolveOptions
+from varcontact.solving.options import (
+    TOLERANCE,
+    CertifyName,
+    CouplingName,
+    FormulationName,
+    MethodName,
+    SolveOptions,
+)
 from varcontact.solving.warm_start import solve_in_turn
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
@@ -97,7 +106,13 @@ def scan(
     ['-0.210', '-0.392', '-0.967']
     """
     options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
-    options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
+    options |= {
+        "formulation": formulation,
+        "method": method,
+        "tol": tol,
+        "polish": polish,
+        "certify": certify,
+    }
     options |= {"accuracy": accuracy, "time_budget": time_budget}
     report, solutions = checks.progress(progress), scanned(scene, creepages, progress, **options)
     with opened(executor, workers) as pool:
@@ -113,9 +128,14 @@ def scan(
 
 
 def scanned(
-    scene: Scene, creepages: np.ndarray, progress: Callable[[str], None] | None = None, **options: Any
+    scene: Scene,
+    creepages: np.ndarray,
+    progress: Callable[[str], None] | None = None,
+    **options: Any,
 ) -> Iterator[Solution]:
-    """The solutions of a `scan`, with its options, one after the other. Arguments are checked before the first."""
+    """The solutions of a `scan`, with its options, one after the other. Arguments are checked
+    before the first.
+    """
     motions = _motions(scene, creepages)
     scenes = [replace(scene, motion=each) for each in motions]
     checked = SolveOptions.checked(scenes[0], progress=progress, **{"certify": "gap", **options})
@@ -123,7 +143,9 @@ def scanned(
         checked.plan_for(each)
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked)) for each in scenes)
-    return solve_in_turn(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
+    return solve_in_turn(
+        scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify
+    )
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
@@ -202,7 +224,13 @@ def creep_curve(
     motion = scene.motion if isinstance(scene, Scene) else None
     if not isinstance(motion, Steady) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
-    names = [methods] if isinstance(methods, str) else list(methods) if isinstance(methods, Iterable) else []
+    names = (
+        [methods]
+        if isinstance(methods, str)
+        else list(methods)
+        if isinstance(methods, Iterable)
+        else []
+    )
     if not names or len({str(name) for name in names}) < len(names):
         raise SceneError("methods", methods, "at least one name, none of them twice")
     triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
@@ -215,7 +243,11 @@ def creep_curve(
             raise SceneError(f"methods[{name!r}]", given, 'a dict of options, as {"k_A": 0.3}')
         ways[name] = _scan_options(scene, name)
         if given and ways[name] is not None:
-            raise SceneError("methods", name, f"without options: only theories by formula have them, not {name} here")
+            raise SceneError(
+                "methods",
+                name,
+                f"without options: only theories by formula have them, not {name} here",
+            )
     found = []
     for name, options in ways.items():
         report(f"{name}: {len(triples)} points")
@@ -228,7 +260,10 @@ def creep_curve(
     unit = {} if units is None else {name: units.of(name) for name in ("force", "moment", "spin")}
     over = ("theory", "point")
     fields = {"Fx": (Fx, "force"), "Fy": (Fy, "force"), "Mz": (Mz, "moment")}
-    data = {name: (over, values, {"units": unit[of]} if unit else {}) for name, (values, of) in fields.items()}
+    data = {
+        name: (over, values, {"units": unit[of]} if unit else {})
+        for name, (values, of) in fields.items()
+    }
     points = {
         name: ("point", values, {"units": unit["spin"] if name == "spin" else "1"} if unit else {})
         for name, values in zip(ROLLING, triples.T, strict=True)
@@ -248,13 +283,21 @@ def _forces(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.nd
         found[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
         left = ~solved
     if left.any():
-        found[left] = [[*sol.force, sol.moment] for sol in scan(scene, triples[left], certify=None, **options)]
+        found[left] = [
+            [*sol.force, sol.moment] for sol in scan(scene, triples[left], certify=None, **options)
+        ]
     return found
 
 
 def creepages_over(motion: Any, ranges: Mapping[str, Any], mark: str = "") -> np.ndarray:
-    """Creepages (k, 3) over ranges of some, with the motion's own for the others; errors name them with a `mark`."""
-    given = {name: checks.numbers(f"{mark}{name}", each) for name, each in ranges.items() if each is not None}
+    """Creepages (k, 3) over ranges of some, with the motion's own for the others; errors name them
+    with a `mark`.
+    """
+    given = {
+        name: checks.numbers(f"{mark}{name}", each)
+        for name, each in ranges.items()
+        if each is not None
+    }
     own = dict(zip(ROLLING, getattr(motion, "rigid", (0.0, 0.0, 0.0)), strict=True))
     try:
         columns = np.broadcast_arrays(*np.atleast_1d(*(own | given).values()))
@@ -269,7 +312,9 @@ def creepages_over(motion: Any, ranges: Mapping[str, Any], mark: str = "") -> np
 
 
 def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
-    """The options of a scan by a method; None for a theory that is evaluated for all creepages at once."""
+    """The options of a scan by a method; None for a theory that is evaluated for all creepages at
+    once.
+    """
     single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
     layer = scene.third_body
     in_formula = layer is not None and not layer.yields and name.startswith("fastsim")
@@ -286,7 +331,9 @@ def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
     }
 
 
-def _by_formula(scene: Scene, name: Any, triples: np.ndarray, options: Mapping[str, Any]) -> np.ndarray:
+def _by_formula(
+    scene: Scene, name: Any, triples: np.ndarray, options: Mapping[str, Any]
+) -> np.ndarray:
     hertz, layer = scene.hertz, scene.third_body
     assert hertz is not None
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"

@@ -1,4 +1,6 @@
-"""Sweeps: many scenes, or a grid of parameters, solved on one machine or a cluster into one file."""
+"""Sweeps: many scenes, or a grid of parameters, solved on one machine or a cluster into one
+file.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,15 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, VarcontactError, WorkersLost
-from varcontact.io.records import LONGEST_REASON, blank, finished, read_sweep_file, record_type, sweep_file, tabulated
+from varcontact.io.records import (
+    LONGEST_REASON,
+    blank,
+    finished,
+    read_sweep_file,
+    record_type,
+    sweep_file,
+    tabulated,
+)
 from varcontact.io.scene_toml import scene_to
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -44,10 +54,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ENTRIES = dict.fromkeys(("normal_force", "motion.Fx", "motion.Fy"), "force")
-ENTRIES |= dict.fromkeys(("approach", "motion.dq", "motion.ux", "motion.uy", "grid.dx", "grid.dy"), "length")
+ENTRIES |= dict.fromkeys(
+    ("approach", "motion.dq", "motion.ux", "motion.uy", "grid.dx", "grid.dy"), "length"
+)
 ENTRIES |= dict.fromkeys((f"surface.{name}" for name in ("Rx", "Ry", "R", "a", "b")), "length")
 ENTRIES |= {"bodies.G": "pressure", "motion.spin": "spin"}
-ENTRIES |= dict.fromkeys(("friction", "bodies.nu", "motion.vx", "motion.vy", "motion.rotation"), "1")
+ENTRIES |= dict.fromkeys(
+    ("friction", "bodies.nu", "motion.vx", "motion.vy", "motion.rotation"), "1"
+)
 """Quantities of entries that vary."""
 
 
@@ -165,10 +179,10 @@ def sweep(
 
     Notes
     -----
-    Scenes are cut into chunks in their order, whatever the executor. Only within a chunk do answers depend on the ones
-    before, by less than `tol`. So a sweep gives the same digits here, in processes and on a cluster, and a resumed
-    sweep gives a file identical, byte for byte, to an uninterrupted one. An interruption loses at most the chunks that
-    are being solved.
+    Scenes are cut into chunks in their order, whatever the executor. Only within a chunk do answers
+    depend on the ones before, by less than `tol`. So a sweep gives the same digits here, in
+    processes and on a cluster, and a resumed sweep gives a file identical, byte for byte, to an
+    uninterrupted one. An interruption loses at most the chunks that are being solved.
 
     Examples
     --------
@@ -184,7 +198,13 @@ def sweep(
     """
     varied, every = scenes_over(scenes, over)
     options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
-    options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
+    options |= {
+        "formulation": formulation,
+        "method": method,
+        "tol": tol,
+        "polish": polish,
+        "certify": certify,
+    }
     options |= {"accuracy": accuracy, "time_budget": time_budget}
     settings = _settings(options, every)
     options |= {name: settings[name] for name in ("tol", "polish", "certify")}
@@ -265,7 +285,9 @@ def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
 
 
 def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any]:
-    """The settings of the sweep, if they suit one of the scenes at least; else the error of the first."""
+    """The settings of the sweep, if they suit one of the scenes at least; else the error of the
+    first.
+    """
     errors: list[VarcontactError] = []
     for scene in scenes:
         try:
@@ -275,7 +297,11 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
             continue
         settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
         goals = {name: settings.pop(name) for name in ("accuracy", "time_budget")}
-        if known.plan.theory is None and any(scene.grid == "auto" for scene in scenes) and not any(goals.values()):
+        if (
+            known.plan.theory is None
+            and any(scene.grid == "auto" for scene in scenes)
+            and not any(goals.values())
+        ):
             goals["accuracy"] = BY_DEFAULT
         return settings | {name: value for name, value in goals.items() if value is not None}
     raise errors[0]
@@ -289,8 +315,14 @@ def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
 
 
 def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
-    """The records of a chunk of scenes, with the errors of those that fail: in batches by default, else in turn."""
-    records, done, names = blank(len(scenes), kind), np.zeros(len(scenes), bool), set(kind.names or ())
+    """The records of a chunk of scenes, with the errors of those that fail: in batches by default,
+    else in turn.
+    """
+    records, done, names = (
+        blank(len(scenes), kind),
+        np.zeros(len(scenes), bool),
+        set(kind.names or ()),
+    )
     methods = ("normal", "tangential", "coupling", "formulation", "method")
     by_default = all(given[name] == "auto" for name in methods) and given["time_budget"] is None
     if by_default and given["certify"] in ("gap", "none"):
@@ -304,7 +336,11 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
         try:
             options = _checked(scenes[k], given)
             goal = options.target is not None
-            sol = adaptive.solve(scenes[k], options) if goal else series.solve(scenes[k], options.plan)
+            sol = (
+                adaptive.solve(scenes[k], options)
+                if goal
+                else series.solve(scenes[k], options.plan)
+            )
             assert isinstance(sol, Solution)
             for name, value in figures(sol).items():
                 if name in names:
@@ -313,7 +349,8 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
         except Exception as error:  # a sweep of days does not end with one scene
             name = failure(error) if isinstance(error, VarcontactError) else "failed"
             reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
-            text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
+            # no half of a letter
+            text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")
             records["outcome"][k], records["reason"][k] = name, text.encode()
     series.forget()
     return records
@@ -322,7 +359,9 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
 def _described(
     varied: dict[str, list[Any]], scenes: list[Scene], settings: dict[str, Any]
 ) -> tuple[xr.Coordinates, dict[str, Any]]:
-    """The coordinates; and what tells one sweep from others, with the units that all scenes have in common."""
+    """The coordinates; and what tells one sweep from others, with the units that all scenes have in
+    common.
+    """
     import xarray as xr
 
     named, motions = {scene.units for scene in scenes}, {type(scene.motion) for scene in scenes}
@@ -340,4 +379,8 @@ def _described(
     }
     told = json.dumps([varied, *(scene_to(scene) for scene in scenes)], sort_keys=True)
     digest = hashlib.sha256(told.encode()).hexdigest()[:16]
-    return xr.Dataset(coords=columns).coords, {"scenes": digest, "settings": settings, "units": units}
+    return xr.Dataset(coords=columns).coords, {
+        "scenes": digest,
+        "settings": settings,
+        "units": units,
+    }

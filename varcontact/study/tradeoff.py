@@ -1,4 +1,6 @@
-"""Speed against accuracy: the error of ways to answer the reference scenes, what each costs, and Pareto fronts."""
+"""Speed against accuracy: the error of ways to answer the reference scenes, what each costs, and
+Pareto fronts.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,10 @@ def default_ways() -> list[Way]:
         *(Way(cells=n, coarser=coarser) for coarser, n in pairs[2:]),
         *(Way(cells=n, edge="touched", coarser=coarser) for coarser, n in pairs),
         *(Way(cells=n, edge="softened", motion=SECOND_ORDER) for n in CELLS),
-        *(Way(cells=n, edge="softened", motion=SECOND_ORDER, coarser=m, order=1.2) for m, n in pairs[1:]),
+        *(
+            Way(cells=n, edge="softened", motion=SECOND_ORDER, coarser=m, order=1.2)
+            for m, n in pairs[1:]
+        ),
         *(Way(cells=n, motion=SECOND_ORDER) for n in CELLS),
         *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
         *(Way(accuracy=each) for each in TARGETS),
@@ -120,9 +125,10 @@ def tradeoff(
 
     Notes
     -----
-    Seconds are those of a first solve. The repeat is a second one with creepages one per cent smaller and everything
-    reused that can be, measured on the first three scenes of each class. On a shared machine processor seconds are more
-    reliable. Memory is the peak of arrays, measured on the first scene of each class, in a solve of its own.
+    Seconds are those of a first solve. The repeat is a second one with creepages one per cent
+    smaller and everything reused that can be, measured on the first three scenes of each class. On
+    a shared machine processor seconds are more reliable. Memory is the peak of arrays, measured on
+    the first scene of each class, in a solve of its own.
 
     Examples
     --------
@@ -133,7 +139,9 @@ def tradeoff(
     True
     """
     if not isinstance(scenes, Mapping | None):
-        raise SceneError("scenes", scenes, "a dict of names and references, as continuum_values() has them")
+        raise SceneError(
+            "scenes", scenes, "a dict of names and references, as continuum_values() has them"
+        )
     bank = continuum_values() if scenes is None else dict(scenes)
     for name, each in bank.items():
         if not isinstance(each, ContinuumValues):
@@ -154,10 +162,18 @@ def tradeoff(
         return table.fill(_measured, tasks, executor, workers, progress, made, len(bank))
 
 
-def _measured(name: str, reference: ContinuumValues, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
+def _measured(
+    name: str, reference: ContinuumValues, ways: list[Way], number: int, key: str
+) -> list[dict[str, Any]]:
     common = {"scene": name, "kind": reference.kind, "identity": key}
     return [
-        {**common, "way": str(way), "family": way.family, "cells": way.cells, **_costs(reference, way, number)}
+        {
+            **common,
+            "way": str(way),
+            "family": way.family,
+            "cells": way.cells,
+            **_costs(reference, way, number),
+        }
         for way in ways
     ]
 
@@ -170,10 +186,14 @@ def _ways(methods: Iterable[str | Way], numbers: list[int]) -> list[Way]:
         if isinstance(each, Way):
             found.append(each)
             continue
-        name = checks.choice("methods", each, ("auto", "accuracy", *tangential_methods(), *THEORIES))
+        name = checks.choice(
+            "methods", each, ("auto", "accuracy", *tangential_methods(), *THEORIES)
+        )
         options = () if name == "auto" else (("tangential", name),)
         accuracies = [Way(accuracy=target) for target in TARGETS]
-        found += accuracies if name == "accuracy" else [Way(cells=n, options=options) for n in numbers]
+        found += (
+            accuracies if name == "accuracy" else [Way(cells=n, options=options) for n in numbers]
+        )
     if not found:
         raise SceneError("methods", [], "at least one name")
     by_name = {str(way): way for way in found}
@@ -197,7 +217,10 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
         return {"outcome": failure(error), "reason": str(error)}
     missing = [name for name in reference.units if np.isnan(found.values.get(name, np.nan))]
     if missing:
-        return {"outcome": "refused", "reason": f"no {' or '.join(missing)}, which the error counts"}
+        return {
+            "outcome": "refused",
+            "reason": f"no {' or '.join(missing)}, which the error counts",
+        }
     finest = found.solutions[-1]
     certificate = (finest[-1] if isinstance(finest, History) else finest).certificate
     return {
@@ -216,9 +239,15 @@ def _costs(reference: ContinuumValues, way: Way, number: int) -> dict[str, Any]:
 
 
 def _repeat_seconds(scene: Scene, way: Way) -> float:
-    """Processor seconds of a second scene with what the first has made; NaN where that cannot be told apart."""
+    """Processor seconds of a second scene with what the first has made; NaN where that cannot be
+    told apart.
+    """
     options = dict(way.options)
-    if way.accuracy is not None or not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
+    if (
+        way.accuracy is not None
+        or not isinstance(scene.motion, Steady | Shift)
+        or set(options) - {"tangential"}
+    ):
         return np.nan
     seconds = 0.0
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
@@ -278,7 +307,12 @@ class Tradeoff(Reported):
         classes.insert(4, "accuracy", [kept[way].accuracy or np.nan for way in classes["way"]])
         classes = classes[classes["answers"] > 0].reset_index(drop=True)
         fast = _serving(classes).sort_values(["processor_seconds", "largest_error"])
-        best = fast.groupby("kind")["largest_error"].cummin().groupby(fast["kind"]).shift(fill_value=np.inf)
+        best = (
+            fast.groupby("kind")["largest_error"]
+            .cummin()
+            .groupby(fast["kind"])
+            .shift(fill_value=np.inf)
+        )
         classes["front"] = classes.index.isin(fast.index[fast["largest_error"] < best])
         return cls(runs, classes)
 
@@ -295,19 +329,27 @@ class Tradeoff(Reported):
 
     @checks.named_options()
     def advice(self, targets: float | Sequence[float] = TARGETS) -> pd.DataFrame:
-        """The fastest way of each class whose errors are below the `targets`, one or several, in all scenes.
+        """The fastest way of each class whose errors are below the `targets`, one or several, in
+        all scenes.
 
-        A table with a row per class and target, without a way where none is as accurate. An `accuracy` is never advised
-        for a smaller error than it was requested for. SceneError if a target is not positive.
+        A table with a row per class and target, without a way where none is as accurate. An
+        `accuracy` is never advised for a smaller error than it was requested for. SceneError if a
+        target is not positive.
         """
         import pandas as pd
 
         wanted = np.atleast_1d(checks.positives("targets", targets)).tolist()
         fast, rows = _serving(self.classes).sort_values("processor_seconds"), []
         for kind, target in product(self.classes["kind"].unique(), wanted):
-            good = (fast["kind"] == kind) & (fast["largest_error"] <= target) & ~(fast["accuracy"] > target)
+            good = (
+                (fast["kind"] == kind)
+                & (fast["largest_error"] <= target)
+                & ~(fast["accuracy"] > target)
+            )
             best = fast[good].iloc[0].to_dict() if good.any() else {}
-            rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in ADVISED}})
+            rows.append(
+                {"kind": kind, "target": target, **{name: best.get(name) for name in ADVISED}}
+            )
         return pd.DataFrame(rows)
 
     def plot(self) -> Figure:
@@ -327,11 +369,22 @@ class Tradeoff(Reported):
         for kind in self.classes["kind"].unique():
             lines = [["way", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
             for row in self.front(kind).to_dict("records"):
-                errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
-                costs = 1e3 * row["processor_seconds"], 1e3 * row["repeat_seconds"], row["memory"] / 2**20
+                errors = [
+                    f"{100 * row[name]:.2g} %"
+                    for name in ("median_error", "usual_error", "largest_error")
+                ]
+                costs = (
+                    1e3 * row["processor_seconds"],
+                    1e3 * row["repeat_seconds"],
+                    row["memory"] / 2**20,
+                )
                 answered = f"{row['answers']} of {row['scenes']}"
-                lines.append([row["way"], answered, *errors, *(cell(cost, ".3g") for cost in costs)])
-            blocks.append("\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))]))
+                lines.append(
+                    [row["way"], answered, *errors, *(cell(cost, ".3g") for cost in costs)]
+                )
+            blocks.append(
+                "\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))])
+            )
         return "\n\n".join(blocks)
 
     def __repr__(self) -> str:

@@ -1,1 +1,3 @@
-"""The machine: memory that is left, threads that are taken, locks, signals, and files that may be damaged."""
+"""The machine: memory that is left, threads that are taken, locks, signals, and files that may be
+damaged.
+"""

@@ -2,11 +2,11 @@
 over what is somebody else's.
 
 - Only regular files are written. A symbolic link stays, and the file that it names is written.
-- A file that is there already is replaced only if it holds what varcontact wrote, of the same kind: a solution by a
-  solution, a history by a history, a picture by a picture. Stores, to which a
-  study adds, are never replaced.
-- The new content is written under another name, forced to the disk, and renamed. Killed in between, the program leaves
-  the old file as it was, and the next to write that file takes away the rest.
+- A file that is there already is replaced only if it holds what varcontact wrote, of the same kind:
+  a solution by a solution, a history by a history, a picture by a picture. Stores, to which a study
+  adds, are never replaced.
+- The new content is written under another name, forced to the disk, and renamed. Killed in between,
+  the program leaves the old file as it was, and the next to write that file takes away the rest.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ from varcontact import checks
 from varcontact.errors import OutputError, SceneError, shortened
 
 PATIENCE = 10.0
-"""Seconds for which a file that is written at once waits for another that is just being written in its place."""
+"""Seconds for which a file that is written at once waits for another that is just being written in
+its place."""
 
 
 def check_ending(field: str, path: Path, *endings: str) -> None:
@@ -45,7 +46,9 @@ def reading(
     field: str = "path",
     errors: type[Exception] | tuple[Any, ...] = Exception,
 ) -> Iterator[None]:
-    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
+    """Whatever the contents of a file make of the code that reads them becomes an error that names
+    the file.
+    """
     try:
         yield
     except OutputError:
@@ -55,11 +58,15 @@ def reading(
 
 
 def writing(field: str, path: Path) -> AbstractContextManager[None]:
-    """Why a file cannot be written (links in a ring, a null character in its name) becomes an error that names it."""
+    """Why a file cannot be written (links in a ring, a null character in its name) becomes an error
+    that names it.
+    """
     return reading(path, "cannot be written", field, (OSError, RuntimeError, ValueError))
 
 
-def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Iterable[Path] = ()) -> None:
+def check_writable(
+    field: str, path: Path, endings: Iterable[str], inputs: Iterable[Path] = ()
+) -> None:
     """Refuse what could not, or must not, be written, before any work is done for it."""
     check_ending(field, path, *endings)
     with writing(field, path):
@@ -70,7 +77,9 @@ def check_writable(field: str, path: Path, endings: Iterable[str], inputs: Itera
         there = _is_there(field, path)
         for other in inputs:
             if there and other.exists() and target.samefile(other):
-                reason = f"is the same file as {str(other)!r}, which would be lost; name another file"
+                reason = (
+                    f"is the same file as {str(other)!r}, which would be lost; name another file"
+                )
                 raise OutputError(field, path, reason)
         if there and not os.access(target, os.W_OK):
             raise OutputError(field, path, "may not be written")
@@ -86,7 +95,9 @@ def check_replaceable(
     overwrite: bool,
     inputs: Iterable[Path] = (),
 ) -> None:
-    """The same, and refuse a file that does not begin as `ours`, a regular expression, unless it may be lost."""
+    """The same, and refuse a file that does not begin as `ours`, a regular expression, unless it
+    may be lost.
+    """
     check_writable(field, path, endings, inputs)
     overwrite = checks.flag("overwrite", overwrite)
     with writing(field, path):
@@ -96,7 +107,9 @@ def check_replaceable(
             if re.match(ours, content, re.DOTALL):
                 return
     how = "add --force" if field.startswith("-") else "give overwrite=True"
-    raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
+    raise OutputError(
+        field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}"
+    )
 
 
 def begins_with(path: Path, head: bytes) -> bool:
@@ -109,7 +122,8 @@ def begins_with(path: Path, head: bytes) -> bool:
 def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
     """Be the only one to write a file while a block runs; others are waited for so many seconds.
 
-    The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
+    The lock is on a file of its own, `beside` the other one, which may itself be replaced
+    meanwhile.
     """
     lock, name = beside(path.resolve(), "lock"), f"process {os.getpid()} on {socket.gethostname()}"
     kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
@@ -128,7 +142,8 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
             lock.write_text(name, encoding="utf-8")
         yield
     finally:
-        if sys.platform != "win32":  # removed while it is held: who opened it before finds it to be of no name
+        # removed while it is held: who opened it before finds it to be of no name
+        if sys.platform != "win32":
             lock.unlink(missing_ok=True)
         kernel.release()
 
@@ -137,7 +152,8 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
 def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
     """A new file, open for writing, that takes the place of another when the block ends well.
 
-    Whatever ends it in between, the old file stays as it was. The block is within one of `only_writer`.
+    Whatever ends it in between, the old file stays as it was. The block is within one of
+    `only_writer`.
     """
     target = path.resolve()
     part = beside(target, "part")
@@ -172,7 +188,9 @@ def _is_there(field: str, path: Path) -> bool:
 
 
 def beside(path: Path, ending: str) -> Path:
-    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``."""
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with
+    ``run.nc``.
+    """
     return path.with_name(f".{path.name}.{ending}")
 
 
@@ -181,7 +199,9 @@ SCENE_BYTES = 2**24
 
 
 def first_line(error: Exception) -> str:
-    """What the system says of an error, or the first line of what it says itself; its name where that is nothing."""
+    """What the system says of an error, or the first line of what it says itself; its name where
+    that is nothing.
+    """
     return getattr(error, "strerror", None) or str(error).split("\n")[0] or type(error).__name__
 
 
@@ -211,4 +231,6 @@ def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text
         reason = f"is not {kind} (it is not UTF-8 text)"
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = f"cannot be read ({first_line(error)})"
-    raise SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")
+    raise SceneError(
+        field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}"
+    )

@@ -32,7 +32,8 @@ from varcontact.errors import TooLarge
 SMALLER = "a grid with fewer elements would fit"
 """What would fit, where it is the grid that takes the memory."""
 LITTLE = 2.0**24
-"""Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
+"""Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that
+would be seen."""
 VARIABLES = (
     "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"
 )  # fmt: skip
@@ -48,8 +49,8 @@ MANY = 1000
 def available() -> float:
     """Bytes of memory that this process can still take.
 
-    The least of what the machine has, of what the control groups of the process leave (containers and batch systems
-    set their limits there), and of what ``ulimit -v`` leaves.
+    The least of what the machine has, of what the control groups of the process leave (containers
+    and batch systems set their limits there), and of what ``ulimit -v`` leaves.
     """
     import psutil
 
@@ -64,7 +65,9 @@ def available() -> float:
 
 
 def left_by_control_groups(root: Path = Path("/")) -> float:
-    """Bytes that the control groups of this process leave to it, those above it included; infinite without limits."""
+    """Bytes that the control groups of this process leave to it, those above it included; infinite
+    without limits.
+    """
     left = [math.inf]
     for line in _lines(root / "proc/self/cgroup"):
         number, _, name = line.split(":", 2)
@@ -74,7 +77,8 @@ def left_by_control_groups(root: Path = Path("/")) -> float:
             most, taken = _lines(place / "memory.max"), _lines(place / "memory.current")
             if most and taken and most[0] != "max":
                 statistics = dict(entry.split() for entry in _lines(place / "memory.stat"))
-                dropped = int(statistics.get("inactive_file", 0))  # copies of files, which make room when needed
+                # copies of files, which make room when needed
+                dropped = int(statistics.get("inactive_file", 0))
                 left.append(float(most[0]) - float(taken[0]) + dropped)
     return min(left)
 
@@ -99,7 +103,9 @@ def need(what: str, size: float, fits: str) -> None:
 
 
 class _Limit(contextlib.ContextDecorator):
-    """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
+    """The number of threads is the whole process's: the first to come lowers it, the last to leave
+    restores it.
+    """
 
     def __init__(self) -> None:
         self.lock, self._inside = threading.Lock(), 0
@@ -120,16 +126,20 @@ class _Limit(contextlib.ContextDecorator):
 
 
 _LIMIT = _Limit()
-if hasattr(os, "register_at_fork"):  # a child forked while another thread holds the lock would wait for it for ever
+# a child forked while another thread holds the lock would wait for it for ever
+if hasattr(os, "register_at_fork"):
     os.register_at_fork(
-        before=_LIMIT.lock.acquire, after_in_parent=_LIMIT.lock.release, after_in_child=_LIMIT.lock.release
+        before=_LIMIT.lock.acquire,
+        after_in_parent=_LIMIT.lock.release,
+        after_in_child=_LIMIT.lock.release,
     )
 
 
 class lazy_property(Generic[Value]):  # noqa: N801 - written as the decorator `property` is
     """A property that is computed once; by each of the threads that read it first at the same time.
 
-    `functools.cached_property` of Python 3.11 holds a lock meanwhile, for which a forked process waits for ever.
+    `functools.cached_property` of Python 3.11 holds a lock meanwhile, for which a forked process
+    waits for ever.
     """
 
     def __init__(self, compute: Callable[[Any], Value]) -> None:
@@ -153,10 +163,10 @@ class lazy_property(Generic[Value]):  # noqa: N801 - written as the decorator `p
 def one_blas_thread() -> _Limit:
     """Limit BLAS to one thread within a block, or as a decorator within a function.
 
-    Every public function holds it whose matrices or products grow with the elements of a contact or the points of a
-    surface, and so does what is computed later on, when a result is asked for it. Calls may be nested (0.5 us), and may
-    come from several threads at once. Nothing is limited where an environment variable of `VARIABLES` is set: it is the
-    user's choice.
+    Every public function holds it whose matrices or products grow with the elements of a contact or
+    the points of a surface, and so does what is computed later on, when a result is asked for it.
+    Calls may be nested (0.5 us), and may come from several threads at once. Nothing is limited
+    where an environment variable of `VARIABLES` is set: it is the user's choice.
     """
     return _LIMIT
 
@@ -165,7 +175,8 @@ def one_blas_thread() -> _Limit:
 def _libraries() -> Any:
     from threadpoolctl import ThreadpoolController
 
-    import_module("scipy.linalg")  # its BLAS is another library than NumPy's, and has to be there to be found
+    # its BLAS is another library than NumPy's, and has to be there to be found
+    import_module("scipy.linalg")
     return ThreadpoolController()
 
 

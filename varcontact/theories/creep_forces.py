@@ -131,8 +131,8 @@ def creep_forces(
 
     Notes
     -----
-    FASTSIM, FaStrip and strip theory have `calibrated` strips: slopes and full slip are exact, with any m and n.
-    Without creepage all forces are 0.
+    FASTSIM, FaStrip and strip theory have `calibrated` strips: slopes and full slip are exact, with
+    any m and n. Without creepage all forces are 0.
 
     Examples
     --------
@@ -152,16 +152,32 @@ def creep_forces(
     a, b = positive_or_array("a", a), positive_or_array("b", b)
     limit = 1.0
     if theory != "linear":
-        limit = positive_or_array("friction", friction) * positive_or_array("normal_force", normal_force)
+        limit = positive_or_array("friction", friction) * positive_or_array(
+            "normal_force", normal_force
+        )
     vx, vy, spin = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
-    shapes = {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope, "vx": vx, "vy": vy, "spin": spin}
+    shapes = {
+        "a": a,
+        "b": b,
+        "G": G,
+        "nu": nu,
+        "f Fz": limit,
+        "slope": slope,
+        "vx": vx,
+        "vy": vy,
+        "spin": spin,
+    }
     checks.broadcasting(shapes)
     slope = _slope(theory, slope)
     contact = Contact(a, b, G, nu, limit, vx, vy, spin, slope, coefficients_of(a / b, nu, slope))
     Fx, Fy, Mz = formula(contact, **options)
     # in the common shape of all arguments, single numbers as floats
     parts = Fx, Fy, Mz, vx, vy, spin
-    shape = () if all(isinstance(part, float) for part in parts) else np.broadcast_shapes(*map(np.shape, parts))
+    shape = (
+        ()
+        if all(isinstance(part, float) for part in parts)
+        else np.broadcast_shapes(*map(np.shape, parts))
+    )
     if shape == ():
         return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
     return CreepForces(*(np.broadcast_to(part, shape).copy() for part in (Fx, Fy, Mz)))
@@ -169,11 +185,18 @@ def creep_forces(
 
 def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
     """The formula of a theory, which has these options; else they are refused."""
-    formula, known = VECTORISED[checks.choice("theory", theory, VECTORISED)], OPTIONS.get(theory, ())
+    formula, known = (
+        VECTORISED[checks.choice("theory", theory, VECTORISED)],
+        OPTIONS.get(theory, ()),
+    )
     for name in options:
         if name not in known:
-            allowed = f"one of {', '.join(known)}{checks.nearest(name, known)}" if known else "left out"
-            raise SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
+            allowed = (
+                f"one of {', '.join(known)}{checks.nearest(name, known)}" if known else "left out"
+            )
+            raise SceneError(
+                name, options[name], message=f"{name} is no option of {theory}: must be {allowed}"
+            )
     return formula
 
 
@@ -181,14 +204,22 @@ def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
-        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else float_or_array(checks.poisson(nu))
+        nu = (
+            float(nu)
+            if type(nu) is float and -1 < nu <= 0.5
+            else float_or_array(checks.poisson(nu))
+        )
         return positive_or_array("G", G), nu
     checks.elastic(bodies)
     if G is not None or nu is not None:
         raise SceneError("bodies, G, nu", (G, nu), message="give bodies, or G and nu, not both")
     if bodies.K != 0:
-        reason = f"the fast theories hold for quasi-identical bodies (K = 0), and K is {bodies.K:.3g}"
-        raise SceneError("bodies", bodies, message=f"bodies: {reason}; use solve with an exact method")
+        reason = (
+            f"the fast theories hold for quasi-identical bodies (K = 0), and K is {bodies.K:.3g}"
+        )
+        raise SceneError(
+            "bodies", bodies, message=f"bodies: {reason}; use solve with an exact method"
+        )
     return bodies.combined_G, bodies.combined_nu
 
 
@@ -204,7 +235,9 @@ def _slope(theory: str, slope: Any) -> Any:
     part = positive_or_array("slope", slope)
     checks.require_all("slope", np.asarray(part), np.asarray(part) <= 1, "in (0, 1]")
     if theory == "strip":
-        raise SceneError("slope", slope, message="slope: strip theory has no creepage coefficients to reduce")
+        raise SceneError(
+            "slope", slope, message="slope: strip theory has no creepage coefficients to reduce"
+        )
     return part
 
 

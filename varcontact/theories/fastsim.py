@@ -13,12 +13,28 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, at_least_zero, choice, numbers, positive, positives, require_all, wrong_shape
+from varcontact.checks import (
+    array,
+    at_least_zero,
+    choice,
+    numbers,
+    positive,
+    positives,
+    require_all,
+    wrong_shape,
+)
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.theories.linear import Contact, Forces, Resultants, as_resultants, checked_contact, creepage_triple
+from varcontact.theories.linear import (
+    Contact,
+    Forces,
+    Resultants,
+    as_resultants,
+    checked_contact,
+    creepage_triple,
+)
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
 from varcontact.theories.strip_theory import divided, fastsim_steps, march_sums
 
@@ -83,9 +99,9 @@ def fastsim(
     Notes
     -----
     With separate flexibilities tractions build up as if the rigid slip were ``vx/L1 - spin y/L3``,
-    ``vy/L2 + spin x/L3`` and the flexibility 1: for small creepages the force is that of the linear theory, however
-    they are mixed. With the weighted one it is, where a creepage acts alone; else it is too small, by up to a
-    factor of ``sqrt(3)``.
+    ``vy/L2 + spin x/L3`` and the flexibility 1: for small creepages the force is that of the linear
+    theory, however they are mixed. With the weighted one it is, where a creepage acts alone; else
+    it is too small, by up to a factor of ``sqrt(3)``.
 
     With ``division="printed"`` it is the algorithm as printed: n equal strips,
     in each m intervals from the exact leading edge ``a(y)`` to the exact
@@ -102,9 +118,9 @@ def fastsim(
 
     Examples
     --------
-    The paper's Fig. 21, pure spin (N, mm). It prints Fy = -1.812e4 N and not the elastic constants: E = 2e5 N/mm2
-    and nu = 0.25 give just that with C23 = 1.5195, as interpolated in Kalker's table, and with either flexibility, as
-    only spin is there. The computed C23 is 1.5171.
+    The paper's Fig. 21, pure spin (N, mm). It prints Fy = -1.812e4 N and not the elastic constants:
+    E = 2e5 N/mm2 and nu = 0.25 give just that with C23 = 1.5195, as interpolated in Kalker's table,
+    and with either flexibility, as only spin is there. The computed C23 is 1.5171.
 
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(6.8, 6.5, 0.25)
@@ -129,7 +145,9 @@ def fastsim_forces(
     layer = at_least_zero("layer", layer, "zero or positive: a compliance")
     strips = divided(m, n, bound, division)
     steps = fastsim_steps(strips, c, flexibilities_of(c, flexibility) + layer)
-    Fx, Fy, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (PEAK[bound] * c.limit)
+    Fx, Fy, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (
+        PEAK[bound] * c.limit
+    )
     return Fx, Fy, c.a * by_y - c.b * by_x
 
 
@@ -264,12 +282,13 @@ def fastsim_under_law(
 
     Notes
     -----
-    A particle that sticks slips when its traction would exceed the static coefficient times the pressure. One that
-    slips goes on slipping as long as there is a slip at which Coulomb's law holds; of two, the larger is taken (at
-    the other one less slip would have more friction than it needs). Without this memory a particle would stick and
-    slip in turn from point to point. With start "slip" and a static and a kinetic coefficient the result is
-    FASTSIM's for the kinetic one. Separate flexibilities leave open how fast it slips; see `FastsimField.slip` for
-    the mean that is taken.
+    A particle that sticks slips when its traction would exceed the static coefficient times the
+    pressure. One that slips goes on slipping as long as there is a slip at which Coulomb's law
+    holds; of two, the larger is taken (at the other one less slip would have more friction than it
+    needs). Without this memory a particle would stick and slip in turn from point to point. With
+    start "slip" and a static and a kinetic coefficient the result is FASTSIM's for the kinetic one.
+    Separate flexibilities leave open how fast it slips; see `FastsimField.slip` for the mean that
+    is taken.
 
     Examples
     --------
@@ -293,21 +312,35 @@ def fastsim_under_law(
 
 
 def _field(
-    c: Contact, m: int, n: int, bound: str, flexibility: str, law: Law | None = None, start: str = "stick"
+    c: Contact,
+    m: int,
+    n: int,
+    bound: str,
+    flexibility: str,
+    law: Law | None = None,
+    start: str = "stick",
 ) -> FastsimField:
-    """The field under Coulomb's law, or under another, with the normal force in place of the limit."""
+    """The field under Coulomb's law, or under another, with the normal force in place of the
+    limit.
+    """
     strips, creepage = divided(m, n, bound, "printed"), np.array([c.vx, c.vy, c.spin])
     L, peak = flexibilities_of(c, flexibility), PEAK[bound] * c.limit / (c.a * c.b)
     edges = c.a * strips.edge[::-1, None]
     x, y, dx = edges * strips.along, c.b * strips.across[::-1], strips.step * edges
     bounds = peak * strips.peak[::-1, None] * strips.bounds
     mean = slip_flexibility(c.a, c.b, L, creepage)
-    traction, slip = _travel(x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L, mean, law, start)
+    traction, slip = _travel(
+        x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L, mean, law, start
+    )
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
-    return FastsimField(x[:, ::-1], y, dx[:, 0], c.b * float(strips.width[0]), traction, slip, state)
+    return FastsimField(
+        x[:, ::-1], y, dx[:, 0], c.b * float(strips.width[0]), traction, slip, state
+    )
 
 
-def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any) -> np.ndarray:
+def fastsim_on_grid(
+    grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any
+) -> np.ndarray:
     """FASTSIM with the element centres of a grid as its points, under any traction bound.
 
     Parameters
@@ -338,8 +371,8 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
 
     Notes
     -----
-    Each row is marched from the exact leading edge to the first centre inside the ellipse, then from centre
-    to centre.
+    Each row is marched from the exact leading edge to the first centre inside the ellipse, then
+    from centre to centre.
 
     Examples
     --------
@@ -368,7 +401,9 @@ def marched_on_grid(
     law: Law | None = None,
     start: str = "stick",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip, (2, ny, nx) each, as `fastsim_on_grid`; under a law `bound` is the pressure."""
+    """Tractions and relative slip, (2, ny, nx) each, as `fastsim_on_grid`; under a law `bound` is
+    the pressure.
+    """
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
     interval = np.clip(edge - x, 0.0, grid.sides[0])  # ahead of the edge nothing builds up
@@ -387,10 +422,11 @@ def _travel(
     law: Law | None,
     start: str,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip, (2, ny, k) each, in order of rising x, of points that are in order of travel.
+    """Tractions and relative slip, (2, ny, k) each, in order of rising x, of points that are in
+    order of travel.
 
-    `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the slip. Under a law
-    `bound` is the pressure.
+    `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the
+    slip. Under a law `bound` is the pressure.
     """
     vx, vy, spin = gradient
     traction, slip = np.zeros((2, 2, *x.shape))
@@ -413,8 +449,12 @@ def _travel(
     return traction[:, :, ::-1], slip[:, :, ::-1]
 
 
-def _largest_slip(size: np.ndarray, stiffness: np.ndarray, pressure: np.ndarray, law: Law) -> np.ndarray:
-    """The largest slip s with ``stiffness s + law(s) pressure = size``, by Newton's method from above; 0 if none."""
+def _largest_slip(
+    size: np.ndarray, stiffness: np.ndarray, pressure: np.ndarray, law: Law
+) -> np.ndarray:
+    """The largest slip s with ``stiffness s + law(s) pressure = size``, by Newton's method from
+    above; 0 if none.
+    """
     moves = (stiffness > 0) & (size > 0)
     slip = np.where(moves, size / np.where(moves, stiffness, 1.0), 0.0)
     for _ in range(MAX_NEWTON):

@@ -77,7 +77,11 @@ def creepage_for_force(
     given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
     given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
-    a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    a, b, friction_force = (
+        positive("a", a),
+        positive("b", b),
+        positive("friction_force", friction_force),
+    )
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
     options: dict[str, Any] = {"m": m, "n": n, "bound": bound, "flexibility": flexibility}
 
@@ -95,7 +99,8 @@ def creepage_carrying(
     unit: float,
     carried: float,
 ) -> np.ndarray:
-    """A creepage (3,) with vx and vy changed to where a theory gives the prescribed forces, of `carried` at most.
+    """A creepage (3,) with vx and vy changed to where a theory gives the prescribed forces, of
+    `carried` at most.
 
     The forces fall with vx and vy; at a creepage of about `unit` all slips.
     """
@@ -115,7 +120,9 @@ def creepage_carrying(
         from scipy.optimize import root
 
         # both at once by Powell's hybrid method, which may fail near saturation
-        quick = root(lambda v: (at(*(unit * v)) - (Fx, Fy)) / carried, np.zeros(2), tol=1e-13, options=HYBRID)
+        quick = root(
+            lambda v: (at(*(unit * v)) - (Fx, Fy)) / carried, np.zeros(2), tol=1e-13, options=HYBRID
+        )
         if np.all(np.abs(quick.fun) < 1e-11):
             return np.array([*(unit * quick.x), spin])
     x = vx if Fx is None else _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
@@ -130,9 +137,9 @@ def creepage_carrying(
 def _root(excess: Callable[[float], float], unit: float) -> float:
     """Where a function that falls from positive to negative is 0; it starts from ``[-unit, unit]``.
 
-    Forces fall with their creepages from one limit of friction to the other, so that there is a root whatever
-    the spin. One direction inside the other is slower than Newton's method in both, but it cannot get lost where
-    slip sets in or the force is nearly saturated.
+    Forces fall with their creepages from one limit of friction to the other, so that there is a
+    root whatever the spin. One direction inside the other is slower than Newton's method in both,
+    but it cannot get lost where slip sets in or the force is nearly saturated.
     """
     from scipy.optimize import brentq
 
@@ -141,5 +148,7 @@ def _root(excess: Callable[[float], float], unit: float) -> float:
         while sign * excess(ends[i]) > 0:
             ends[i] *= 4
             if abs(ends[i]) > FARTHEST * unit:
-                raise NotConverged("no creepage found for the prescribed force", abs(excess(ends[i])))
+                raise NotConverged(
+                    "no creepage found for the prescribed force", abs(excess(ends[i]))
+                )
     return float(brentq(excess, *ends, xtol=1e-15 * unit, rtol=1e-14, maxiter=500))

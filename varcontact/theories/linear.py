@@ -13,7 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import LARGE, SMALL, array, broadcasting, number, numbers, positive, positives, wrong_shape
+from varcontact.checks import (
+    LARGE,
+    SMALL,
+    array,
+    broadcasting,
+    number,
+    numbers,
+    positive,
+    positives,
+    wrong_shape,
+)
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 
@@ -69,7 +79,11 @@ class Contact:
 
 def positive_or_array(field: str, value: Any) -> Any:
     """A positive number as a float, or several as an array; single calls are frequent."""
-    return value if type(value) is float and SMALL <= value <= LARGE else float_or_array(positives(field, value))
+    return (
+        value
+        if type(value) is float and SMALL <= value <= LARGE
+        else float_or_array(positives(field, value))
+    )
 
 
 def float_or_array(value: np.ndarray) -> Any:
@@ -79,7 +93,9 @@ def float_or_array(value: np.ndarray) -> Any:
 def checked_contact(
     a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, table: Any = None, nu: Any = None
 ) -> Contact:
-    """Arguments of a theory, checked, with the coefficients or the Poisson's ratio that it needs."""
+    """Arguments of a theory, checked, with the coefficients or the Poisson's ratio that it
+    needs.
+    """
     triples = creepage_triples(creepages)
     vx, vy, spin = triples.tolist() if triples.ndim == 1 else np.moveaxis(triples, -1, 0)
     a, b, G = positive_or_array("a", a), positive_or_array("b", b), positive_or_array("G", G)
@@ -94,7 +110,9 @@ def coefficients_of(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     table = no_slip_coefficients(ratio, nu)
     if isinstance(slope, float) and slope == 1:
         return table
-    return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
+    return CreepageCoefficients(
+        slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33
+    )
 
 
 def as_resultants(forces: Forces) -> Resultants:
@@ -111,7 +129,9 @@ def creepage_or_force(
         return (0.0 if given is None else number(creepage, given)), None
     if given is not None:
         message = f"{creepage} and {force} are both given: give one of them"
-        raise SceneError(f"{creepage}, {force}", (given, prescribed), "at most one of the two", message=message)
+        raise SceneError(
+            f"{creepage}, {force}", (given, prescribed), "at most one of the two", message=message
+        )
     return 0.0, number(force, prescribed)
 
 
@@ -123,7 +143,9 @@ def linear_resultants(c: Contact) -> Forces:
     return Fx, Fy, (-unit * by_spin) * c.vy + (unit * ab * table.C33) * c.spin
 
 
-def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> Resultants:
+def linear_forces(
+    a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients
+) -> Resultants:
     """Forces and moment of the linear theory, (118)-(119). Friction has no part in it.
 
     Parameters
@@ -217,6 +239,10 @@ def linear_creepage(
     units = np.array([1.0, 1.0, size])
     creepage = np.array(given) * units
     unknown = [i for i, value in enumerate(prescribed) if value is not None]
-    force = np.array([0.0 if value is None else value for value in prescribed]) / (positive("G", G) * size**2 * units)
-    creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], (-force - matrix @ creepage)[unknown])
+    force = np.array([0.0 if value is None else value for value in prescribed]) / (
+        positive("G", G) * size**2 * units
+    )
+    creepage[unknown] = np.linalg.solve(
+        matrix[np.ix_(unknown, unknown)], (-force - matrix @ creepage)[unknown]
+    )
     return creepage / units

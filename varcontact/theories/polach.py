@@ -54,8 +54,8 @@ def polach(
 
     Notes
     -----
-    With ``c^2 = ((C11 vx)^2 + (C22 vy)^2)/(vx^2 + vy^2)``, ``s^2 = vx^2 + s_y^2``, where s_y is the larger in size
-    of vy and ``vy + spin a``, and ``e = pi G ab c s/(4 f Fz)``,
+    With ``c^2 = ((C11 vx)^2 + (C22 vy)^2)/(vx^2 + vy^2)``, ``s^2 = vx^2 + s_y^2``, where s_y is the
+    larger in size of vy and ``vy + spin a``, and ``e = pi G ab c s/(4 f Fz)``,
 
         F = 2/pi f Fz [k_A e/(1 + (k_A e)^2) + arctan(k_S e)],    Fx = -F vx/s,    Fy = -F vy/s + F_s.
 
@@ -95,7 +95,12 @@ def polach_forces(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
     stiff = np.hypot(table.C11 * vx, table.C22 * vy)  # c |(vx, vy)|
     with np.errstate(divide="ignore", invalid="ignore"):
         gradient = np.pi * ab * G / (4 * limit) * (stiff / slip * total)
-        force = 2 / np.pi * limit * (k_A * gradient / (1 + (k_A * gradient) ** 2) + np.arctan(k_S * gradient))
+        force = (
+            2
+            / np.pi
+            * limit
+            * (k_A * gradient / (1 + (k_A * gradient) ** 2) + np.arctan(k_S * gradient))
+        )
         by_creepage = np.where(slip > 0, force / total, 0.0)
         Fx, Fy = -by_creepage * vx, -by_creepage * vy
         q = 1 - 6.3 * np.expm1(-a / b)

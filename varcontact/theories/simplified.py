@@ -62,7 +62,9 @@ def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) ->
     return np.stack(np.broadcast_arrays(L1, L2, L3), axis=-1)
 
 
-def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+def flexibility(
+    a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients
+) -> np.ndarray:
     """The flexibility L, the mean (164) of (161)-(163), weighted with the creepages.
 
     Parameters
@@ -85,8 +87,8 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 
     Notes
     -----
-    The weights ``|vx|/size`` and so on add up to one only where a creepage acts alone, else to up to ``sqrt(3)``:
-    slopes are then too small by as much. See `flexibilities` for the three.
+    The weights ``|vx|/size`` and so on add up to one only where a creepage acts alone, else to up
+    to ``sqrt(3)``: slopes are then too small by as much. See `flexibilities` for the three.
 
     Examples
     --------
@@ -107,7 +109,9 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 
 
 def flexibilities_of(c: Contact, kind: str) -> np.ndarray:
-    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three times."""
+    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three
+    times.
+    """
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
         creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
         weighted = flexibility(c.a, c.b, c.G, creepages, c.table)
@@ -121,14 +125,17 @@ def check_spin(spin: Any, L3: np.ndarray, coefficients: CreepageCoefficients) ->
     """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
     if np.any((spin != 0) & ~(L3 > 0)):
         least = float(np.min(coefficients.C23))
-        raise SceneError("C23", least, "positive for simplified theory to treat spin; take an exact method")
+        raise SceneError(
+            "C23", least, "positive for simplified theory to treat spin; take an exact method"
+        )
 
 
 def slip_flexibility(a: float, b: float, L: np.ndarray, creepage: np.ndarray) -> float:
     """The flexibility by which tractions give the slip of one creepage: a mean of the three.
 
-    With it the rigid slip is right in the mean square over the ellipse, ``int |c|^2 = L^2 int |c/L|^2``, so that full
-    slip has the slip that it must have. It is their common value where they are the same; L1 without any creepage.
+    With it the rigid slip is right in the mean square over the ellipse, ``int |c|^2 = L^2 int
+    |c/L|^2``, so that full slip has the slip that it must have. It is their common value where they
+    are the same; L1 without any creepage.
     """
     size = np.abs(creepage).max()
     if size == 0:
@@ -167,7 +174,8 @@ def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarra
     a, b, L = positives("a", a), positives("b", b), positives("L", L)
     vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
     by_creepage, by_spin = 8 * a**2 * b / (3 * L), np.pi * a**3 * b / (4 * L)
-    along_x, along_y = 0.0 - by_creepage * vx, 0.0 - by_creepage * vy - by_spin * spin  # 0 - 0 is no negative zero
+    # 0 - 0 is no negative zero
+    along_x, along_y = 0.0 - by_creepage * vx, 0.0 - by_creepage * vy - by_spin * spin
     return np.stack(np.broadcast_arrays(along_x, along_y), axis=-1)
 
 
@@ -250,8 +258,9 @@ def simplified_force(
 
     Notes
     -----
-    Over each strip the traction sticks from the leading edge ``a(y)`` to where it meets the bound. For the
-    parabolic bound with peak g0 that is at ``x = 2 a t - a(y)``, ``t = |v| a / (2 L g0)``, and
+    Over each strip the traction sticks from the leading edge ``a(y)`` to where it meets the bound.
+    For the parabolic bound with peak g0 that is at ``x = 2 a t - a(y)``, ``t = |v| a / (2 L g0)``,
+    and
 
         F / f Fz = 1 - 16/(3 pi) int_0^arccos(t) (cos s - t)^3 cos s ds,    1 where t >= 1.
 
@@ -279,7 +288,8 @@ def simplified_force(
     else:  # with d = pi/2 - arccos(t) nothing of first order cancels
         t = np.minimum(t / 2, 1.0)
         d, sine = np.arcsin(t), np.sqrt(1 - t * t)
-        fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32  # int cos^4, less the 3 pi / 16 at t = 0
+        # int cos^4, less the 3 pi / 16 at t = 0
+        fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32
         third = sine - sine**3 / 3
         second = (np.pi / 2 - d) / 2 + np.sin(2 * d) / 4
         part = -16 / (3 * np.pi) * (fourth - 3 * t * third + 3 * t**2 * second - t**3 * sine)

@@ -27,17 +27,27 @@ from varcontact.theories.linear import Contact, Forces, Resultants, as_resultant
 from varcontact.theories.simplified import PEAK, flexibilities_of
 
 CHUNK_POINTS = 7000
-"""Strips times triples marched at once: the arrays of a chunk (56 kB each) then stay in a core's cache."""
+"""Strips times triples marched at once: the arrays of a chunk (56 kB each) then stay in a core's
+cache."""
 MAX_DIVISIONS = 100_000
 """Intervals along a strip, and strips, at most."""
 LARGEST_STEP = 1e100
-"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not overflow."""
+"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not
+overflow."""
 SMALLEST = 1e-150
 """Size of a direction below which there is none."""
 
 
 def strip(
-    a: Any, b: Any, G: Any, nu: Any, friction_force: Any, creepages: Any, *, m: int = 10, n: int = 10
+    a: Any,
+    b: Any,
+    G: Any,
+    nu: Any,
+    friction_force: Any,
+    creepages: Any,
+    *,
+    m: int = 10,
+    n: int = 10,
 ) -> Resultants:
     """Forces and moments by strip theory.
 
@@ -63,8 +73,8 @@ def strip(
 
     Notes
     -----
-    Each strip, of half-length ``a(y)``, is a line contact with Hertz's bound: plane strain along x, where it is
-    Carter's (Haines and Ollerton), antiplane strain along y. With ``k = G a/(2 f p0)``,
+    Each strip, of half-length ``a(y)``, is a line contact with Hertz's bound: plane strain along x,
+    where it is Carter's (Haines and Ollerton), antiplane strain along y. With ``k = G a/(2 f p0)``,
     ``X = k (vx - spin y)/(1 - nu)``, ``Y = k vy``
     and ``P = spin G a/(2 f p0)``, in units of a, the stick area is ``2 d - a(y) < x < a(y)`` with
 
@@ -93,7 +103,9 @@ def strip(
     -1.0000
     -1.0000
     """
-    return as_resultants(strip_forces(checked_contact(a, b, G, friction_force, creepages, nu=poisson(nu)), m, n))
+    return as_resultants(
+        strip_forces(checked_contact(a, b, G, friction_force, creepages, nu=poisson(nu)), m, n)
+    )
 
 
 def fastrip(
@@ -129,11 +141,12 @@ def fastrip(
 
     Notes
     -----
-    The equations of `strip`, with creepages that are multiplied by ``4 (1 - nu)/pi^2 C11``, ``4/pi^2 C22`` and
-    ``3/pi (b/a)^(1/2) C23``: the ratio of Kalker's slopes to those of strip theory, so that the forces by small
-    creepages are those of the linear theory for any ellipse. In the slip area the traction has the size of Hertz's
-    bound and the direction that FASTSIM has there, with three flexibilities and the parabolic bound. The slip area is
-    integrated with the exact share of the bound on each interval, and the stick area in closed form.
+    The equations of `strip`, with creepages that are multiplied by ``4 (1 - nu)/pi^2 C11``,
+    ``4/pi^2 C22`` and ``3/pi (b/a)^(1/2) C23``: the ratio of Kalker's slopes to those of strip
+    theory, so that the forces by small creepages are those of the linear theory for any ellipse. In
+    the slip area the traction has the size of Hertz's bound and the direction that FASTSIM has
+    there, with three flexibilities and the parabolic bound. The slip area is integrated with the
+    exact share of the bound on each interval, and the stick area in closed form.
 
     Examples
     --------
@@ -143,7 +156,9 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    return as_resultants(fastrip_forces(checked_contact(a, b, G, friction_force, creepages, coefficients), m, n))
+    return as_resultants(
+        fastrip_forces(checked_contact(a, b, G, friction_force, creepages, coefficients), m, n)
+    )
 
 
 def strip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
@@ -159,7 +174,9 @@ def fastrip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
 
 
 def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, Any]:
-    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P; of `fastrip` with Kalker's slopes."""
+    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P; of `fastrip` with
+    Kalker's slopes.
+    """
     if kalker:  # the first with the 1/(1 - nu) of strip theory
         by_x, by_y = 4 / np.pi**2 * c.table.C11, 4 / np.pi**2 * c.table.C22
         by_turn = 3 / np.pi * np.sqrt(c.b / c.a) * c.table.C23
@@ -170,7 +187,9 @@ def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, An
 
 
 def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    """d of `strip`, half the length of the slip area, from X, Y, P and a(y)/a; a(y)/a if all slips."""
+    """d of `strip`, half the length of the slip area, from X, Y, P and a(y)/a; a(y)/a if all
+    slips.
+    """
     rest = (1 - turn) * (1 + turn)
     some = rest > 0
     rest = np.where(some, rest, 1.0)
@@ -183,19 +202,28 @@ def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray)
 
 
 def fastsim_steps(strips: Strips, c: Contact, L: np.ndarray) -> np.ndarray:
-    """Steps of `march` (4, ...) in units of the bound's peak and of a and b, by flexibilities (..., 3)."""
+    """Steps of `march` (4, ...) in units of the bound's peak and of a and b, by flexibilities (...,
+    3).
+    """
     step = strips.step * c.a * c.a * c.b / (PEAK[strips.bound] * strips.by_bound * c.limit)
     turn = step / L[..., 2] * c.spin
-    return np.stack(np.broadcast_arrays(step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a))
+    return np.stack(
+        np.broadcast_arrays(
+            step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a
+        )
+    )
 
 
 def _forces(
-    strips: Strips, c: Contact, scaled: tuple[Any, ...], fastsim: tuple[Strips, np.ndarray] | None = None
+    strips: Strips,
+    c: Contact,
+    scaled: tuple[Any, ...],
+    fastsim: tuple[Strips, np.ndarray] | None = None,
 ) -> Forces:
     """The sums over strips, chunk by chunk.
 
-    The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by the spin, whose
-    integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
+    The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by
+    the spin, whose integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
     """
     directions, steps = fastsim or (None, ())
     fields = np.stack(np.broadcast_arrays(*scaled, c.a, c.b, c.limit, *steps))
@@ -206,23 +234,34 @@ def _forces(
     columns = np.concatenate([fields[:4], fields[7:]])
     sums = by_chunks(strips, columns, lambda chunk: _integrals(strips, chunk, directions))
     along_x, along_y, by_x, by_y = sums * (PEAK["elliptic"] * strips.by_bound * fields[6])
-    return along_x.reshape(shape), along_y.reshape(shape), (fields[4] * by_y - fields[5] * by_x).reshape(shape)
+    return (
+        along_x.reshape(shape),
+        along_y.reshape(shape),
+        (fields[4] * by_y - fields[5] * by_x).reshape(shape),
+    )
 
 
-def by_chunks(strips: Strips, columns: np.ndarray, integrals: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Integrals (4, k), a few columns at once; one alone twice: a sum over axis 0 of it would be in another order."""
+def by_chunks(
+    strips: Strips, columns: np.ndarray, integrals: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Integrals (4, k), a few columns at once; one alone twice: a sum over axis 0 of it would be in
+    another order.
+    """
     sums, size = np.empty((4, columns.shape[1])), max(CHUNK_POINTS // strips.width.size, 2)
     for start in range(0, columns.shape[1], size):
         chunk = columns[:, start : start + size]
         count = chunk.shape[1]
-        sums[:, start : start + count] = integrals(np.repeat(chunk, 2, axis=1) if count == 1 else chunk)[:, :count]
+        sums[:, start : start + count] = integrals(
+            np.repeat(chunk, 2, axis=1) if count == 1 else chunk
+        )[:, :count]
     return sums
 
 
 def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py, (4, k), in units of the bound's peak.
 
-    Columns are creepages, as `strip_creepages` scales them, and below these steps of `march` over `directions`.
+    Columns are creepages, as `strip_creepages` scales them, and below these steps of `march` over
+    `directions`.
     """
     across, edge, width = strips.across[:, None], strips.edge[:, None], strips.width[:, None]
     x, y, by_place, turn = columns[:4]
@@ -234,7 +273,8 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
     whole = d >= edge
     some = ~whole & (d > 0)
     length = np.where(some, d, 1.0)
-    direction_x = np.where(some, x / length, 0.0)  # n; 0 where the strip slips, or sticks, as a whole
+    # n; 0 where the strip slips, or sticks, as a whole
+    direction_x = np.where(some, x / length, 0.0)
     direction_y = np.where(some, (y + turn * d) / length, 0.0)
     inner = np.pi / 2 * stick * stick
     sum_x = np.where(whole, 0.0, half * x)
@@ -243,8 +283,11 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
     if directions is not None or np.any(turn) or np.any(whole):
         turned = edge * turn
         rigid = ((x, y + place * turned) for place in strips.along)
-        toward, sign = (rigid, 1.0) if directions is None else (march(directions, columns[4:]), -1.0)
-        share = half_circle_area(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
+        toward, sign = (
+            (rigid, 1.0) if directions is None else (march(directions, columns[4:]), -1.0)
+        )
+        # up to where the slip area reaches: (2 d - a)/a
+        share = half_circle_area(1 - 2 * stick / edge)
         slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, share, toward)
         area, part = edge * edge, share + np.pi / 4
         sum_x += area * (sign * slip_x - part * direction_x)
@@ -256,9 +299,11 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
 def _slip_area(
     along: np.ndarray, share: np.ndarray, toward: Iterator[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Integrals over the slip area of the bound: times a direction, that by its place along x, and by place alone.
+    """Integrals over the slip area of the bound: times a direction, that by its place along x, and
+    by place alone.
 
-    `toward` are vectors of this direction at each place, `share` areas under a half circle, to the slip area's end.
+    `toward` are vectors of this direction at each place, `share` areas under a half circle, to the
+    slip area's end.
     """
     sum_x, sum_y, moment, lever = np.zeros((4, *share.shape))
     ends = half_circle_area(np.linspace(1.0, -1.0, along.size + 1))
@@ -303,15 +348,21 @@ def divided(m: int, n: int, bound: str, division: str = "calibrated") -> Strips:
     """The strips of a division, see `fastsim`; its arguments are checked."""
     choice("division", division, ("printed", "calibrated"))
     choice("bound", bound, PEAK)
-    return _strips(whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS), bound, division)
+    return _strips(
+        whole("m", m, least=2, most=MAX_DIVISIONS),
+        whole("n", n, most=MAX_DIVISIONS),
+        bound,
+        division,
+    )
 
 
 @lru_cache(maxsize=64)
 def _strips(m: int, n: int, bound: str, division: str) -> Strips:
     """Kalker's: equal strips, points at the ends of intervals but the last, where the bound is 0.
 
-    Or one whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding: strips at
-    Chebyshev's points, points in the middles of intervals, and the bound its mean over an interval.
+    Or one whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding:
+    strips at Chebyshev's points, points in the middles of intervals, and the bound its mean over an
+    interval.
     """
     if division == "printed":
         along = 1 - 2 * np.arange(1, m) / m
@@ -328,7 +379,9 @@ def _strips(m: int, n: int, bound: str, division: str) -> Strips:
     bounds = -np.diff(whole_strip) * m / 2
     square, cube = 4 / 3 / np.sum(width * edge**2), 3 * np.pi / 8 / np.sum(width * edge**3)
     by_bound = cube if bound == "parabolic" else square
-    return Strips(across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2))
+    return Strips(
+        across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2)
+    )
 
 
 def half_circle_area(x: np.ndarray) -> np.ndarray:
@@ -337,14 +390,17 @@ def half_circle_area(x: np.ndarray) -> np.ndarray:
 
 
 def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """px and py (n, k) of FASTSIM at one point of all strips after the other, by the strip's own peak.
+    """px and py (n, k) of FASTSIM at one point of all strips after the other, by the strip's own
+    peak.
 
-    `steps` (4, k) are what a step in the middle strip adds: by vx, by vy, by spin at y = b, and by spin at x = a. The
-    same two arrays every time: fresh ones would cost as much as the arithmetic.
+    `steps` (4, k) are what a step in the middle strip adds: by vx, by vy, by spin at y = b, and by
+    spin at x = a. The same two arrays every time: fresh ones would cost as much as the arithmetic.
     """
     edge, peak = strips.edge[:, None], strips.peak[:, None]
     # squares must not overflow
-    vx, vy, spin_y, spin_x = steps * np.minimum(1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0))
+    vx, vy, spin_y, spin_x = steps * np.minimum(
+        1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0)
+    )
     step_x = -(edge / peak) * (vx - strips.across[:, None] * spin_y)
     by_place = -(edge / peak) * edge * spin_x
     middle = 1 - strips.first * strips.step / 2  # of the interval ahead of the first point
@@ -364,7 +420,9 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
 
 
 def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
-    """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of the peak."""
+    """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of
+    the peak.
+    """
     by_creepage, by_spin = strips.by_creepage, strips.by_spin
     steps = steps * np.array([by_creepage, by_creepage, by_spin, by_spin])[:, None]
     across, edge = strips.across[:, None], strips.edge[:, None]
@@ -377,6 +435,8 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
             sum_x += px
             sum_y += py
             moment += place * py
-        return np.asarray((weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])).sum(axis=1))
+        return np.asarray(
+            (weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])).sum(axis=1)
+        )
 
     return by_chunks(strips, steps, integrals)

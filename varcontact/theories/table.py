@@ -28,7 +28,8 @@ from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 OUTSIDE = ("refuse", "clamp")
 NEAR = 0.01
-"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
+"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less
+than 1 % over it."""
 
 
 def table_forces(
@@ -77,9 +78,9 @@ def table_forces(
 
     Notes
     -----
-    The variables are those of `TableBook`. The slope at the origin is that of `linear_forces` with the coefficients of
-    `no_slip_coefficients`, and infinite creepage gives the forces of full slip. The force never exceeds ``f Fz``: it is
-    cut there.
+    The variables are those of `TableBook`. The slope at the origin is that of `linear_forces` with
+    the coefficients of `no_slip_coefficients`, and infinite creepage gives the forces of full slip.
+    The force never exceeds ``f Fz``: it is cut there.
 
     Examples
     --------
@@ -119,7 +120,11 @@ def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "
 
     def each(value: Any) -> Any:
         """One for each place, or one for all."""
-        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
+        return (
+            float(np.ravel(value)[0])
+            if np.size(value) == 1
+            else np.broadcast_to(value, shape).ravel()
+        )
 
     table = CreepageCoefficients(each(table.C11), each(table.C22), each(table.C23), each(table.C33))
     x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
@@ -167,14 +172,19 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
         raise SceneError("pressure", float(pressures.max()), "positive somewhere")
     rows, columns = np.nonzero(contact)
     sides = np.array(grid.sides)
-    spread = np.array([grid.x[columns].var(), grid.y[rows].var()]) + sides**2 / 12  # each is a rectangle
+    # each is a rectangle
+    spread = np.array([grid.x[columns].var(), grid.y[rows].var()]) + sides**2 / 12
     area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
     return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
 
 
 def book_of(book: Any) -> TableBook:
     """The book that is asked for, or that of the package."""
-    return shipped() if book is None else checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
+    return (
+        shipped()
+        if book is None
+        else checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
+    )
 
 
 def check_nu(book: TableBook, nu: Any) -> None:

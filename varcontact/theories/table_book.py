@@ -24,11 +24,14 @@ FORMAT = "varcontact table 3"
 AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
 AT_FULL, MORE = 3, 2.0**15
-"""B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
+"""B-splines of t that are not zero at full slip, and by what part finer than the others a file has
+them."""
 HALFWAY = 1.5
-"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
+"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their
+full slip."""
 KNEE, ROOM = 1.8, 0.35
-"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those about it."""
+"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those
+about it."""
 SPIN = 0.5
 """Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 TINY = 1e-200
@@ -44,14 +47,19 @@ def reduced_scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any,
     return C.C11, C.C22, SPIN * C.C11 * (ratio + 1 / ratio) ** 0.5
 
 
-def linear_part(x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
-    """Normalised Fx, Fy and Mz of the linear theory for reduced creepages along vx, vy and the spin."""
+def linear_part(
+    x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients
+) -> tuple[Any, Any, Any]:
+    """Normalised Fx, Fy and Mz of the linear theory for reduced creepages along vx, vy and the
+    spin.
+    """
     C, by_spin = coefficients, reduced_scales(coefficients, ratio)[2]
     return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
 
 
 def places(t: Any) -> Any:
-    """Where ``t = r/(r + 1.5)`` of a magnitude r stands among the splines, from 0, no slip, to 1, full slip.
+    """Where ``t = r/(r + 1.5)`` of a magnitude r stands among the splines, from 0, no slip, to 1,
+    full slip.
 
     It has more room than t for the magnitudes about `KNEE`, where full slip begins.
     """
@@ -106,10 +114,14 @@ class TableBook:
     splines: np.ndarray
     provenance: str
 
-    def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
-        """Normalised Fx, Fy and Mz for reduced creepages `x`, `y` and spin `z`; the force is cut at f Fz.
+    def normalised(
+        self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients
+    ) -> tuple[Any, ...]:
+        """Normalised Fx, Fy and Mz for reduced creepages `x`, `y` and spin `z`; the force is cut at
+        f Fz.
 
-        Creepages are floats or arrays (n,); `ratio` a/b and its `coefficients` are one for all or (n,).
+        Creepages are floats or arrays (n,); `ratio` a/b and its `coefficients` are one for all or
+        (n,).
         """
         linear = linear_part(x, y, z, ratio, coefficients)
         if isinstance(x, float):
@@ -119,7 +131,9 @@ class TableBook:
         for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
             there = self._near(ratio[part]) if several else (0, (1.0,))
-            found[:, part] = self._normalised(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
+            found[:, part] = self._normalised(
+                x[part], y[part], z[part], [line[part] for line in linear], rows, there
+            )
         return tuple(found)
 
     def _normalised(
@@ -138,7 +152,11 @@ class TableBook:
         k, in_angle = near_splines(turned * half_turn, half_turn)
         first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
         count = 16 * len(in_ratio)
-        found = rows[np.asarray(first)[..., None] + self._offsets[:count]].view(float).reshape(-1, count, 12)
+        found = (
+            rows[np.asarray(first)[..., None] + self._offsets[:count]]
+            .view(float)
+            .reshape(-1, count, 12)
+        )
         weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
         weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(count, -1)
         found = np.ascontiguousarray(weights.T)[:, None] @ found
@@ -153,7 +171,9 @@ class TableBook:
         """The splines in log(a/b) that are not zero there."""
         least, greatest = self.range
         log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
-        return near_splines(log(ratio / least) * (intervals / math.log(greatest / least)), intervals)
+        return near_splines(
+            log(ratio / least) * (intervals / math.log(greatest / least)), intervals
+        )
 
     @lazy_property
     def _rows(self) -> np.ndarray:
@@ -161,9 +181,13 @@ class TableBook:
 
     @lazy_property
     def _offsets(self) -> np.ndarray:
-        """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
+        """Of the rows that a place needs: for each of four ratios four by t, for each of these four
+        by the angle.
+        """
         t, polar, angle = self.splines.shape[1:4]
-        return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
+        return np.asarray(
+            (((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel()
+        )
 
     @lazy_property
     def range(self) -> tuple[float, float]:
@@ -181,9 +205,16 @@ class TableBook:
 
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
-        file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self.digest()
+        file.format, file.nu, file.provenance, file.digest = (
+            FORMAT,
+            repr(self.nu),
+            self.provenance,
+            self.digest(),
+        )
         names = ("ratio", "magnitude", "direction", "component", *_SPLINE, "spline at full slip")
-        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True):
+        for name, size in zip(
+            names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True
+        ):
             file.createDimension(name, size)
         for name, (kind, dims, words) in _VARIABLES.items():
             variable = file.createVariable(name, kind, dims)
@@ -193,21 +224,30 @@ class TableBook:
 
     @classmethod
     def read(cls, path: str | Path) -> TableBook:
-        """A book from its file at `path`; OutputError if it is not there, is damaged, or is no book of this version."""
+        """A book from its file at `path`; OutputError if it is not there, is damaged, or is no book
+        of this version.
+        """
         from scipy.io import netcdf_file
 
         path = checks.file_name("path", path)
         check_regular("path", path)
-        with reading(path, "cannot be read as a table book"), netcdf_file(path, "r", mmap=False) as file:
+        with (
+            reading(path, "cannot be read as a table book"),
+            netcdf_file(path, "r", mmap=False) as file,
+        ):
             found = getattr(file, "format", b"").decode()
             if found != FORMAT:
                 kind = f"a {found!r} file" if found else "another netCDF file"
-                raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
+                raise OutputError(
+                    "path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew"
+                )
             arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
             arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
             book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
             if book.digest() != file.digest.decode():
-                raise OutputError("path", path, "is damaged: its numbers are not those that were written")
+                raise OutputError(
+                    "path", path, "is damaged: its numbers are not those that were written"
+                )
         return book
 
     def _packed(self, name: str) -> np.ndarray:
@@ -235,13 +275,18 @@ _VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
     "accuracy": ("f", _ENTRY, "estimated error, in parts of f Fz"),
     "units": ("d", ("spline in the place of t", "component"), "of the splines"),
     "splines": ("h", (*_SPLINE, "component"), "coefficients of B-splines, in whole units"),
-    "full_slip": ("h", (_SPLINE[0], "spline at full slip", *_SPLINE[2:], "component"), "to be added, in units by 2^15"),
+    "full_slip": (
+        "h",
+        (_SPLINE[0], "spline at full slip", *_SPLINE[2:], "component"),
+        "to be added, in units by 2^15",
+    ),
 }
 """By name: kind of number (d, f: floating; h: whole), dimensions, and what they are."""
 
 
 def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
-    """Coefficients as a file has them: whole multiples of powers of two, with 15 binary digits and a sign.
+    """Coefficients as a file has them: whole multiples of powers of two, with 15 binary digits and
+    a sign.
 
     Those at full slip have 15 more digits: without spin it is known exactly.
     """
@@ -249,7 +294,11 @@ def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
     units = np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int))
     multiples = splines / units[:, None, None]
     whole = np.rint(multiples)
-    return {"units": units, "splines": whole, "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * MORE)}
+    return {
+        "units": units,
+        "splines": whole,
+        "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * MORE),
+    }
 
 
 def unpacked(units: np.ndarray, splines: np.ndarray, full_slip: np.ndarray) -> np.ndarray:
@@ -267,9 +316,13 @@ def shipped() -> TableBook:
 
 
 def _in_rows(splines: np.ndarray) -> np.ndarray:
-    """A view of coefficients (..., 3) as overlapping rows of four neighbours, each an item: it is copied at once."""
+    """A view of coefficients (..., 3) as overlapping rows of four neighbours, each an item: it is
+    copied at once.
+    """
     each = np.ascontiguousarray(splines).reshape(-1, 3)
-    return np.ndarray(len(each) - 3, np.dtype((np.void, 4 * each.strides[0])), each.data, strides=each.strides[:1])
+    return np.ndarray(
+        len(each) - 3, np.dtype((np.void, 4 * each.strides[0])), each.data, strides=each.strides[:1]
+    )
 
 
 @lru_cache(maxsize=32)

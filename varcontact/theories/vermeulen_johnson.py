@@ -63,9 +63,10 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
 
     Notes
     -----
-    A semi-ellipsoidal traction over the contact, less one of the same form over a similar ellipse that touches
-    it in its foremost point, gives a ``du/dx`` that is constant in the smaller ellipse, as stick requires. With
-    ``g = b/a`` and ``N = g^2 sin^2 s + cos^2 s``, the displacement of a semi-ellipsoidal traction gives
+    A semi-ellipsoidal traction over the contact, less one of the same form over a similar ellipse
+    that touches it in its foremost point, gives a ``du/dx`` that is constant in the smaller
+    ellipse, as stick requires. With ``g = b/a`` and ``N = g^2 sin^2 s + cos^2 s``, the displacement
+    of a semi-ellipsoidal traction gives
 
         pi / C11 = g int_0^(pi/2) [(1 - 3 nu) sin^2 s + 3 nu sin^4 s] N^(-1/2)
         ds pi / C22 = g int_0^(pi/2) [(1 - nu) sin^2 s N^(-1/2) + nu g^2 sin^4 s
@@ -82,8 +83,10 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     """
     g = positive("b", b) / positive("a", a)
     nu = poisson_ratio("nu", nu)
-    # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the trapezoidal rule with
-    # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many times as many.
+    # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the
+    # trapezoidal rule with
+    # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many
+    # times as many.
     step, end = 0.1875, 40.0 + max(0.0, -math.log(g))
     u = np.arange(-20.0, end, step)
     sine, cosine = np.exp(-0.5 * np.logaddexp(0.0, -2 * u)), np.exp(-0.5 * np.logaddexp(0.0, 2 * u))
@@ -139,7 +142,8 @@ def vermeulen_johnson_forces(c: Contact) -> Forces:
     x, y = _normalised(c)
     w = np.hypot(x, y)
     inside = np.minimum(w, 1.0)
-    # the force is f Fz (1 - r^3), r = 1 - w': the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
+    # the force is f Fz (1 - r^3), r = 1 - w': the inner ellipse carries r^3 of f Fz against it, its
+    # middle at a (1 - r)
     factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
     rest = 1 - inside
     return factor * x, factor * y, -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
@@ -200,7 +204,9 @@ def vermeulen_johnson_creepage(
     given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
     given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     limit = positive("friction_force", friction_force)
-    contact = checked_contact(positive("a", a), positive("b", b), positive("G", G), limit, np.zeros(3), coefficients)
+    contact = checked_contact(
+        positive("a", a), positive("b", b), positive("G", G), limit, np.zeros(3), coefficients
+    )
     unit = 3 * limit / (a * b * G * coefficients.C11)
 
     def force(creepage: np.ndarray) -> np.ndarray:
@@ -245,10 +251,10 @@ def vermeulen_johnson_traction(
 
     Notes
     -----
-    With ``r = 1 - w' = (1 - F/(f Fz))^(1/3)``, the ellipse of stick has the semi-axes r a and r b and its middle
-    at ``x = a (1 - r)``: it touches the contact in its foremost point. All tractions have the direction of the
-    force; ahead of the ellipse of stick that is the direction of the slip, and friction there does negative work, on
-    any grid.
+    With ``r = 1 - w' = (1 - F/(f Fz))^(1/3)``, the ellipse of stick has the semi-axes r a and r b
+    and its middle at ``x = a (1 - r)``: it touches the contact in its foremost point. All tractions
+    have the direction of the force; ahead of the ellipse of stick that is the direction of the
+    slip, and friction there does negative work, on any grid.
 
     Examples
     --------
@@ -259,14 +265,20 @@ def vermeulen_johnson_traction(
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
     a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    xi, eta = _normalised(checked_contact(a, b, positive("G", G), limit, creepage_triple(creepage), coefficients))
+    xi, eta = _normalised(
+        checked_contact(a, b, positive("G", G), limit, creepage_triple(creepage), coefficients)
+    )
     w = math.hypot(xi, eta)
     part = min(w, 1.0)
-    # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part times as large
+    # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part
+    # times as large
     outer = 1 - (x / a) ** 2 - (y / b) ** 2
     inner = (1 - part) ** 2 - (x / a - part) ** 2 - (y / b) ** 2
     heights = np.sqrt(np.maximum(outer, 0.0)) + np.sqrt(np.maximum(inner, 0.0))
-    # the difference of the roots by that of the squares, 2 part (1 - x/a) in stick: nothing cancels for small creepage
+    # the difference of the roots by that of the squares, 2 part (1 - x/a) in stick: nothing cancels
+    # for small creepage
     squares = np.where(inner > 0, 2 * part * (1 - x / a), np.maximum(outer, 0.0))
     size = squares / np.where(heights > 0, heights, 1.0)
-    return 1.5 * limit / (math.pi * a * b) * np.multiply.outer(np.array([xi, eta]) / (w or 1.0), size)
+    return (
+        1.5 * limit / (math.pi * a * b) * np.multiply.outer(np.array([xi, eta]) / (w or 1.0), size)
+    )

@@ -22,7 +22,13 @@ from varcontact.wheel_rail.slices import ProfileSlices
 from varcontact.wheel_rail.sweep import sweep_wheel_sets
 from varcontact.wheel_rail.track import Irregularity, Track, WheelSet
 from varcontact.wheel_rail.virtual_penetration import FastPatch, FastWheel
-from varcontact.wheel_rail.wear_laws import Archard, ArchardMap, british_rail_wear, fatigue_damage, sheffield_wear
+from varcontact.wheel_rail.wear_laws import (
+    Archard,
+    ArchardMap,
+    british_rail_wear,
+    fatigue_damage,
+    sheffield_wear,
+)
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution

@@ -15,7 +15,8 @@ from itertools import combinations
 import numpy as np
 
 HALVED, TRIED = 20, 4
-"""Times that a simplex around a root is cut in two, and after how many of them the root is tried."""
+"""Times that a simplex around a root is cut in two, and after how many of them the root is
+tried."""
 OUTSIDE = -0.3
 """Coordinate on a simplex from which a root of linear functions is none of the functions."""
 
@@ -26,10 +27,12 @@ Functions = Callable[[Point], "np.ndarray | None"]
 
 
 class Lattice:
-    """Functions at points by their coordinates on a lattice around 0, None where there are no values.
+    """Functions at points by their coordinates on a lattice around 0, None where there are no
+    values.
 
-    The first one falls along the first axis near the root that is sought, the second along the second. `nearest` to
-    a root is a point where the first function, or the second with the first zero, is least: its number, and the value.
+    The first one falls along the first axis near the root that is sought, the second along the
+    second. `nearest` to a root is a point where the first function, or the second with the first
+    zero, is least: its number, and the value.
     """
 
     def __init__(self, functions: Functions, ways: int) -> None:
@@ -43,12 +46,15 @@ class Lattice:
         return self._known[point]
 
     def brackets(self, axes: int) -> Iterator[tuple[np.ndarray, bool]]:
-        """Points that come ever nearer to a root, and whether one is the last: a root, or a jump across it."""
+        """Points that come ever nearer to a root, and whether one is the last: a root, or a jump
+        across it.
+        """
         for simplex in self._segments(axes) if axes == 1 else self._triangles():
             yield from self._within(simplex)
 
     def _segments(self, axes: int) -> Iterator[list[Point]]:
-        """Neighbours between which the first function changes its sign: along each axis, the way that it falls first.
+        """Neighbours between which the first function changes its sign: along each axis, the way
+        that it falls first.
 
         Along the second one it grows.
         """
@@ -78,30 +84,45 @@ class Lattice:
         return None
 
     def _triangles(self) -> Iterator[list[Point]]:
-        """Triangles in which both functions change their sign, along the curve on which the first is zero."""
+        """Triangles in which both functions change their sign, along the curve on which the first
+        is zero.
+        """
         for segment in self._segments(2):
             positive, negative = sorted(segment, key=lambda point: -float(self._value(point)[0]))
             second = self._on(positive, negative)
             along = np.subtract(negative, positive)
             # the corners of both triangles at the segment
-            low, across = np.minimum(positive, negative), np.array([0.0, 1.0] if along[0] else [1.0, 0.0])
+            low, across = (
+                np.minimum(positive, negative),
+                np.array([0.0, 1.0] if along[0] else [1.0, 0.0]),
+            )
             corners = [low + np.ones(2), low - across]
-            # where the second function is positive, its root is on the left as seen from the positive end
-            left = [along[0] * (corner - positive)[1] - along[1] * (corner - positive)[0] > 0 for corner in corners]
+            # where the second function is positive, its root is on the left as seen from the
+            # positive end
+            left = [
+                along[0] * (corner - positive)[1] - along[1] * (corner - positive)[0] > 0
+                for corner in corners
+            ]
             first = corners[left.index(second > 0)]
             for corner in (first, corners[0] if first is corners[1] else corners[1]):
                 triangle = self._along(positive, negative, tuple(corner.tolist()), second)
                 if triangle is not None:
                     yield triangle
 
-    def _along(self, positive: Point, negative: Point, corner: Point, second: float) -> list[Point] | None:
-        """The first triangle, of those that follow each other, in which the second function changes its sign."""
+    def _along(
+        self, positive: Point, negative: Point, corner: Point, second: float
+    ) -> list[Point] | None:
+        """The first triangle, of those that follow each other, in which the second function changes
+        its sign.
+        """
         for _ in range(self._ways):
             value = self.at(corner)
             if value is None:
                 return None
             triangle = [positive, negative, corner]
-            left, positive, negative = (positive, corner, negative) if value[0] > 0 else (negative, positive, corner)
+            left, positive, negative = (
+                (positive, corner, negative) if value[0] > 0 else (negative, positive, corner)
+            )
             if self._on(positive, negative) * second <= 0:
                 return triangle
             # the next triangle is the mirror image at the middle of the side
@@ -126,22 +147,30 @@ class Lattice:
             self.nearest = k, point, value
 
     def _within(self, simplex: list[Point]) -> Iterator[tuple[np.ndarray, bool]]:
-        """Roots of the linear functions on a simplex, which is cut in two at its longest side again and again."""
+        """Roots of the linear functions on a simplex, which is cut in two at its longest side again
+        and again.
+        """
         for k in range(HALVED + 1):
             weights = self._weights(simplex)
             if weights.min() < OUTSIDE:
                 return
             if k % TRIED == 0:
                 yield weights @ np.array(simplex), k == HALVED
-            i, j = max(combinations(range(len(simplex)), 2), key=lambda ends: _length(simplex, ends))
+            i, j = max(
+                combinations(range(len(simplex)), 2), key=lambda ends: _length(simplex, ends)
+            )
             middle = tuple(((np.array(simplex[i]) + simplex[j]) / 2).tolist())
             if self.at(middle) is None:
                 return
-            halves = [[middle if k == end else point for k, point in enumerate(simplex)] for end in (i, j)]
+            halves = [
+                [middle if k == end else point for k, point in enumerate(simplex)] for end in (i, j)
+            ]
             simplex = max(halves, key=lambda half: float(self._weights(half).min()))
 
     def _weights(self, simplex: list[Point]) -> np.ndarray:
-        """Of the corners, in the root of the linear functions with their values: all positive where it is inside."""
+        """Of the corners, in the root of the linear functions with their values: all positive where
+        it is inside.
+        """
         values = np.array([self._value(point)[: len(simplex) - 1] for point in simplex])
         equations = np.vstack([values.T, np.ones(len(simplex))])
         return np.linalg.lstsq(equations, np.eye(len(simplex))[-1], rcond=None)[0]

@@ -1,4 +1,6 @@
-"""Case files: wheels on rails as TOML files, one position or a sequence, and the table of their solutions."""
+"""Case files: wheels on rails as TOML files, one position or a sequence, and the table of their
+solutions.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,15 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
 from varcontact.io.scene_toml import SOLVE_KEYS, bodies_from, solve_table
-from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
+from varcontact.io.toml_tables import (
+    check_keys,
+    file_named,
+    make,
+    needed,
+    number_range,
+    read_toml,
+    table_of,
+)
 from varcontact.scene.friction_laws import LAWS
 from varcontact.study.csv_table import Table, of_another
 from varcontact.study.parallel import opened, results
@@ -44,10 +54,18 @@ if TYPE_CHECKING:
 
 VARYING = ("vertical_force", "z", *LOADS)
 MOVING: dict[str, type[Any]] = {"position": Position, "velocity": Velocity}
-PROFILED: dict[Kind, tuple[str, type[Any]]] = {"rail": ("track", Track), "wheel": ("wheelset", WheelSet)}
+PROFILED: dict[Kind, tuple[str, type[Any]]] = {
+    "rail": ("track", Track),
+    "wheel": ("wheelset", WheelSet),
+}
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
-SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right"), "set": ()}
+SIDES: dict[str, tuple[Side, ...]] = {
+    "left": ("left",),
+    "right": ("right",),
+    "both": ("left", "right"),
+    "set": (),
+}
 WORDS = ("side", "outcome", "reason", "warnings", "identity")
 COLUMNS = (
     *("position", "side", "patch", "outcome", "reason", "warnings"),
@@ -60,7 +78,15 @@ COLUMNS = (
     "identity",
 )
 """Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
-OF_SETS = (*COLUMNS[:-1], "pitch_rate", "imbalance", "Y_over_Q", "nadal", "T_gamma_error", "identity")
+OF_SETS = (
+    *COLUMNS[:-1],
+    "pitch_rate",
+    "imbalance",
+    "Y_over_Q",
+    "nadal",
+    "T_gamma_error",
+    "identity",
+)
 """Columns where wheel sets are solved, a row for each patch of both wheels."""
 GROUP = 4 * SIDE_BY_SIDE
 """Wheels of a table at most that are solved side by side: 256 take 13 % longer than all at once.
@@ -73,7 +99,8 @@ An interruption loses those that were begun.
 class CaseFile:
     """The contents of a case file."""
 
-    cases: tuple[WheelOnRail | WheelSetOnTrack, ...]  # position by position; of both sides, the left wheel first
+    # position by position; of both sides, the left wheel first
+    cases: tuple[WheelOnRail | WheelSetOnTrack, ...]
     numbers: tuple[int, ...]  # the number of each case's position, from 1
     options: dict[str, Any]  # keywords of `WheelOnRail.solve`
     archard: Archard | ArchardMap | None  # from the table ``[wear]``
@@ -122,8 +149,14 @@ def read_case(path: str | Path) -> CaseFile:
     options = solve_table(table)
     check_keys("solve", options, [key for key in SOLVE_KEYS if key not in ("polish", "start")])
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
-    archard = make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
-    check_keys("", table, [field.name for field in dataclasses.fields(WheelOnRail if sides else WheelSetOnTrack)])
+    archard = (
+        make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
+    )
+    check_keys(
+        "",
+        table,
+        [field.name for field in dataclasses.fields(WheelOnRail if sides else WheelSetOnTrack)],
+    )
     for key, (name, kind) in PROFILED.items():
         if name not in table:
             raise SceneError(name, None, f"given: add a table [{name}]")
@@ -135,7 +168,9 @@ def read_case(path: str | Path) -> CaseFile:
         table["bodies"] = bodies_from(table_of("bodies", table["bodies"]))
     if isinstance(table.get("friction"), Mapping):
         law, kinds = dict(table["friction"]), {**LAWS, "by_angle": FrictionByAngle}
-        table["friction"] = make("friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law)
+        table["friction"] = make(
+            "friction", kinds[checks.choice("friction.kind", law.pop("kind", None), kinds)], law
+        )
     varying = {name: table.pop(name) for name in VARYING if name in table}
     for name, kind in MOVING.items():
         entries = dict(table_of(name, table.pop(name, {})))
@@ -150,7 +185,9 @@ def read_case(path: str | Path) -> CaseFile:
             given[group][entry] = value
         moving = {name: kind(**given[name]) for name, kind in MOVING.items()}
         entries = {**table, **given[""], **moving}
-        cases += [WheelOnRail(side=side, **entries) for side in sides] or [WheelSetOnTrack(**entries)]
+        cases += [WheelOnRail(side=side, **entries) for side in sides] or [
+            WheelSetOnTrack(**entries)
+        ]
         numbers += [number] * (len(sides) or 1)
     return CaseFile(tuple(cases), tuple(numbers), options, archard)
 
@@ -161,7 +198,9 @@ def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Any:
     file, (known, known_profile) = needed(field, read, "file"), NAMED[kind]
     if isinstance(file, str) and file.lower() == known:
         if len(read) > 1:
-            raise SceneError(field, value, message=f"{field}: {file} has no options, give its name alone")
+            raise SceneError(
+                field, value, message=f"{field}: {file} has no options, give its name alone"
+            )
         return known_profile()
     path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
     if path is None or not path.is_file():
@@ -242,17 +281,29 @@ def solve_cases(
     names = [_identity(case, file) for case in file.cases]
     total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
 
-    with opened(executor, workers) as pool, Table.opened(store, columns, WORDS, "a table of wheels on rails") as table:
+    with (
+        opened(executor, workers) as pool,
+        Table.opened(store, columns, WORDS, "a table of wheels on rails") as table,
+    ):
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
         shown = solved if pool is None else None
-        work = partial(_rows, file=dataclasses.replace(file, cases=()), alone=total == 1, solved=shown)
-        on_grids = all(isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases)
+        work = partial(
+            _rows, file=dataclasses.replace(file, cases=()), alone=total == 1, solved=shown
+        )
+        on_grids = all(
+            isinstance(case, WheelOnRail) and not case.dx is case.dy is None for case in file.cases
+        )
         together = on_grids and not file.fast and pool is None and total > SIDE_BY_SIDE
-        which = [f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}" for case in file.cases]
+        which = [
+            f"wheels, y = {case.position.y:.4g} mm, {getattr(case, 'side', 'both')}"
+            for case in file.cases
+        ]
         answers: Iterator[tuple[int, list[dict[str, Any]]]]
         if together:
-            answers = ((k, work(file.cases[k], known=known)) for k, known in _in_groups(file, set(left)))
+            answers = (
+                (k, work(file.cases[k], known=known)) for k, known in _in_groups(file, set(left))
+            )
         else:
             tasks = {k: (file.cases[k],) for k in left}
             answers = results(work, tasks, pool, lambda k: report(f"{k} of {total} {which[k]}"))
@@ -260,18 +311,26 @@ def solve_cases(
             for k, new in answers:
                 if together:
                     report(f"{sum(map(bool, rows))} of {total} {which[k]}")
-                rows[k] = [{"position": file.numbers[k], **row, "identity": names[k]} for row in new]
+                rows[k] = [
+                    {"position": file.numbers[k], **row, "identity": names[k]} for row in new
+                ]
                 table.write(list(chain(*rows)))
         except KeyboardInterrupt:
             finished = pd.DataFrame(chain(*rows), columns=list(columns))
-            raise Interrupted(finished, f" after {sum(map(bool, rows))} of {total} wheels") from None
+            raise Interrupted(
+                finished, f" after {sum(map(bool, rows))} of {total} wheels"
+            ) from None
     return pd.DataFrame(chain(*rows), columns=list(columns))
 
 
-def _in_groups(file: CaseFile, left: set[int]) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
-    """The numbers and solutions of wheels on grids, of which groups of the whole file are solved side by side.
+def _in_groups(
+    file: CaseFile, left: set[int]
+) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
+    """The numbers and solutions of wheels on grids, of which groups of the whole file are solved
+    side by side.
 
-    A group with a wheel left is solved as a whole: wheels begin from each other, and have the same digits again.
+    A group with a wheel left is solved as a whole: wheels begin from each other, and have the same
+    digits again.
     """
     total = len(file.cases)
     for group in np.array_split(np.arange(total), math.ceil(total / GROUP)):
@@ -299,11 +358,16 @@ def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list
     for row in table.rows:
         if row["identity"] not in kept:
             what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
-            raise of_another(table.path, f"has a wheel that is not in the case file as it is now ({what})")
+            raise of_another(
+                table.path, f"has a wheel that is not in the case file as it is now ({what})"
+            )
         known = kept[row["identity"]]
         if not known or known[0]["position"] == row["position"]:
             known.append(row)
-    return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
+    return [
+        [{**row, "position": n} for row in kept[name]]
+        for name, n in zip(names, numbers, strict=True)
+    ]
 
 
 def _rows(
@@ -315,7 +379,12 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """The rows of a case of a `file`, `known` or not, which raises its error if it is alone."""
     at = case.position
-    row: dict[str, Any] = {"side": getattr(case, "side", "both"), "y": at.y, "roll": at.roll, "yaw": at.yaw}
+    row: dict[str, Any] = {
+        "side": getattr(case, "side", "both"),
+        "y": at.y,
+        "roll": at.roll,
+        "yaw": at.yaw,
+    }
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -343,7 +412,10 @@ def _rows(
     for wheel in found.wheels if isinstance(found, WheelSetSolution) else (found,):
         row |= {"side": wheel.case.side}
         if isinstance(found, WheelSetSolution):
-            row |= {"Y_over_Q": found.y_over_q(wheel.case.side), "nadal": found.nadal(wheel.case.side)}
+            row |= {
+                "Y_over_Q": found.y_over_q(wheel.case.side),
+                "nadal": found.nadal(wheel.case.side),
+            }
         if isinstance(wheel, WheelRailSolution):
             texts += wheel.warnings
             figures = [_figures(each) for each in wear(wheel, file.archard).patches]
@@ -360,7 +432,13 @@ FIGURES = (*COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")], "T
 
 def _figures(worn: PatchWear) -> Iterator[Any]:
     solved, patch, rolled = worn.solved, worn.solved.patch, worn.solved.patch.creepage
-    yield from (*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius)
+    yield from (
+        *patch.location,
+        patch.angle,
+        patch.on_rail[0],
+        patch.on_wheel[0],
+        patch.rolling_radius,
+    )
     yield from (rolled.vx, rolled.vy, rolled.spin)
     yield from (solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track)
     yield from (solved.peak_pressure, worn.area, worn.t_gamma, worn.power)
@@ -376,4 +454,9 @@ def _fast_figures(wheel: WheelForces, patch: FastPatch) -> Iterator[Any]:
     yield from (*origin, patch.angle, wheel.case.track.on_rail(origin[1:], wheel.case.side)[0])
     yield from (on_wheel, wheel.case.wheelset.radius + outwards, rolled.vx, rolled.vy, rolled.spin)
     yield from (force[2], *force[:2], patch.moment, *patch.force_on_track)
-    yield from (ellipse.peak_pressure, np.pi * ellipse.a * ellipse.b, t_gamma, t_gamma * rolled.speed / 1e3)
+    yield from (
+        ellipse.peak_pressure,
+        np.pi * ellipse.a * ellipse.b,
+        t_gamma,
+        t_gamma * rolled.speed / 1e3,
+    )

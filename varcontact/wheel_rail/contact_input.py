@@ -44,15 +44,21 @@ SUPPORTED: Supported = BASIC | {
     "T": ("TANG", {0: "no tangential problem", 3: "steady rolling"}),
     "N": ("NORM", {0: "height of the wheel set given", 1: "vertical force given"}),
     "F": ("FORCE", {0: "pitch rate given"}),
-    "D": ("DISCNS", {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"}),
+    "D": (
+        "DISCNS",
+        {0: "as before", 1: "as before", 2: "planar contact", 5: "planar contact, another search"},
+    ),
     "Z": ("ZTRACK", {0: "as before", 1: "new dimensions", 2: "new deviations", 3: "all new"}),
-    "E": ("EWHEEL", {0: "as before", 1: "new position", 2: "new position and velocity", 3: "all new"}),
+    "E": (
+        "EWHEEL",
+        {0: "as before", 1: "new position", 2: "new position and velocity", 3: "all new"},
+    ),
 }
 """Control digits that are read, but for INFLCF: see `BASIC`."""
 
 Case = dict[str, Any]
-"""What a case has, and the next may keep: entries of `WheelOnRail`, "rail", "grid", "height", "has_friction", and
-"dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
+"""What a case has, and the next may keep: entries of `WheelOnRail`, "rail", "grid", "height",
+"has_friction", and "dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
 
 
 @checks.named_options()
@@ -119,18 +125,26 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
         if calculated:
             wheels.append(_wheel(case, group))
     if not wheels:
-        raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
+        raise SceneError(
+            "path", str(path), message=f"{path} holds no case that is to be calculated"
+        )
     return wheels
 
 
 def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
-    """Change what the case before had by what the next one gives; whether that is to be calculated."""
-    _, problem, digits, last = control_digits(lines, "CPBTNFS", SUPPORTED, SUPPORTED | {"C": BASIC["C"]})
+    """Change what the case before had by what the next one gives; whether that is to be
+    calculated.
+    """
+    _, problem, digits, last = control_digits(
+        lines, "CPBTNFS", SUPPORTED, SUPPORTED | {"C": BASIC["C"]}
+    )
     L, C, D, Z, E = (digits[letter] for letter in "LCDZE")
     new = {"friction": L != 1, "bodies": C == 2, "grid": D >= 2, "rail": Z == 3, "wheelset": E == 3}
     for letter, (name, given) in zip("LCDZE", new.items(), strict=True):
         if not given and name not in case:
-            group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
+            group.refuse(
+                letter, digits[letter], "keeps what the case before has, and there is none"
+            )
     case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
     if new["friction"]:
         case["friction"] = read_friction(lines, L)
@@ -155,7 +169,11 @@ def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
     _read_wheelset(lines, case, E, problem["N"], folder)
     skip_stresses(lines, problem["S"])
     if ("vertical_force" if problem["N"] else "z") not in case["height"]:
-        group.refuse("N (NORM)", problem["N"], "is another than the case before has, which is kept: use E >= 1")
+        group.refuse(
+            "N (NORM)",
+            problem["N"],
+            "is another than the case before has, which is kept: use E >= 1",
+        )
     return last["R"] == 1
 
 
@@ -165,9 +183,15 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         first = lines.group("GAUGHT", "GAUGSQ or RAILY0", "GAUGWD or RAILZ0", "CANT")
         height, second, third = (first.number(k) for k in range(3))
         if height > 0 and second not in (0, 1):
-            first.refuse("GAUGSQ", second, "is not supported: the gauge is that of the innermost face; supported: 0, 1")
+            first.refuse(
+                "GAUGSQ",
+                second,
+                "is not supported: the gauge is that of the innermost face; supported: 0, 1",
+            )
         if first.rest and number_of(first.rest[0]) not in (None, 0.0):
-            first.refuse("CURV", first.rest[0], "is not supported: the track here is straight; supported: 0")
+            first.refuse(
+                "CURV", first.rest[0], "is not supported: the track here is straight; supported: 0"
+            )
         case["dimensions"] = height, second, third, first.angle(3)
     if digit == 3:
         case["rail"] = _profile(lines, "rail", folder)
@@ -175,7 +199,11 @@ def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
         deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
         for k, name in enumerate(deviations.names):
             if deviations.angle(k) != 0:
-                deviations.refuse(name, deviations.values[k], "is not supported: rails have no deviation; supported: 0")
+                deviations.refuse(
+                    name,
+                    deviations.values[k],
+                    "is not supported: rails have no deviation; supported: 0",
+                )
 
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or slices
@@ -192,15 +220,22 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Any:  # a Profile, or sl
     if option >= 2:
         lines.group("ERRHND", "MAXOMIT")
     if slices and method == 0 and smooth > 0:
-        group.refuse("SMOOTH", smooth, "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1")
+        group.refuse(
+            "SMOOTH",
+            smooth,
+            "is not supported for slices with ISMOOTH = 0; supported: 0, or ISMOOTH = 1",
+        )
     with located(group):
         reader: Any = ProfileSlices.read if slices else Profile.read
-        read = partial(reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1))
+        read = partial(
+            reader, folder / name, kind, scale=group.number(2), smoothing=smooth * (method == 1)
+        )
         said = {1: True, -1: False}
         profile = read(mirror_y=said.get(int(group.number(1)), "auto"), mirror_z=said.get(mirror_z))
         if method == 1 or smooth <= 0:
             return profile
-        # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the squared distances are
+        # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the
+        # squared distances are
         # summed over points, which is an integral by their spacing
         spacing = float(np.median(np.hypot(np.diff(profile.y), np.diff(profile.z))))
         length = 2 * math.pi * (smooth * spacing) ** 0.25
@@ -214,7 +249,9 @@ def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path
         distance, back, radius = group.numbers()
         wheel = _profile(lines, "wheel", folder)
         with located(group):
-            case["wheelset"] = WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
+            case["wheelset"] = WheelSet(
+                wheel=wheel, radius=radius, inside_distance=distance, flange_back=back
+            )
     if digit >= 1:
         group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
         case["height"] = {"vertical_force" if norm else "z": group.number(2)}
@@ -224,7 +261,9 @@ def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path
     if digit >= 2:
         group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
         speed, lateral, vertical = (group.number(k) for k in range(3))
-        rates = dict(zip(("roll_rate", "yaw_rate", "pitch_rate"), map(group.angle, range(3, 6)), strict=True))
+        rates = dict(
+            zip(("roll_rate", "yaw_rate", "pitch_rate"), map(group.angle, range(3, 6)), strict=True)
+        )
         with located(group):
             case["velocity"] = Velocity(speed=speed, lateral=lateral, vertical=vertical, **rates)
 
@@ -236,12 +275,16 @@ def _wheel(case: Case, group: Group) -> WheelOnRail:
     with located(group):
         if gauge_height > 0:
             track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
-        else:  # the rail's origin is given; its top has the height 0 here, and the gauge may be measured anywhere
+        # the rail's origin is given; its top has the height 0 here, and the gauge may be measured
+        # anywhere
+        else:
             track = Track(rail=case["rail"], gauge_height=0.0, cant=cant)
             beside = SIGN[case["side"]] * second - float(track.origin[0])
             track = replace(track, gauge=track.gauge + 2 * beside)
             drop = third - float(track.origin[1])
-            height = {name: value - drop if name == "z" else value for name, value in height.items()}
+            height = {
+                name: value - drop if name == "z" else value for name, value in height.items()
+            }
         return WheelOnRail(
             track=track,
             **{name: case[name] for name in ("wheelset", "side", "position", "velocity", "bodies")},

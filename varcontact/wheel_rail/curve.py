@@ -18,7 +18,8 @@ CLOSE = 1e-11
 """Error of a coordinate that ends Newton's steps, relative to the curve's length."""
 STEPS = 30
 HELD = 1e6
-"""Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides meet there."""
+"""Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides
+meet there."""
 FEWEST = 5
 """Points of a section that can be smoothed."""
 NOISE = 1.0
@@ -29,7 +30,8 @@ NOISE = 1.0
 class Curve:
     """A piecewise cubic curve over a parameter s, very nearly its arc length [mm].
 
-    `coefficients` has shape (4, n - 1, 2): the cubics of y and z in ``s - s[i]``, highest power first.
+    `coefficients` has shape (4, n - 1, 2): the cubics of y and z in ``s - s[i]``, highest power
+    first.
     """
 
     s: np.ndarray
@@ -54,7 +56,9 @@ class Curve:
         return np.asarray(self._curve(s, 1))
 
     def cubics(self, begin: np.ndarray, within: np.ndarray) -> np.ndarray:
-        """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2), highest power first."""
+        """The cubics at parameters `within`, in ``s - begin``: coefficients, shape (4, n, 2),
+        highest power first.
+        """
         cell = np.clip(np.searchsorted(self.s, within, side="right") - 1, 0, self.s.size - 2)
         return shifted(self.coefficients[:, cell], (begin - self.s[cell])[:, None])
 
@@ -64,7 +68,9 @@ class Curve:
         return np.asarray(np.arctan2(along[..., 1], along[..., 0]))
 
     def curvatures(self, s: np.ndarray) -> np.ndarray:
-        """Signed curvature at parameters [1/mm]: positive where the inclination grows along the curve."""
+        """Signed curvature at parameters [1/mm]: positive where the inclination grows along the
+        curve.
+        """
         first, second = self.directions(s), np.asarray(self._curve(s, 2))
         turn = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
         return np.asarray(turn / np.hypot(first[..., 0], first[..., 1]) ** 3)
@@ -86,15 +92,21 @@ class Curve:
 
     def sampled(self, step: float) -> np.ndarray:
         """Parameters from end to end, about a step [mm] apart."""
-        return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
+        return np.linspace(
+            self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1)
+        )
 
     def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
         """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
         grows = self._grows(direction)
-        return self._part(growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))))
+        return self._part(
+            growing(grows, int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1)))
+        )
 
     def highest(self) -> Curve:
-        """Of the parts along which y keeps growing the highest; one within the noise of a steep side does not count."""
+        """Of the parts along which y keeps growing the highest; one within the noise of a steep
+        side does not count.
+        """
         runs = self._runs()
         widest = max(self._width(run) for run in runs)
         wide = [run for run in runs if self._width(run) > min(NOISE, widest / 2)]
@@ -115,9 +127,13 @@ class Curve:
         return [slice(a, b + 2) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)]
 
     def _grows(self, direction: np.ndarray) -> np.ndarray:
-        """Whether ``direction . (y, z)`` grows from each breakpoint to the next: no turning point between them."""
+        """Whether ``direction . (y, z)`` grows from each breakpoint to the next: no turning point
+        between them.
+        """
         middle = (self.s[1:] + self.s[:-1]) / 2
-        return (np.diff(self._breakpoints @ direction) > 0) & (self.directions(middle) @ direction > 0)
+        return (np.diff(self._breakpoints @ direction) > 0) & (
+            self.directions(middle) @ direction > 0
+        )
 
     def _width(self, run: slice) -> float:
         return float(self._breakpoints[run.stop - 1, 0] - self._breakpoints[run.start, 0])
@@ -126,7 +142,8 @@ class Curve:
         return Curve(self.s[run], self.coefficients[:, run.start : run.stop - 1])
 
     def at(self, value: np.ndarray, direction: np.ndarray = ACROSS) -> np.ndarray:
-        """Parameters where ``direction . (y, z)``, which has to grow along the curve, has values; NaN beyond its ends.
+        """Parameters where ``direction . (y, z)``, which has to grow along the curve, has values;
+        NaN beyond its ends.
 
         Newton's method, kept within the cubic that has the value.
         """
@@ -150,7 +167,9 @@ class Curve:
 def shifted(cubics: np.ndarray, by: np.ndarray) -> np.ndarray:
     """Coefficients of cubics in t as those in ``t - by``, highest power first."""
     a, b, c, d = cubics
-    return np.array([a, b + 3 * a * by, c + (2 * b + 3 * a * by) * by, d + (c + (b + a * by) * by) * by])
+    return np.array(
+        [a, b + 3 * a * by, c + (2 * b + 3 * a * by) * by, d + (c + (b + a * by) * by) * by]
+    )
 
 
 def growing(grows: np.ndarray, near: int) -> slice:
@@ -174,12 +193,15 @@ def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
     return Curve(s, np.concatenate(fits, axis=1))
 
 
-def _fit(s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool, bool]) -> np.ndarray:
+def _fit(
+    s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool, bool]
+) -> np.ndarray:
     """Coefficients of one smooth section; kinks at its ends stay in their places.
 
-    A cubic smoothing spline, which minimises the integral of the squared distance plus ``lambda`` times that of the
-    squared second derivative, passes a wave of length L with the factor ``1/(1 + lambda (2 pi/L)^4)``. Its ends would
-    be straight: it is fitted to a longer section, which goes on from each end with the curvature there.
+    A cubic smoothing spline, which minimises the integral of the squared distance plus ``lambda``
+    times that of the squared second derivative, passes a wave of length L with the factor ``1/(1 +
+    lambda (2 pi/L)^4)``. Its ends would be straight: it is fitted to a longer section, which goes
+    on from each end with the curvature there.
     """
     from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
 
@@ -193,13 +215,20 @@ def _fit(s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool,
         out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
         beyond = polyval(out, polyfit(away[near], points[near], 2)).T
         if end == 0:
-            longer, along, first = np.append(s[0] + out[::-1], s), np.append(beyond[::-1], points, axis=0), out.size
+            longer, along, first = (
+                np.append(s[0] + out[::-1], s),
+                np.append(beyond[::-1], points, axis=0),
+                out.size,
+            )
         else:
             longer, along = np.append(longer, s[-1] - out), np.append(along, beyond, axis=0)
     weights = np.gradient(longer)
     weights[[first, first + s.size - 1]] *= np.where(kinks, HELD, 1.0)
     strength = (smoothing / (2 * np.pi)) ** 4
-    parts = [PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T]
+    parts = [
+        PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T
+    ]
     knots = parts[0].x
-    keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])  # from_spline repeats the end knots
+    # from_spline repeats the end knots
+    keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])
     return np.stack([part.c[:, keep] for part in parts], axis=-1)

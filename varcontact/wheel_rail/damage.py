@@ -75,11 +75,15 @@ def shakedown(solved: PatchSolution, yield_in_shear: float) -> Shakedown:
     force, error = solved.force, solved.error
     pull = float(np.hypot(*force[:2]))
     utilised = pull / force[2]
-    pulled = float(np.abs(force[:2]) @ error[:2]) / pull if pull > 0 else float(np.hypot(*error[:2]))
+    pulled = (
+        float(np.abs(force[:2]) @ error[:2]) / pull if pull > 0 else float(np.hypot(*error[:2]))
+    )
     utilised_error = (pulled + utilised * error[2]) / force[2]
     factor = solved.peak_pressure / k
     index_error = utilised_error + solved.peak_pressure_error / solved.peak_pressure / factor
-    return Shakedown(utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error))
+    return Shakedown(
+        utilised, factor, utilised - 1 / factor, float(utilised_error), float(index_error)
+    )
 
 
 @checks.named_options()
@@ -117,12 +121,19 @@ def worn_profile(
         For no wheels, or wheels on different profiles.
     """
     checks.choice("kind", kind, ("rail", "wheel"))
-    times, length = checks.positive("passages", passages), checks.at_least_zero("smoothing", smoothing)
+    times, length = (
+        checks.positive("passages", passages),
+        checks.at_least_zero("smoothing", smoothing),
+    )
     _check_list("found", found, WheelRailSolution)
-    profiles = [each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found]
+    profiles = [
+        each.case.track.rail if kind == "rail" else each.case.wheelset.wheel for each in found
+    ]
     profile: Any = profiles[0] if profiles else None
     if len({id(each) for each in profiles}) != 1 or not isinstance(profile, Profile):
-        raise SceneError("found", len(profiles), "wheels on one profile, one or more, which does not vary")
+        raise SceneError(
+            "found", len(profiles), "wheels on one profile, one or more, which does not vary"
+        )
     curve = profile.running
     at = curve.sampled(SAMPLE)
     step, along, depth = float(at[1] - at[0]), curve.directions(at), np.zeros(at.size)
@@ -135,14 +146,16 @@ def worn_profile(
             else:
                 y = wheel.case.on_wheel(points, wheel.case.body(wheel.z))[0]
             s = curve.at(y)
-            order = np.argsort(s)  # rows of the left side run the other way; those beyond the profile last
+            # rows of the left side run the other way; those beyond the profile last
+            order = np.argsort(s)
             depth += times * np.interp(at, s[order], worn.depth[order], left=0.0, right=0.0)
     if length > 0:  # a mean over the length: the area is kept
         count = 2 * round(length / step / 2) + 1
         depth = np.convolve(depth, np.full(count, 1 / count), mode="same")
     into = np.stack([-along[:, 1], along[:, 0]]) * (depth if kind == "rail" else -depth)
     s = curve.at(profile.y)
-    touched = np.abs(curve.points(s)[:, 1] - profile.z) < SAMPLE  # not beyond the curve, nor the back of a flange
+    # not beyond the curve, nor the back of a flange
+    touched = np.abs(curve.points(s)[:, 1] - profile.z) < SAMPLE
     y, z = (np.where(touched, np.interp(s, at, move), 0.0) for move in into)
     return replace(profile, y=profile.y + y, z=profile.z + z)
 
@@ -199,7 +212,10 @@ def wear_down(
             found += [solved] if isinstance(solved, WheelRailSolution) else solved.wheels
         profile = worn_profile(found, archard, kind, passages=passages / count, smoothing=smoothing)
         profiles.append(profile)
-        cases = [replace(case, **{part: replace(getattr(case, part), **{entry: profile})}) for case in cases]
+        cases = [
+            replace(case, **{part: replace(getattr(case, part), **{entry: profile})})
+            for case in cases
+        ]
     return profiles
 
 

@@ -13,9 +13,11 @@ from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 CONFORMAL = 3.0
-"""Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
+"""Half widths that the radius of curvature of each profile should have at least, for
+half-spaces."""
 STEEP = 2.0
-"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
+"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an
+angle of 60 degrees."""
 FEWEST = 4
 """Elements of a patch either way below which its pressures are rough."""
 
@@ -25,7 +27,9 @@ class CoarseElements(UserWarning):
 
 
 class ConformalContact(UserWarning):
-    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not describe it well."""
+    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not
+    describe it well.
+    """
 
 
 class RoughProfile(UserWarning):
@@ -33,7 +37,9 @@ class RoughProfile(UserWarning):
 
 
 def warn(found: WheelRailSolution, stacklevel: int) -> None:
-    """Warn of exchanged sides, steep flanges, few elements, and contacts too wide for half-spaces."""
+    """Warn of exchanged sides, steep flanges, few elements, and contacts too wide for
+    half-spaces.
+    """
     case, warn = found.case, partial(warnings.warn, stacklevel=stacklevel)
     check_sides(case.track.profile, stacklevel=stacklevel + 1)
     warn_of_doubts(found.patch_doubts, stacklevel=stacklevel)
@@ -48,7 +54,9 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
         patch, solution, half = each.patch, each.solution, each.half_width
         where = f"the patch at y = {patch.location[1]:.4g} mm"
         counts = _elements_across(each)
-        for count, side, name, size in zip(counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True):
+        for count, side, name, size in zip(
+            counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True
+        ):
             if 0 < count < FEWEST:
                 reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
                 elements = f"{count} element{'s' * (count > 1)} {size}"
@@ -57,11 +65,16 @@ def warn(found: WheelRailSolution, stacklevel: int) -> None:
             wide = f"{where} is {half:.3g} mm wide to either side"
             bent = f"the {kind}'s radius of curvature {radius:.3g} mm, less than {CONFORMAL:g} times as much"
             why = "half-spaces are too soft for that, and the tangent plane too flat"
-            warn(f"conformal contact: {wide}, {bent}; {why}; conformal = True has a curved surface", ConformalContact)
+            warn(
+                f"conformal contact: {wide}, {bent}; {why}; conformal = True has a curved surface",
+                ConformalContact,
+            )
 
 
 def noisy_patches(found: WheelRailSolution) -> list[str]:
-    """Where the patches are whose pressure is dominated by noise; waves on few elements are none."""
+    """Where the patches are whose pressure is dominated by noise; waves on few elements are
+    none.
+    """
     return [
         f"the patch at y = {each.patch.location[1]:.4g} mm"
         for each in found.patches
@@ -89,7 +102,8 @@ def too_wide(case: WheelOnRail, solved: PatchSolution) -> dict[str, float]:
         return {}
     across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
     for kind, (curve, y) in case.sections(patch.location, patch.on_wheel).items():
-        turned = curve.angles(curve.at(y + across))  # on average over the patch: noise does not count
+        # on average over the patch: noise does not count
+        turned = curve.angles(curve.at(y + across))
         curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
         if curvature * half * CONFORMAL > 1:
             found[kind] = float(1 / curvature)

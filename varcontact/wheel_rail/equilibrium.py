@@ -58,7 +58,9 @@ class Balance:
 
     def unknowns(self, values: dict[str, float]) -> np.ndarray:
         """The unknowns that have these values, the others as they begin."""
-        found = [values.get(name, begin) for name, begin in zip(self.names, self.origin, strict=True)]
+        found = [
+            values.get(name, begin) for name, begin in zip(self.names, self.origin, strict=True)
+        ]
         return (np.array(found) - self.origin) / self.units
 
     def wheels(self, x: np.ndarray, solver: Solver) -> tuple[WheelForces, WheelForces]:
@@ -105,13 +107,17 @@ class Balance:
             rest += list((case.track.stiffness * moved - each.force[1:]) / self.load)
         return np.array(rest)
 
-    def errors(self, left: WheelForces, right: WheelForces, inverse: np.ndarray) -> dict[str, float]:
+    def errors(
+        self, left: WheelForces, right: WheelForces, inverse: np.ndarray
+    ) -> dict[str, float]:
         """Of the unknowns, from the errors of the forces of each patch."""
         felt = np.zeros(len(self.names))
         for wheel in (left, right):
             for patch in wheel.patches:
                 for pushed in np.diag(patch.error):
-                    changed = WheelForces(wheel.case, wheel.z, (*wheel.patches, _patch_with(patch.frame, pushed)))
+                    changed = WheelForces(
+                        wheel.case, wheel.z, (*wheel.patches, _patch_with(patch.frame, pushed))
+                    )
                     pair = (changed, right) if wheel is left else (left, changed)
                     felt += np.abs(inverse @ (self.imbalance(pair) - self.imbalance((left, right))))
         return dict(zip(self.names, (self.units * felt).tolist(), strict=True))
@@ -119,11 +125,15 @@ class Balance:
 
 def _patch_with(frame: Frame, force: np.ndarray) -> FastPatch:
     """A patch with a force in its frame."""
-    return FastPatch(frame, 0.0, Creepages(0.0, 0.0, 0.0, 1.0), 0.0, Ellipse(0.0, 0.0, 0.0, 0.0), force, 0.0)
+    return FastPatch(
+        frame, 0.0, Creepages(0.0, 0.0, 0.0, 1.0), 0.0, Ellipse(0.0, 0.0, 0.0, 0.0), force, 0.0
+    )
 
 
 def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
-    """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by Hertz."""
+    """Unknowns and loads, without free quantities that are `held`; wheels are as deep as by
+    Hertz.
+    """
     radius, half, speed = case.wheelset.radius, case.wheelset.middle, case.velocity.speed
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(radius)
     load, roll = case.vertical_force, case.position.roll
@@ -134,7 +144,10 @@ def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
     touching = [wheel.touching for wheel in wheels]
     rolling = float(np.mean([wheel.locus.radii[wheel.locus.gap.argmin()] for wheel in wheels]))
     for wheel in wheels:
-        outwards, nearest = SIGN[wheel.side] * wheel.locus.points[:, 1], int(wheel.locus.gap.argmin())
+        outwards, nearest = (
+            SIGN[wheel.side] * wheel.locus.points[:, 1],
+            int(wheel.locus.gap.argmin()),
+        )
         y = SIGN[wheel.side] * float(outwards[nearest])
         if outwards.max() - outwards[nearest] < EDGE:
             reason = f"the {wheel.side} wheel is on its outer end, at y = {y:.4g} mm, and falls between the rails"
@@ -151,7 +164,8 @@ def equations(case: WheelSetOnTrack, held: tuple[str, ...] = ()) -> Balance:
         "yaw": (case.position.yaw, CREEPAGE),
         "lateral": (case.velocity.lateral, slow),
         "yaw_rate": (case.velocity.yaw_rate, slow / half),
-        "pitch_rate": (-speed / rolling, slow / radius),  # not what is given: creep forces may be saturated there
+        # not what is given: creep forces may be saturated there
+        "pitch_rate": (-speed / rolling, slow / radius),
         "speed": (speed, slow),
     }
     names = (*(["z"] if case.z is None else []), *case.free)
@@ -205,8 +219,8 @@ def broyden(
 ) -> Iterate:
     """The iterate at which a root is found to `tol`, or from which no step leads on.
 
-    Broyden's method with steps that are shortened until the imbalance falls; derivatives are computed anew, by
-    differences, where it falls too slowly.
+    Broyden's method with steps that are shortened until the imbalance falls; derivatives are
+    computed anew, by differences, where it falls too slowly.
     """
     at, fresh = Iterate(start, imbalance(start), derivatives), False
     for _ in range(rounds):

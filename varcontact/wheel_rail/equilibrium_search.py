@@ -49,8 +49,8 @@ GROWTH = 6.0
 FARTHEST_YAW = 0.06
 """Largest yaw that is tried [rad], and so of velocities by the speed."""
 LATTICES = (1.0, 400), (0.25, 20)
-"""Spacings of the lattices that are tried, and how many points away they reach: the second is where a balance is
-missed by least."""
+"""Spacings of the lattices that are tried, and how many points away they reach: the second is where
+a balance is missed by least."""
 NEARBY = 3.0
 """Distance of the balance from the point where it was expected, by the spacing."""
 
@@ -142,7 +142,9 @@ class Search:
         """Loads that are not borne where the wheel set is held; None where it cannot be held."""
         values = self._values(point)
         most = FARTHEST_YAW / SPACING_YAW
-        if any(abs(values[name]) > most * self._spacing[name] for name in self._held if name != "y"):
+        if any(
+            abs(values[name]) > most * self._spacing[name] for name in self._held if name != "y"
+        ):
             return None
         try:
             missing = self._hold(point)
@@ -175,11 +177,16 @@ class Search:
         self._wheels = balance.wheels(at.x, self._way)
         return balance.left_over(self._wheels)
 
-    def _root(self, balance: Balance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None) -> Iterate:
-        return broyden(lambda x: balance.imbalance(balance.wheels(x, self._way)), x, tol, ROUNDS, derivatives)
+    def _root(
+        self, balance: Balance, x: np.ndarray, tol: float, derivatives: np.ndarray | None = None
+    ) -> Iterate:
+        return broyden(
+            lambda x: balance.imbalance(balance.wheels(x, self._way)), x, tol, ROUNDS, derivatives
+        )
 
     def _rolling(self, balance: Balance, x: np.ndarray, name: str | None) -> np.ndarray:
-        """The unknowns with the pitch rate, or speed, that balances its load with both wheels where they are.
+        """The unknowns with the pitch rate, or speed, that balances its load with both wheels where
+        they are.
 
         From locked to spinning wheels the torque falls all the way.
         """
@@ -220,7 +227,9 @@ class Search:
         except (NoContact, NotConverged, SceneError):
             return None
         found = whole.values(at.x)
-        near = [abs(found[name] - values[name]) <= NEARBY * self._spacing[name] for name in self._held]
+        near = [
+            abs(found[name] - values[name]) <= NEARBY * self._spacing[name] for name in self._held
+        ]
         return (whole, at.x) if all(near) and at.largest <= tol else None
 
     def _refusal(self, nearest: tuple[int, float, dict[str, float]] | None) -> SceneError:
@@ -245,14 +254,21 @@ def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
     case = balance.case
     words = f"no balance was found at y = {case.position.y:.4g} mm, where"
     wheels = [case.wheel(side, 0.0) for side in SIGN]
-    laws = [each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0) for each in wheels]
+    laws = [
+        each.friction.static if isinstance(each.friction, Law) else each.friction_at(0.0)
+        for each in wheels
+    ]
     bearable = (case.vertical_force or np.inf) * max(laws)
     for name, arm in (("torque", case.wheelset.radius), ("longitudinal_force", 1.0)):
         if abs(getattr(case, name)) > bearable * arm:
             return f"{words} {name} = {getattr(case, name):.4g} is more than friction bears, about {bearable * arm:.4g}"
     k = int(np.abs(imbalance).argmax())
     # rails that yield come after the loads
-    missing = short(balance, balance.loads[k], float(imbalance[k])) if k < len(balance.loads) else "a rail yields"
+    missing = (
+        short(balance, balance.loads[k], float(imbalance[k]))
+        if k < len(balance.loads)
+        else "a rail yields"
+    )
     for wheel in wheels:
         if on_flange(wheel):
             return f"{words} {missing}: the {wheel.side} wheel stands on its rail with its flange"
@@ -260,7 +276,9 @@ def unbalanced(balance: Balance, imbalance: np.ndarray) -> str:
 
 
 def short(balance: Balance, load: str, missing: float) -> str:
-    """By how much a load is not borne; `missing` is by the load of the axle, and the arm of a moment."""
+    """By how much a load is not borne; `missing` is by the load of the axle, and the arm of a
+    moment.
+    """
     middle = balance.case.wheelset.middle
     arms = {"roll_moment": middle, "yaw_moment": middle, "torque": balance.case.wheelset.radius}
     if load not in arms:

@@ -38,10 +38,12 @@ SLOTS = 3
 COLUMNS = 8
 """Figures of a patch, see `WheelSetForces`."""
 GROWTH = np.array([1 / 3, 1 / 3, 1.0, 2 / 3])
-"""Powers of the force with which a, b, the force itself and the approach of Hertz's contact grow."""
+"""Powers of the force with which a, b, the force itself and the approach of Hertz's contact
+grow."""
 MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
 STEP = 0.05
-"""Distance of displacements whose rolling radius difference is computed [mm]; between them it is linear."""
+"""Distance of displacements whose rolling radius difference is computed [mm]; between them it is
+linear."""
 PHASES = 400
 """Points of a quarter of a wave."""
 
@@ -137,7 +139,11 @@ class GeometryTable:
         sign = SIGN[side]
         (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
         four = slice(i, i + 2), slice(j, j + 2)
-        z, counts, nodes = self.z[four].ravel(), self.count[four].ravel(), self.patches[four].reshape(4, SLOTS, COLUMNS)
+        z, counts, nodes = (
+            self.z[four].ravel(),
+            self.count[four].ravel(),
+            self.patches[four].reshape(4, SLOTS, COLUMNS),
+        )
         weights = np.array([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
         if np.ptp(counts) > 0:
             nearest = [2 * round(s) + round(t)]
@@ -152,7 +158,12 @@ class GeometryTable:
 
     @checks.named_options(lambda given: theory_options())
     def forces(
-        self, y: float, yaw: float, velocity: Velocity, theory: TheoryName = "fastsim", **options: Any
+        self,
+        y: float,
+        yaw: float,
+        velocity: Velocity,
+        theory: TheoryName = "fastsim",
+        **options: Any,
     ) -> WheelSetForces:
         """Forces of both rails on the wheel set.
 
@@ -184,21 +195,31 @@ class GeometryTable:
         # as `WheelOnRail.creepage`, of the particles at the depth of the approach
         deep = arms + patches[:, 7:] * inwards
         pitch = -velocity.speed / radius if velocity.pitch_rate is None else velocity.pitch_rate
-        turning = np.array([velocity.roll_rate - pitch * np.sin(yaw), pitch * np.cos(yaw), velocity.yaw_rate])
-        particle = np.array([velocity.speed, velocity.lateral, velocity.vertical]) + np.cross(turning, deep)
+        turning = np.array(
+            [velocity.roll_rate - pitch * np.sin(yaw), pitch * np.cos(yaw), velocity.yaw_rate]
+        )
+        particle = np.array([velocity.speed, velocity.lateral, velocity.vertical]) + np.cross(
+            turning, deep
+        )
         speed = velocity.speed - velocity.yaw_rate * deep[:, 1] - particle[:, 0] / 2
         check_forward(float(speed.min()))
-        vx, vy, spin = rolled = -np.array([particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]) / speed
+        vx, vy, spin = rolled = (
+            -np.array([particle[:, 0], (particle * lateral).sum(axis=1), inwards @ turning]) / speed
+        )
         formula, (G, nu) = formula_of(theory, options), elastic(self.bodies, None, None)
         a, b, normal = patches[:, 4:7].T
         coefficients = no_slip_coefficients(a / b, nu)
-        Fx, Fy, Mz = formula(Contact(a, b, G, nu, self.friction * normal, vx, vy, spin, 1.0, coefficients), **options)
+        Fx, Fy, Mz = formula(
+            Contact(a, b, G, nu, self.friction * normal, vx, vy, spin, 1.0, coefficients), **options
+        )
         if np.isnan(Mz).any():
             raise SceneError("theory", theory, "a theory with a moment, such as fastsim or table")
         on_wheel = -(normal[:, None] * inwards + Fy[:, None] * lateral)
         on_wheel[:, 0] = -Fx
         moment = np.cross(arms, on_wheel) - Mz[:, None] * inwards
-        return WheelSetForces(on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled.T, np.array([Fx, Fy]).T)
+        return WheelSetForces(
+            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled.T, np.array([Fx, Fy]).T
+        )
 
 
 @checks.named_options()
@@ -257,7 +278,11 @@ def geometry_table(
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
     report = checks.progress(progress)
     shape = nodes[0].size, nodes[1].size
-    z, count, patches = np.full(shape, np.nan), np.zeros(shape, dtype=int), np.full((*shape, SLOTS, COLUMNS), np.nan)
+    z, count, patches = (
+        np.full(shape, np.nan),
+        np.zeros(shape, dtype=int),
+        np.full((*shape, SLOTS, COLUMNS), np.nan),
+    )
     without: list[tuple[float, float, VarcontactError]] = []
     for i, j in np.ndindex(shape):
         report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
@@ -277,7 +302,10 @@ def geometry_table(
             without.append((*at, error))
             continue
         if len(found.patches) > SLOTS:
-            warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=3)
+            warnings.warn(
+                f"of {len(found.patches)} patches, the {SLOTS} with the largest force count",
+                stacklevel=3,
+            )
         largest = sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS]
         kept = sorted(largest, key=lambda each: each.frame.origin[1])
         z[i, j], count[i, j], patches[i, j] = found.z, len(kept), 0.0
@@ -290,19 +318,27 @@ def geometry_table(
     if without:
         first_y, first_yaw, first = without[0]
         where = f"the first at y = {first_y:g} mm, yaw = {first_yaw:g}"
-        warnings.warn(f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3)
+        warnings.warn(
+            f"{len(without)} of {count.size} nodes have no contact, {where}: {first}", stacklevel=3
+        )
     return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
 
 
 def _nodes(field: str, value: Any) -> np.ndarray:
     nodes = checks.array(field, value, 1)
-    if nodes.size < 2 or (np.diff(nodes) <= 0).any() or not np.allclose(nodes, -nodes[::-1], atol=1e-12):
+    if (
+        nodes.size < 2
+        or (np.diff(nodes) <= 0).any()
+        or not np.allclose(nodes, -nodes[::-1], atol=1e-12)
+    ):
         raise SceneError(field, value, "two nodes or more, ascending, and symmetric about 0")
     return nodes
 
 
 def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int, float]:
-    """The interval of a value, mirrored for the left wheel, and where in it the value is, from 0 to 1."""
+    """The interval of a value, mirrored for the left wheel, and where in it the value is, from 0 to
+    1.
+    """
     value = sign * checks.number(field, given)
     if not nodes[0] <= value <= nodes[-1]:
         raise SceneError(field, given, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
@@ -350,7 +386,9 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
         gap, nearest = np.pad(locus.gap, 1, constant_values=np.inf), int(locus.gap.argmin())
         before, least, after = gap[nearest : nearest + 3]
         if not np.isfinite(before + after):
-            raise SceneError("y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile")
+            raise SceneError(
+                "y", each, message=f"y = {each:g} mm: the wheel touches at the end of a profile"
+            )
         # at the lowest point of a parabola through the nearest circles
         step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * least + after
         beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
@@ -416,7 +454,8 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
 def _of_wave(left: np.ndarray, quickest: np.ndarray) -> np.ndarray:
     """The conicity whose motion is as long a wave; NaN where there is none.
 
-    The wave is 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity.
+    The wave is 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the
+    conicity.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         quarter = np.pi / 2 * np.mean(quickest / np.sqrt(2 * left), axis=-1)

@@ -117,7 +117,9 @@ class Locus:
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """A run of circles of the wheel that are below the rail's surface, with the axle at some height."""
+    """A run of circles of the wheel that are below the rail's surface, with the axle at some
+    height.
+    """
 
     run: slice
     """Of the locus."""
@@ -131,12 +133,14 @@ class Overlap:
     ends: np.ndarray
     """x between which the circles are below the surface, shape (2, n)."""
     weights: np.ndarray
-    """The squared depth, summed up along x and over the width of each circle, shape (n,): CONTACT has the origin of a
-    patch at the weighted centre."""
+    """The squared depth, summed up along x and over the width of each circle, shape (n,): CONTACT
+    has the origin of a patch at the weighted centre."""
 
 
 def overlap(locus: Locus, run: slice, z: float) -> Overlap:
-    """The overlap of a run of circles at a height of the axle; circles above the rail have negative depths."""
+    """The overlap of a run of circles at a height of the axle; circles above the rail have negative
+    depths.
+    """
     points = np.asarray(locus.points[run] + [0.0, 0.0, z])
     depth = np.asarray(z - locus.gap[run])
     surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
@@ -149,14 +153,18 @@ def overlap(locus: Locus, run: slice, z: float) -> Overlap:
         # a rail that ends does not move the centre of the contact beside its end
         away = x - points[:, :1]
         endless = np.where(
-            np.isfinite(gaps), gaps, locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None])
+            np.isfinite(gaps),
+            gaps,
+            locus.gap[run, None] + away**2 / (2 * locus.curvature_radii[run, None]),
         )
         squared = np.maximum(z - endless, 0.0) ** 2 * np.gradient(x)
         some = inside.any(axis=1)
         points[some, 0] = squared[some] @ x / squared[some].sum(axis=1)
         weights = np.where(some, squared.sum(axis=1), weights)
         first, last = inside.argmax(axis=1), x.size - 1 - inside[:, ::-1].argmax(axis=1)
-        ends = np.where(some, [x[np.maximum(first - 1, 0)], x[np.minimum(last + 1, x.size - 1)]], ends)
+        ends = np.where(
+            some, [x[np.maximum(first - 1, 0)], x[np.minimum(last + 1, x.size - 1)]], ends
+        )
     return Overlap(run, locus, points, depth, surface, ends, weights * width)
 
 
@@ -182,8 +190,9 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
 
     Notes
     -----
-    The normal of a surface of revolution of radius ``r(y)`` is along ``(sin(theta), -r', cos(theta))`` in the frame of
-    the axle. That its component along the track is zero makes one equation for theta, solved in closed form.
+    The normal of a surface of revolution of radius ``r(y)`` is along ``(sin(theta), -r',
+    cos(theta))`` in the frame of the axle. That its component along the track is zero makes one
+    equation for theta, solved in closed form.
     """
     s = wheel.sampled(STEP)
     y, r = wheel.points(s).T
@@ -205,21 +214,29 @@ def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.nd
     return Locus(s, theta, points, r, r, gap, angles, float(centre[2]))
 
 
-def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray) -> Locus:
-    """The contact locus of a wheel over a rail of which one varies; arguments as of `contact_locus`."""
+def varied_locus(
+    wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre: np.ndarray
+) -> Locus:
+    """The contact locus of a wheel over a rail of which one varies; arguments as of
+    `contact_locus`.
+    """
     length = float(np.diff(wheel.features, axis=1).sum(axis=1).max())
     v = np.linspace(0.0, wheel.s[-1], int(np.ceil(length / CIRCLE)) + 1)
     radius = float(wheel.points(wheel.positions[:1], v[:1])[0, 0, 1])
     middle = float(wheel.points(wheel.positions[:1], np.array([v.mean()]))[0, 0, 0])
     lowest = float(centre[0] + rotation[0, 1] * middle + rotation[0, 2] * radius)
     planes = _planes(wheel, rail, lowest, radius)
-    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros((v.size, 1))
+    theta = np.arcsin(np.clip((planes - lowest) / radius, -0.9, 0.9))[None, :] + np.zeros(
+        (v.size, 1)
+    )
     theta, points, radii = _in_planes(wheel, v, theta, planes, rotation, centre)
     gaps, by_x, by_y = rail.along(points, np.array([0.0, 0.0, 1.0]))
     gaps = np.where(np.isfinite(gaps), gaps, np.inf)
     if not np.isfinite(gaps).any():
         reason = f"the wheel is beside the rail: it spans y from {points[..., 1].min():.5g} to "
-        raise NoContact("position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm")
+        raise NoContact(
+            "position.y", float(centre[1]), message=reason + f"{points[..., 1].max():.5g} mm"
+        )
     # the nearest plane of each circle; of a flat, the middle
     nearest = gaps <= gaps.min(axis=1, keepdims=True) + SMALL
     off = np.abs(planes - (nearest @ planes / nearest.sum(axis=1))[:, None])
@@ -237,20 +254,33 @@ def varied_locus(wheel: Surface, rail: RailSurface, rotation: np.ndarray, centre
 
 
 def _planes(wheel: Surface, rail: RailSurface, lowest: float, radius: float) -> np.ndarray:
-    """x of planes across the track around the `lowest` place of a wheel; two at each step, kink and end of a rail."""
-    turned, *along = (each.positions[1:][np.diff(each.positions) == 0] for each in (wheel, *rail.parts))
+    """x of planes across the track around the `lowest` place of a wheel; two at each step, kink and
+    end of a rail.
+    """
+    turned, *along = (
+        each.positions[1:][np.diff(each.positions) == 0] for each in (wheel, *rail.parts)
+    )
     planes = lowest + np.arange(-REACH, REACH + PLANE / 2, PLANE)
     turned = np.remainder(turned + np.pi, 2 * np.pi) - np.pi
     ends = rail.ends[np.isfinite(rail.ends)]
-    steps = np.concatenate([ends, *along, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])])
+    steps = np.concatenate(
+        [ends, *along, lowest + radius * np.sin(turned[np.abs(turned) < REACH / radius])]
+    )
     steps = steps[(steps > planes[0]) & (steps < planes[-1])]
     return np.unique(np.concatenate([planes, steps - BESIDE, steps + BESIDE]))
 
 
 def _in_planes(
-    wheel: Surface, v: np.ndarray, theta: np.ndarray, planes: np.ndarray, rotation: np.ndarray, centre: np.ndarray
+    wheel: Surface,
+    v: np.ndarray,
+    theta: np.ndarray,
+    planes: np.ndarray,
+    rotation: np.ndarray,
+    centre: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles, points and radii where circles `v` of a wheel cross planes, by Newton's method from angles `theta`."""
+    """Angles, points and radii where circles `v` of a wheel cross planes, by Newton's method from
+    angles `theta`.
+    """
     a, b, c = rotation[0]
     for _ in range(ROUNDS):
         (y, r), (y_by, r_by) = np.moveaxis(wheel.points(theta, v[:, None])[:2], -1, 1)
@@ -260,14 +290,21 @@ def _in_planes(
         theta = theta - step
         if np.abs(step * r).max() < 1e-9:
             break
-    (y, r), sine, cosine = np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0), np.sin(theta), np.cos(theta)
+    (y, r), sine, cosine = (
+        np.moveaxis(wheel.points(theta, v[:, None])[0], -1, 0),
+        np.sin(theta),
+        np.cos(theta),
+    )
     points = np.stack([r * sine, y, r * cosine], axis=-1) @ rotation.T + centre
     points[..., 0] = planes
     return theta, points, r
 
 
-def _lowest_beside(planes: np.ndarray, gaps: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far from the plane `k`, and how much lower, parabolas through the gaps there and beside are lowest.
+def _lowest_beside(
+    planes: np.ndarray, gaps: np.ndarray, k: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far from the plane `k`, and how much lower, parabolas through the gaps there and beside
+    are lowest.
 
     Both are 0 where there is none: beside steps, kinks and ends of rails.
     """
@@ -287,7 +324,8 @@ def _curvature_radii(
 ) -> np.ndarray:
     """Radii of circles through the gaps in planes before and behind the plane `k`, for fast ways.
 
-    Where the rail ends on one side the other one counts; where it ends on both, the circle of the wheel.
+    Where the rail ends on one side the other one counts; where it ends on both, the circle of the
+    wheel.
     """
     rows, beside = np.arange(k.size), np.clip([k - AWAY, k + AWAY], 0, planes.size - 1)
     with np.errstate(invalid="ignore", divide="ignore"):

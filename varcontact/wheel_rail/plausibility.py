@@ -1,4 +1,5 @@
-"""Plausibility warnings of wheels on rails: likely mistakes in entries that can be solved, each with its figures.
+"""Plausibility warnings of wheels on rails: likely mistakes in entries that can be solved, each
+with its figures.
 
 `CHECKS` are one small function each, which returns its sentence, or nothing.
 """
@@ -52,9 +53,7 @@ def _cant(case: OnTrack) -> str:
     cant = case.track.cant
     if cant >= 0:
         return ""
-    return (
-        f"track.cant = {cant:.4g}: the rails lean outwards; a positive cant leans them towards the middle of the track"
-    )
+    return f"track.cant = {cant:.4g}: the rails lean outwards; a positive cant leans them towards the middle of the track"
 
 
 def _gauge(case: OnTrack) -> str:
@@ -69,18 +68,14 @@ def _curve(case: OnTrack) -> str:
     if abs(radius) >= SHORT_CURVE:
         return ""
     tightest = f"the tightest curves have {SHORT_CURVE / 1e3:g} m"
-    return (
-        f"track.curve_radius = {radius:.6g} mm: {tightest}; a radius of {abs(radius):.6g} m is {abs(radius):.6g}e3 mm"
-    )
+    return f"track.curve_radius = {radius:.6g} mm: {tightest}; a radius of {abs(radius):.6g} m is {abs(radius):.6g}e3 mm"
 
 
 def _wheel_radius(case: OnTrack) -> str:
     radius, gauge = case.wheelset.radius, case.track.gauge
     if radius >= SMALL_WHEEL * gauge:
         return ""
-    return (
-        f"wheelset.radius = {radius:.4g} mm is {radius / gauge:.2g} of the gauge, {gauge:.4g} mm: it looks like inches"
-    )
+    return f"wheelset.radius = {radius:.4g} mm is {radius / gauge:.2g} of the gauge, {gauge:.4g} mm: it looks like inches"
 
 
 def _width(case: OnTrack) -> str:
@@ -90,9 +85,7 @@ def _width(case: OnTrack) -> str:
         width = float(np.ptp(profile.y))
         if width < NARROW_PROFILE:
             looks = "metres" if width < 1 else "inches"
-            return (
-                f"the {kind}'s profile is {width:.4g} mm wide: it looks like {looks}; give Profile.read(..., scale=...)"
-            )
+            return f"the {kind}'s profile is {width:.4g} mm wide: it looks like {looks}; give Profile.read(..., scale=...)"
     return ""
 
 
@@ -114,7 +107,9 @@ def of_yield_stress(yield_in_shear: float) -> tuple[str, ...]:
     least, most = YIELD_IN_SHEAR
     if least <= yield_in_shear <= most:
         return ()
-    return (f"yield_in_shear = {yield_in_shear:.4g} N/mm^2: metals have {least:g} to {most:g}, steels 100 to 1500",)
+    return (
+        f"yield_in_shear = {yield_in_shear:.4g} N/mm^2: metals have {least:g} to {most:g}, steels 100 to 1500",
+    )
 
 
 def of_hardness(hardness: float) -> tuple[str, ...]:

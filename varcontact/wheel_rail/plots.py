@@ -9,7 +9,15 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.plotting.fields import box_of
-from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, styled
+from varcontact.plotting.style import (
+    PAGE,
+    colour,
+    colour_bar,
+    empty_figure,
+    legend_below,
+    new_figure,
+    styled,
+)
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Panel
 from varcontact.wheel_rail.curve import Curve
@@ -62,9 +70,13 @@ TITLES: dict[Panel, str] = {
 
 
 def plot_profile(profile: Profile) -> Figure:
-    """Points, curve and kinks of a profile, and below them the curvature of the part that can be touched."""
+    """Points, curve and kinks of a profile, and below them the curvature of the part that can be
+    touched.
+    """
     with styled():
-        figure, (above, below) = new_figure(2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2])
+        figure, (above, below) = new_figure(
+            2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2]
+        )
         above.plot(profile.y, profile.z, ".", color="0.6", markersize=3, label="points")
         curve = profile.curve.points(profile.curve.sampled(STEP))
         above.plot(*curve.T, label="spline")
@@ -75,7 +87,14 @@ def plot_profile(profile: Profile) -> Figure:
         above.invert_yaxis()
         legend_below(above)
         for side, place in (("track side", "left"), ("field side", "right")):
-            above.text(0.01 if place == "left" else 0.99, 0.03, side, transform=above.transAxes, ha=place, color="0.4")
+            above.text(
+                0.01 if place == "left" else 0.99,
+                0.03,
+                side,
+                transform=above.transAxes,
+                ha=place,
+                color="0.4",
+            )
         at = profile.running.sampled(STEP)
         turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
         below.axhline(0, color="0.7", linewidth=0.8)
@@ -86,7 +105,9 @@ def plot_profile(profile: Profile) -> Figure:
 
 
 def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
-    """Rail and wheel, seen in the direction of travel, and the patches at their place; pressure and tractions."""
+    """Rail and wheel, seen in the direction of travel, and the patches at their place; pressure and
+    tractions.
+    """
     count = len(solution.patches)
     with styled():
         figure = empty_figure((PAGE, 2.4 + 2.6 * count))
@@ -96,7 +117,9 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
             for column, (panel, title) in enumerate(TITLES.items()):
                 ax = figure.add_subplot(spaces[i, column])
                 each.solution.plot(panel, ax=ax)
-                force = measure(each.solution.scene, "force", each.normal_force).text(each.normal_force, digits=4)
+                force = measure(each.solution.scene, "force", each.normal_force).text(
+                    each.normal_force, digits=4
+                )
                 ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]")
                 ax.set_title(title.format(number=i, force=force, solved=each))
         figure.draw_without_rendering()
@@ -104,7 +127,9 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
 
 
 def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
-    """The rail, the points of the wheel nearest to it, and the patches with the directions of their normal forces."""
+    """The rail, the points of the wheel nearest to it, and the patches with the directions of their
+    normal forces.
+    """
     case = solution.case
     curves = [case.rail] if isinstance(case.rail, Curve) else case.rail.sections(0.0)
     shapes = [curve.points(curve.sampled(STEP)) for curve in curves]
@@ -128,7 +153,15 @@ def _draw_profiles(ax: Axes, solution: WheelForces) -> None:
         ax.plot(*line.T, color=red, linewidth=4, solid_capstyle="butt", label=label)
         foot, outwards = frame.origin[1:], -frame.normal[1:]
         start = foot + NORMAL * float(each.force[2]) / largest * outwards
-        ax.annotate(str(number), tuple(foot), tuple(start), color=red, ha="center", va="center", arrowprops=arrow)
+        ax.annotate(
+            str(number),
+            tuple(foot),
+            tuple(start),
+            color=red,
+            ha="center",
+            va="center",
+            arrowprops=arrow,
+        )
     low, high = rail[:, 0].min(), rail[:, 0].max()
     ax.set(
         xlim=(low - 5, high + 5),
@@ -152,12 +185,17 @@ def plot_wheel_set(solution: WheelSetSolution) -> Figure:
 
 
 def plot_positions(table: pd.DataFrame) -> Figure:
-    """Contact points, creepages and forces over a sequence of positions; wheels that are not solved are left out.
+    """Contact points, creepages and forces over a sequence of positions; wheels that are not solved
+    are left out.
 
     `table` is that of `varcontact.wheel_rail.case_file.solve_cases`.
     """
     solved = table[table["outcome"] == "solved"]
-    over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
+    over, words = (
+        ("y", "Lateral displacement [mm]")
+        if solved["y"].nunique() > 1
+        else ("position", "Position")
+    )
     with styled():
         figure, axes = new_figure(4, 3, (PAGE, 1.05 * PAGE), sharex=True)
         _draw_columns(axes, solved, over, OVER_POSITIONS)
@@ -169,7 +207,9 @@ def plot_positions(table: pd.DataFrame) -> Figure:
 
 
 def _draw_columns(axes: Sequence[Axes], rows: pd.DataFrame, over: str, columns: Columns) -> None:
-    """Columns of rows over another one, with their error bars if there are any: a line for each patch of each wheel."""
+    """Columns of rows over another one, with their error bars if there are any: a line for each
+    patch of each wheel.
+    """
     for ax, (name, factor, label) in zip(axes, columns, strict=False):
         for i, (side, of_side) in enumerate(rows.groupby("side")):
             for patch, each in of_side.groupby("patch"):
@@ -178,19 +218,38 @@ def _draw_columns(axes: Sequence[Axes], rows: pd.DataFrame, over: str, columns: 
                 error = each.get(f"error_{name}")
                 bars = None if error is None or error.isna().all() else factor * error
                 at, values = each[over], factor * each[name]
-                ax.errorbar(at, values, bars, fmt=line, color=colour(i), markersize=3, capsize=2, label=which)
+                ax.errorbar(
+                    at,
+                    values,
+                    bars,
+                    fmt=line,
+                    color=colour(i),
+                    markersize=3,
+                    capsize=2,
+                    label=which,
+                )
         ax.set_ylabel(label)
 
 
 def plot_wear(worn: Wear) -> Figure:
-    """Friction power by area of each patch, and the depth of wear across it where there is a law."""
+    """Friction power by area of each patch, and the depth of wear across it where there is a
+    law.
+    """
     columns = 2 if worn.patches[0].archard is not None else 1
     with styled():
-        figure, axes = new_figure(len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches)))
+        figure, axes = new_figure(
+            len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches))
+        )
         for i, each in enumerate(worn.patches):
-            ax, grid, contact = axes[columns * i], each.solved.solution.grid, each.solved.solution.pressure > 0
+            ax, grid, contact = (
+                axes[columns * i],
+                each.solved.solution.grid,
+                each.solved.solution.pressure > 0,
+            )
             shown = np.where(contact, each.power_by_area, np.nan)
-            image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
+            image = ax.imshow(
+                shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal"
+            )
             image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
             colour_bar(ax, image, "W/mm²")
             left, right, bottom, top = box_of(contact, grid)
@@ -204,17 +263,22 @@ def plot_wear(worn: Wear) -> Figure:
             if each.archard is not None:
                 ax, depth = axes[columns * i + 1], 1e6 * each.depth
                 ax.plot(depth, grid.y)
-                ax.set(xlim=(min(0.0, float(depth.min())), None), ylim=(bottom, top), title=type(each.archard).__name__)
+                ax.set(
+                    xlim=(min(0.0, float(depth.min())), None),
+                    ylim=(bottom, top),
+                    title=type(each.archard).__name__,
+                )
                 ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]")
         figure.draw_without_rendering()
     return figure
 
 
 def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> Figure:
-    """Contact points, forces and damage of a sweep of wheel sets over its entry, error bars included.
+    """Contact points, forces and damage of a sweep of wheel sets over its entry, error bars
+    included.
 
-    `swept` is that of `varcontact.wheel_rail.sweep_wheel_sets` over one entry (take others by ``sel``); with its `case`
-    the contact points are drawn on both profiles, too.
+    `swept` is that of `varcontact.wheel_rail.sweep_wheel_sets` over one entry (take others by
+    ``sel``); with its `case` the contact points are drawn on both profiles, too.
     """
     entries = [str(name) for name in swept["z"].dims]
     if len(entries) != 1:
@@ -231,7 +295,9 @@ def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> F
         for ax in axes[:6]:
             ax.set_xlabel(entry)
         if case is not None:
-            for ax, profile, name in zip(axes[6:], (case.track.profile, case.wheelset.profile), CONTACTS, strict=False):
+            for ax, profile, name in zip(
+                axes[6:], (case.track.profile, case.wheelset.profile), CONTACTS, strict=False
+            ):
                 shape = profile.running.points(profile.running.sampled(STEP))
                 ax.plot(*shape.T, color="0.4")
                 for i, (_, y) in enumerate(rows.groupby("side")[name]):

@@ -1,4 +1,6 @@
-"""Where a wheel set is, and how it moves, in track coordinates: x forward, y to the right, z down [mm, rad, s]."""
+"""Where a wheel set is, and how it moves, in track coordinates: x forward, y to the right, z down
+[mm, rad, s].
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ def angle(field: str, value: Any) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fromkeys(PLACES, checks.number)):
+class Position(
+    checks.Checked, path="position", roll=angle, yaw=angle, **dict.fromkeys(PLACES, checks.number)
+):
     """Where a wheel set is in the track, but for its height.
 
     Parameters
@@ -66,7 +70,9 @@ class Position(checks.Checked, path="position", roll=angle, yaw=angle, **dict.fr
 
 
 @dataclass(frozen=True, kw_only=True)
-class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)):
+class Velocity(
+    checks.Checked, path="velocity", speed=checks.positive, **dict.fromkeys(RATES, checks.number)
+):
     """How a wheel set moves.
 
     Parameters
@@ -89,7 +95,13 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
         is.
     """
 
-    _words: ClassVar = {"vx": "speed", "vy": "lateral", "vz": "vertical", "pitch": "pitch_rate", "yaw": "yaw_rate"}
+    _words: ClassVar = {
+        "vx": "speed",
+        "vy": "lateral",
+        "vz": "vertical",
+        "pitch": "pitch_rate",
+        "yaw": "yaw_rate",
+    }
     speed: float = 1000.0
     pitch_rate: float | None = None
     lateral: float = 0.0
@@ -127,7 +139,9 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
         """
         pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
         upright = np.array([0.0, -np.sin(position.roll), np.cos(position.roll)])
-        turning = np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + self.yaw_rate * upright
+        turning = (
+            np.array([self.roll_rate, 0.0, self.speed / curve_radius]) + self.yaw_rate * upright
+        )
         if pitching:
             turning = turning + position.rotation @ [0.0, pitch, 0.0]
         return RigidBody(
@@ -141,5 +155,7 @@ class Velocity(checks.Checked, path="velocity", speed=checks.positive, **dict.fr
 def check_forward(rolling: float) -> None:
     """Refuse a wheel whose rolling velocity [mm/s] is not positive."""
     if not rolling > 0:
-        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {rolling:.6g} mm/s"
+        reason = (
+            f"velocity: a wheel does not roll forwards, its rolling velocity is {rolling:.6g} mm/s"
+        )
         raise SceneError("velocity", rolling, message=reason)

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 FEWEST = 10
 """Points a profile must have."""
 KINK, CALM, RESTLESS = np.radians(30.0), 1 / 3, 8.0
-"""A kink turns by this angle at one point; the points beside it turn by less than CALM of it, and the median of all
-points by less than one part in RESTLESS."""
+"""A kink turns by this angle at one point; the points beside it turn by less than CALM of it, and
+the median of all points by less than one part in RESTLESS."""
 TOGETHER = 0.02
 """Spacing below which a point is left out, relative to the usual one: its direction is rounding."""
 NARROWEST = 1.0
@@ -34,11 +34,11 @@ NARROWEST = 1.0
 ON_LINE = 1e-6
 """Distance below which a point lies on a line [mm]."""
 FLANGE, TIP = 0.1, 10.0
-"""A wheel's flange is further from the middle than FLANGE times the width, and deeper than the median of the points by
-TIP [mm]."""
+"""A wheel's flange is further from the middle than FLANGE times the width, and deeper than the
+median of the points by TIP [mm]."""
 BLUNT, FACE = 3.0, 5.0
-"""Least width of a flange within a millimetre of its tip, and least height of its face, steeper than 45 degrees [mm]:
-balls, cones, and hollow or barrelled treads have none."""
+"""Least width of a flange within a millimetre of its tip, and least height of its face, steeper
+than 45 degrees [mm]: balls, cones, and hollow or barrelled treads have none."""
 FINE = 0.1
 """Step along the points at which a flange is looked for [mm]."""
 WIDE = 10.0
@@ -48,14 +48,14 @@ LOST = 1.0
 BACK = 3.0
 """Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
 FLAT, MOST = 1 / 5, 2 / 3
-"""A rail is upside down if MOST of its width is within FLAT of its depth from its lowest point: heads are flat on top.
-Of a groove, even half a circle, it is 0.6 at most."""
+"""A rail is upside down if MOST of its width is within FLAT of its depth from its lowest point:
+heads are flat on top. Of a groove, even half a circle, it is 0.6 at most."""
 OUTWARDS = 1 / 80
-"""Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to the track side are
-usual."""
+"""Slope to the field side above which the sides of a rail are probably exchanged; 1:20 and 1:40 to
+the track side are usual."""
 BESIDE = 50
-"""The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either side, three at least,
-shows which way they run."""
+"""The top of a rail, or the lowest point of a wheel, with one in BESIDE of the points to either
+side, three at least, shows which way they run."""
 
 
 class DoubtfulProfile(UserWarning):
@@ -122,7 +122,9 @@ class Profile(checks.Checked):
         set_(self, "kind", checks.choice("profile.kind", self.kind, KINDS))
         y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
         if y.size != z.size:
-            raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
+            raise checks.wrong_shape(
+                "profile.z", z.shape, f"as long as profile.y, {y.size} numbers"
+            )
         points = np.stack([y, z], axis=1)
         if len(points) >= FEWEST:  # from the track side, without points that lie on each other
             points = points[:: _direction(points, self.kind)]
@@ -242,7 +244,9 @@ class Profile(checks.Checked):
     @classmethod
     @checks.named_options()
     def rail_60e1(cls, *, step: float = 0.25) -> Profile:
-        """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright, its points a `step` apart [mm]."""
+        """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright, its points a `step` apart
+        [mm].
+        """
         y, z = rail_60e1(checks.positive("step", step))
         return cls(y=y, z=z, kind="rail", name="60E1")
 
@@ -279,19 +283,25 @@ class Profile(checks.Checked):
 
     @lazy_property
     def running(self) -> Curve:
-        """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
+        """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing
+        along it.
+        """
         if self.kind == "rail":
             return self.curve.highest()
         touched = self.curve.widest()
         y, z = touched.points(touched.s).T
         if np.ptp(y) < np.ptp(self.y) / 2 or z.max() < self.z.max() - LOST:
-            part = f"y = {y[0]:.4g} to {y[-1]:.4g} mm of {self.y.min():.4g} to {self.y.max():.4g} mm"
+            part = (
+                f"y = {y[0]:.4g} to {y[-1]:.4g} mm of {self.y.min():.4g} to {self.y.max():.4g} mm"
+            )
             words = f"the wheel touches {part} alone: y has to keep growing, and noise runs back; smooth the profile"
             warnings.warn(words, DoubtfulProfile, stacklevel=3)
         return touched
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
-        """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""
+        """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the
+        profile.
+        """
         return self.running.points(self.running.at(checks.numbers("y", y)))[..., 1]
 
     def angle_at(self, y: float | np.ndarray) -> np.ndarray:
@@ -299,13 +309,17 @@ class Profile(checks.Checked):
         return self.running.angles(self.running.at(checks.numbers("y", y)))
 
     def curvature_at(self, y: float | np.ndarray) -> np.ndarray:
-        """Curvature at lateral positions `y` [1/mm], positive where the body is convex; NaN beyond the profile."""
+        """Curvature at lateral positions `y` [1/mm], positive where the body is convex; NaN beyond
+        the profile.
+        """
         sign = 1 if self.kind == "rail" else -1
         return sign * self.running.curvatures(self.running.at(checks.numbers("y", y)))
 
     @checks.named_options()
     def smoothed(self, length: float) -> Profile:
-        """The same points with another smoothing, of the wavelength `length` [mm], see `Profile`."""
+        """The same points with another smoothing, of the wavelength `length` [mm], see
+        `Profile`.
+        """
         return replace(self, smoothing=length)
 
     def plot(self) -> Figure:
@@ -341,9 +355,15 @@ def _crossed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     after = np.arange(1, order.size + 1)
     counts = np.searchsorted(low[order, 0], high[order, 0], side="right") - after
     first = np.repeat(order, counts)
-    second = order[np.arange(counts.sum()) + np.repeat(after - (np.cumsum(counts) - counts), counts)]
+    second = order[
+        np.arange(counts.sum()) + np.repeat(after - (np.cumsum(counts) - counts), counts)
+    ]
     # of these, the ones that have a part of z in common
-    near = (low[first, 1] <= high[second, 1]) & (low[second, 1] <= high[first, 1]) & (np.abs(first - second) > 1)
+    near = (
+        (low[first, 1] <= high[second, 1])
+        & (low[second, 1] <= high[first, 1])
+        & (np.abs(first - second) > 1)
+    )
     first, second = np.minimum(first, second)[near], np.maximum(first, second)[near]
     a, b, c, d = start[first], end[first], start[second], end[second]
     across, along = _off(a, b, c) * _off(a, b, d), _off(c, d, a) * _off(c, d, b)
@@ -353,11 +373,15 @@ def _crossed(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Distance of a point to the left of the line from one point to another."""
     way, to = last - first, point - first
-    return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(way[..., 0], way[..., 1])
+    return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(
+        way[..., 0], way[..., 1]
+    )
 
 
 def _direction(points: np.ndarray, kind: Kind) -> int:
-    """1 where y grows from one end to the other, or, where these meet, on what can be touched; else -1."""
+    """1 where y grows from one end to the other, or, where these meet, on what can be touched; else
+    -1.
+    """
     y, z = points.T
     if abs(y[-1] - y[0]) > np.ptp(y) / 2:
         return 1 if y[0] < y[-1] else -1
@@ -367,7 +391,9 @@ def _direction(points: np.ndarray, kind: Kind) -> int:
 
 
 def _doubt(points: np.ndarray, kind: Kind) -> str:
-    """What points of the other kind, z that points up, and a wheel's flange on the field side look like."""
+    """What points of the other kind, z that points up, and a wheel's flange on the field side look
+    like.
+    """
     y, z = points.T
     other: Kind = "wheel" if kind == "rail" else "rail"
     if _is_of(other, y, z):
@@ -376,9 +402,7 @@ def _doubt(points: np.ndarray, kind: Kind) -> str:
         return f"the {kind}'s profile looks upside down: z points down; read a file with z up with mirror_z=True"
     if kind == "rail" and (parts := _parts(y, z))[1:]:
         (first, last), (left, right) = parts[:2]
-        there = (
-            f"the part at y = {first:.4g} to {last:.4g} mm, not that at {left:.4g} to {right:.4g} mm, nearly as high"
-        )
+        there = f"the part at y = {first:.4g} to {last:.4g} mm, not that at {left:.4g} to {right:.4g} mm, nearly as high"
         return f"wheels touch {there}: along what they touch y must keep growing; cut the other off"
     if kind == "wheel" and flange(y, z) > 0:
         tip = y[z.argmax()]
@@ -387,12 +411,20 @@ def _doubt(points: np.ndarray, kind: Kind) -> str:
 
 
 def _parts(y: np.ndarray, z: np.ndarray) -> list[tuple[float, float]]:
-    """The ends of the parts along which y keeps growing, wide, and nearly as high as the highest, which comes first."""
+    """The ends of the parts along which y keeps growing, wide, and nearly as high as the highest,
+    which comes first.
+    """
     grows = np.append(False, np.diff(y) > 0)
     starts = np.flatnonzero(~grows)
     runs = [slice(a, b) for a, b in pairwise([*starts.tolist(), y.size])]
-    wide = sorted((run for run in runs if np.ptp(y[run]) > WIDE), key=lambda run: float(z[run].min()))
-    return [(float(y[run][0]), float(y[run][-1])) for run in wide if z[run].min() < z[wide[0]].min() + TIP]
+    wide = sorted(
+        (run for run in runs if np.ptp(y[run]) > WIDE), key=lambda run: float(z[run].min())
+    )
+    return [
+        (float(y[run][0]), float(y[run][-1]))
+        for run in wide
+        if z[run].min() < z[wide[0]].min() + TIP
+    ]
 
 
 def guess_mirror_z(path: Path, kind: Kind, scale: float) -> bool:
@@ -464,24 +496,37 @@ def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _is_of(kind: Kind, y: np.ndarray, z: np.ndarray) -> bool:
-    """Whether points are a rail's, both sides of which fall to their ends, or those of a wheel with a flange.
+    """Whether points are a rail's, both sides of which fall to their ends, or those of a wheel with
+    a flange.
 
-    Most of a rail's width is near its top, most of a wheel's far above its flange's tip; beyond the groove of a grooved
-    rail there is a lip.
+    Most of a rail's width is near its top, most of a wheel's far above its flange's tip; beyond the
+    groove of a grooved rail there is a lip.
     """
     at, depth, top = _falls(y, z if kind == "rail" else -z)
     far = np.diff(at) * (depth[1:] > TIP)
-    mostly_far, deepest = far.sum() > np.ptp(at) / 2, np.array([depth[: top + 1].max(), depth[top:].max()])
+    mostly_far, deepest = (
+        far.sum() > np.ptp(at) / 2,
+        np.array([depth[: top + 1].max(), depth[top:].max()]),
+    )
     if kind == "rail":
-        return not mostly_far and deepest.min() > TIP and bool((depth[[0, -1]] > deepest - ON_LINE).all())
+        return (
+            not mostly_far
+            and deepest.min() > TIP
+            and bool((depth[[0, -1]] > deepest - ON_LINE).all())
+        )
     lip = min(far[:top].sum(), far[top:].sum())
     return bool(mostly_far and deepest.min() > BACK and lip < TIP) and flange(y, z) != 0
 
 
 def check_sides(rail: Profile, stacklevel: int) -> None:
-    """Warn of a rail's head that leans to the field side around its middle, as of one whose sides are exchanged."""
+    """Warn of a rail's head that leans to the field side around its middle, as of one whose sides
+    are exchanged.
+    """
     at, depth, top = _falls(rail.y, rail.z)
-    left, right = np.interp(-TIP, -depth[: top + 1], at[: top + 1]), np.interp(TIP, depth[top:], at[top:])
+    left, right = (
+        np.interp(-TIP, -depth[: top + 1], at[: top + 1]),
+        np.interp(TIP, depth[top:], at[top:]),
+    )
     middle = np.abs(at - (left + right) / 2) < (right - left) / 4
     if min(depth[0], depth[-1]) < TIP or middle.sum() < 3:  # it does not go down on both sides
         return

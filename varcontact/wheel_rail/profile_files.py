@@ -43,15 +43,20 @@ CHANGES = {
     "units.len.f": 1000.0,
     "units.ang.f": 1.0,
 }
-"""Keywords of SIMPACK's header that change its points, and their values where they are not given."""
+"""Keywords of SIMPACK's header that change its points, and their values where they are not
+given."""
 
 
 def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, bool]:
-    """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; whether it says what z is."""
+    """Points (y, z) of a profile, shape (n, 2), in mm by the file's header; its kind; whether it
+    says what z is.
+    """
     file = checks.file_name("path", path)
     suffix = file.suffix.lower()
     if suffix not in (*COLUMNS, ".mpt", *KIND_OF):
-        raise SceneError("path", str(path), message=f"{file.name}: unknown format; known formats are {FORMATS}")
+        raise SceneError(
+            "path", str(path), message=f"{file.name}: unknown format; known formats are {FORMATS}"
+        )
     if kind is None and suffix not in KIND_OF:
         raise SceneError("kind", None, f'given: "rail" or "wheel"; {file.name} does not show it')
     kind = cast(Kind, checks.choice("kind", kind or KIND_OF[suffix], KINDS))
@@ -59,24 +64,32 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind, b
         reason = f"kind = {kind!r}, but by its suffix {file.name} is a {KIND_OF[suffix]}'s"
         raise SceneError("kind", kind, message=reason)
     if not regular(file):
-        raise SceneError("path", str(file), message=f"path {shortened(str(file), 200)} is not a regular file")
+        raise SceneError(
+            "path", str(file), message=f"path {shortened(str(file), 200)} is not a regular file"
+        )
     try:
         content = file.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = f"path {shortened(str(file), 200)} cannot be read ({first_line(error)})"
         raise SceneError("path", str(file), message=reason) from None
     try:
-        text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
+        text = content.decode(
+            "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
+        )
     except UnicodeDecodeError:  # a header in the letters of old Windows
         text = content.decode("cp1252", errors="replace")
     points = READERS[suffix](file.name, text.splitlines())
     if len(points) == 0:
-        raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}")
+        raise SceneError(
+            "path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}"
+        )
     return np.array(points), kind, SAYS_Z.search(text) is not None
 
 
 def _words(line: str) -> list[str]:
-    """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are decimal."""
+    """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are
+    decimal.
+    """
     line = line.replace("\N{MINUS SIGN}", "-")
     words = re.split(r"[;\s]+", line.strip().strip(";"))
     if len(words) > 1 and "." not in line and any(WITH_COMMA.match(word) for word in words):
@@ -93,11 +106,16 @@ def _numbers(line: str) -> list[float] | None:
 
 
 def _not_a_point(name: str, number: int, text: str) -> SceneError:
-    return SceneError("path", name, message=f"{name}, line {number}: two numbers, y and z, are needed, not {text!r}")
+    return SceneError(
+        "path",
+        name,
+        message=f"{name}, line {number}: two numbers, y and z, are needed, not {text!r}",
+    )
 
 
 def _columns(name: str, lines: list[str]) -> list[list[float]]:
-    """Two columns below lines with words, which are headings, or three, the first of which counts the points.
+    """Two columns below lines with words, which are headings, or three, the first of which counts
+    the points.
 
     Remarks begin with a comment mark.
     """
@@ -112,7 +130,9 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
             values = values[1:]
         if values is not None and len(values) == 2:
             points.append(values)
-        elif text and (points or all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))):
+        elif text and (
+            points or all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))
+        ):
             raise _not_a_point(name, number, line.strip())
     return points
 
@@ -152,7 +172,9 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
-    """Columns X and Y, in the places that ColumnDef names, below a header; remarks begin with a comment mark."""
+    """Columns X and Y, in the places that ColumnDef names, below a header; remarks begin with a
+    comment mark.
+    """
     texts = [re.split('["!%#]', line)[0].strip() for line in lines]
     given = [text.partition("=")[2] for text in texts if re.match(r"ColumnDef\s*=", text)]
     columns = [word.strip().upper() for word in given[-1].split(",")] if given else ["X", "Y"]
@@ -172,7 +194,9 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _header_end(lines: list[str]) -> int:
-    """Of a header that ends with words and a blank line, and has numbers in one line at most, the number of lines."""
+    """Of a header that ends with words and a blank line, and has numbers in one line at most, the
+    number of lines.
+    """
     blank = next((k for k, line in enumerate(lines) if not line.strip()), 0)
     numbers = [_numbers(line) is not None for line in lines[:blank]]
     return blank if blank and not numbers[-1] and sum(numbers) <= 1 else 0
@@ -263,13 +287,19 @@ def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _standards() -> dict[str, Any]:
     """The dimensions of both profiles."""
-    return tomllib.loads(files("varcontact.data").joinpath("profiles.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(
+        files("varcontact.data").joinpath("profiles.toml").read_text(encoding="utf-8")
+    )
 
 
 def _arc(between: Any, centre: Any, radius: float, step: float) -> np.ndarray:
-    """Points of an arc between two y, below its centre (larger z) for a positive radius, above it for a negative."""
+    """Points of an arc between two y, below its centre (larger z) for a positive radius, above it
+    for a negative.
+    """
     ends = np.arcsin((np.array(between) - centre[0]) / abs(radius))
-    angles = np.linspace(ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1))
+    angles = np.linspace(
+        ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1)
+    )
     return np.array([centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)])
 
 

@@ -1,4 +1,6 @@
-"""Friction by region of a rail: tread, gauge corner and gauge face, as the inclination of its surface tells."""
+"""Friction by region of a rail: tread, gauge corner and gauge face, as the inclination of its
+surface tells.
+"""
 
 from __future__ import annotations
 
@@ -42,14 +44,27 @@ class FrictionByAngle:
     def __post_init__(self) -> None:
         angles = checks.numbers("friction.angles", self.angles)
         values = checks.positives("friction.coefficients", self.coefficients)
-        if angles.ndim != 1 or angles.shape != values.shape or not angles.size or (np.diff(angles) <= 0).any():
-            raise SceneError("friction.angles", self.angles, "ascending, one for each coefficient [rad]")
+        if (
+            angles.ndim != 1
+            or angles.shape != values.shape
+            or not angles.size
+            or (np.diff(angles) <= 0).any()
+        ):
+            raise SceneError(
+                "friction.angles", self.angles, "ascending, one for each coefficient [rad]"
+            )
         object.__setattr__(self, "angles", tuple(angles.tolist()))
         object.__setattr__(self, "coefficients", tuple(values.tolist()))
 
     @classmethod
     def regions(
-        cls, tread: float, gauge_corner: float, gauge_face: float, *, corner: float = 0.3, face: float = 0.9
+        cls,
+        tread: float,
+        gauge_corner: float,
+        gauge_face: float,
+        *,
+        corner: float = 0.3,
+        face: float = 0.9,
     ) -> FrictionByAngle:
         """Three regions, which go over into each other within 0.1 rad to either side of a border.
 

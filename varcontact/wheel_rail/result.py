@@ -1,4 +1,6 @@
-"""Solutions of a wheel on a rail: forces, errors and report; T-gamma, friction power and Archard's wear."""
+"""Solutions of a wheel on a rail: forces, errors and report; T-gamma, friction power and Archard's
+wear.
+"""
 
 from __future__ import annotations
 
@@ -74,9 +76,11 @@ class PatchSolution:
 
     @property
     def error(self) -> np.ndarray:
-        """Estimated errors of `force` against the continuum [N]; NaN where grids were not chosen for an accuracy.
+        """Estimated errors of `force` against the continuum [N]; NaN where grids were not chosen
+        for an accuracy.
 
-        Those of the tangential forces on the grid, and what the error of the normal force changes in them.
+        Those of the tangential forces on the grid, and what the error of the normal force changes
+        in them.
         """
         estimate, share = self.solution.error_estimate, self.normal_error
         if estimate is None or share is None:
@@ -97,7 +101,9 @@ class PatchSolution:
 
     @property
     def tilting(self) -> np.ndarray:
-        """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the pressure alone."""
+        """Moment about x and y of the frame's origin, (Mx, My, 0) [N mm]: in a plane that of the
+        pressure alone.
+        """
         grid, surface = self.solution.grid, self.solution.scene.surface
         tangential, normal = self.solution.traction, self.solution.pressure
         if isinstance(surface, SampledDistance):
@@ -108,15 +114,21 @@ class PatchSolution:
 
     @property
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """y and z in the frame of the rows of elements, whose coordinate is the arc length on a curved surface."""
+        """y and z in the frame of the rows of elements, whose coordinate is the arc length on a
+        curved surface.
+        """
         from scipy.integrate import cumulative_trapezoid
 
         surface, along = self.solution.scene.surface, self.solution.grid.y
         if not isinstance(surface, SampledDistance) or surface.inclination is None:
             return along, np.zeros(along.size)
         angle = surface.inclination_at(self.solution.grid)
-        y, z = (cumulative_trapezoid(slope, along, initial=0.0) for slope in (np.cos(angle), np.sin(angle)))
-        return y - np.interp(0.0, along, y), z - np.interp(0.0, along, z)  # from the origin, where the arc length is 0
+        y, z = (
+            cumulative_trapezoid(slope, along, initial=0.0)
+            for slope in (np.cos(angle), np.sin(angle))
+        )
+        # from the origin, where the arc length is 0
+        return y - np.interp(0.0, along, y), z - np.interp(0.0, along, z)
 
     @property
     def peak_pressure(self) -> float:
@@ -125,7 +137,8 @@ class PatchSolution:
 
     @property
     def peak_pressure_error(self) -> float:
-        """Estimated error of `peak_pressure` against the continuum [N/mm^2]; NaN where it was not estimated.
+        """Estimated error of `peak_pressure` against the continuum [N/mm^2]; NaN where it was not
+        estimated.
 
         That of the grid, and what the error of the normal force changes: the
         peak of Hertz's contact grows by the power 1/3 of the force.
@@ -190,7 +203,9 @@ class WheelForces:
 
     @property
     def moment_on_wheelset(self) -> np.ndarray:
-        """About the middle of the axle, along the axes of the wheel set: roll, pitch (torque) and yaw [N mm]."""
+        """About the middle of the axle, along the axes of the wheel set: roll, pitch (torque) and
+        yaw [N mm].
+        """
         centre = np.array([0.0, self.position.y, self.z - self.case.wheelset.radius])
         total = np.zeros(3)
         for each in self.patches:
@@ -220,7 +235,9 @@ class WheelRailSolution(WheelForces, Reported):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Plausibility warnings of the wheel, its patches and their scenes, and faults that rule a patch; each once."""
+        """Plausibility warnings of the wheel, its patches and their scenes, and faults that rule a
+        patch; each once.
+        """
         faults = (text for each in self.patches for text in each.solution.warnings)
         return tuple(dict.fromkeys((*plausibility.doubts(self.case), *self.patch_doubts, *faults)))
 
@@ -235,11 +252,14 @@ class WheelRailSolution(WheelForces, Reported):
 
     @property
     def error(self) -> np.ndarray:
-        """Estimated errors of `force` against the continuum [N], those of the patches added up; NaN if not estimated.
+        """Estimated errors of `force` against the continuum [N], those of the patches added up; NaN
+        if not estimated.
 
         That of the vertical force is 0 where it is prescribed.
         """
-        found = np.sum([np.abs(each.patch.frame.axes) @ each.error for each in self.patches], axis=0)
+        found = np.sum(
+            [np.abs(each.patch.frame.axes) @ each.error for each in self.patches], axis=0
+        )
         prescribed = self.case.vertical_force is not None and self.case.with_friction
         return np.asarray(np.where([False, False, prescribed], found * 0.0, found))
 
@@ -271,9 +291,13 @@ class WheelRailSolution(WheelForces, Reported):
             ]
             bound = each.solution.certificate.force_bound
             if np.isfinite(bound[:2]).all():
-                lines.append(f"  guaranteed on this grid: Fx within {bound[0]:.1e} N, Fs within {bound[1]:.1e} N")
+                lines.append(
+                    f"  guaranteed on this grid: Fx within {bound[0]:.1e} N, Fs within {bound[1]:.1e} N"
+                )
             if each.solution.error_estimate is None:
-                lines.append("  no estimate of the error against the continuum: give an accuracy instead of a grid")
+                lines.append(
+                    "  no estimate of the error against the continuum: give an accuracy instead of a grid"
+                )
         return "\n".join(lines)
 
     def plot(self) -> Figure:
@@ -324,10 +348,12 @@ class PatchWear:
 
     @property
     def depth(self) -> np.ndarray:
-        """Archard's depth of wear by one passage of the patch, at the rows of its grid, shape (ny,) [mm].
+        """Archard's depth of wear by one passage of the patch, at the rows of its grid, shape (ny,)
+        [mm].
 
-        A particle stays over an element for the time dx/V, and slides ``|s| dx`` meanwhile, see `sliding`. One body
-        has all of it: the rail at each passing wheel, or the wheel at each revolution.
+        A particle stays over an element for the time dx/V, and slides ``|s| dx`` meanwhile, see
+        `sliding`. One body has all of it: the rail at each passing wheel, or the wheel at each
+        revolution.
         """
         return (self._by_work * self.sliding).sum(axis=1) * self.solved.solution.grid.sides[0]
 
@@ -338,21 +364,36 @@ class PatchWear:
 
     @property
     def t_gamma_error(self) -> float:
-        """Estimated error of T-gamma, and so of the friction work, from those of the forces [N]; NaN without them."""
-        rolled, error, estimate = self.solved.patch.creepage, self.solved.error, self.solved.solution.error_estimate
+        """Estimated error of T-gamma, and so of the friction work, from those of the forces [N];
+        NaN without them.
+        """
+        rolled, error, estimate = (
+            self.solved.patch.creepage,
+            self.solved.error,
+            self.solved.solution.error_estimate,
+        )
         if estimate is None:
             return np.nan
         turned = estimate.errors.get("Mz", 0.0) * units(self.solved.solution).get("Mz", 0.0)
-        return float(abs(rolled.vx) * error[0] + abs(rolled.vy) * error[1] + abs(rolled.spin) * turned)
+        return float(
+            abs(rolled.vx) * error[0] + abs(rolled.vy) * error[1] + abs(rolled.spin) * turned
+        )
 
     @property
     def _by_work(self) -> float | np.ndarray:
         if self.archard is None:
-            raise SceneError("archard", None, "given for depth and volume: wear(found, Archard(k=..., hardness=...))")
+            raise SceneError(
+                "archard",
+                None,
+                "given for depth and volume: wear(found, Archard(k=..., hardness=...))",
+            )
         if isinstance(self.archard, Archard):
             return self.archard.by_work
         slip_velocity = np.hypot(*self.solved.solution.slip) * self.solved.patch.creepage.speed
-        return self.archard.coefficient(self.solved.solution.pressure, slip_velocity) / self.archard.hardness
+        return (
+            self.archard.coefficient(self.solved.solution.pressure, slip_velocity)
+            / self.archard.hardness
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -383,7 +424,9 @@ class Wear:
         return sum(each.volume for each in self.patches)
 
     def plot(self) -> Figure:
-        """Friction power by area of each patch, and the depth of wear across it where there is a law."""
+        """Friction power by area of each patch, and the depth of wear across it where there is a
+        law.
+        """
         from varcontact.wheel_rail.plots import plot_wear
 
         return plot_wear(self)
@@ -418,14 +461,18 @@ def wear(found: WheelRailSolution, archard: Archard | ArchardMap | None = None) 
         solution, rolled = each.solution, each.patch.creepage
         area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
         t_gamma, density = solution.power, solution.power_density
-        f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
+        f = np.asarray(
+            solution.scene.friction if solution.friction is None else solution.friction, dtype=float
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             sliding = np.where(f > 0, density / f, solution.pressure * np.hypot(*solution.slip))
         worn = PatchWear(
             solved=each,
             archard=archard,
             t_gamma=t_gamma,
-            t_gamma_without_spin=float(0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy),
+            t_gamma_without_spin=float(
+                0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy
+            ),
             area=area,
             t_gamma_by_area=t_gamma / area,
             power=each.friction_power,

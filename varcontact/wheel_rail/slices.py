@@ -1,5 +1,5 @@
-"""Profiles that change along the rail, as of switches and crossings, or around the wheel, as with a flat; and the
-surfaces through them.
+"""Profiles that change along the rail, as of switches and crossings, or around the wheel, as with a
+flat; and the surfaces through them.
 """
 
 from __future__ import annotations
@@ -81,7 +81,13 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
     ProfileSlices(wheel, 43 slices, -0.05 to 0.05 rad)
     """
 
-    _words: ClassVar = {"profile": "profiles", "angles": "positions", "s": "positions", "dr": "z", "radii": "z"}
+    _words: ClassVar = {
+        "profile": "profiles",
+        "angles": "positions",
+        "s": "positions",
+        "dr": "z",
+        "radii": "z",
+    }
     profiles: Profile | Sequence[Profile]
     positions: Any
     z: Any = 0.0
@@ -96,25 +102,43 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
         if not profiles or any(not isinstance(each, Profile) for each in profiles):
             raise SceneError("slices.profiles", given, "a Profile, or one for each position")
         if len(profiles) != positions.size:
-            raise SceneError("slices.profiles", len(profiles), f"as many as positions, {positions.size}")
+            raise SceneError(
+                "slices.profiles", len(profiles), f"as many as positions, {positions.size}"
+            )
         if len({each.kind for each in profiles}) > 1:
             other = next(i for i, each in enumerate(profiles, 1) if each.kind != profiles[0].kind)
-            raise SceneError("slices.profiles", other, f"all of a {profiles[0].kind}: slice {other} is not")
+            raise SceneError(
+                "slices.profiles", other, f"all of a {profiles[0].kind}: slice {other} is not"
+            )
         step = np.diff(positions)
-        wrong = np.flatnonzero((step < 0) | np.concatenate([[False], (step[1:] == 0) & (step[:-1] == 0)])[: step.size])
+        wrong = np.flatnonzero(
+            (step < 0) | np.concatenate([[False], (step[1:] == 0) & (step[:-1] == 0)])[: step.size]
+        )
         if wrong.size:
             i = int(wrong[0])
             reason = f"slices.positions: slice {i + 2} at {positions[i + 1]:g} is out of order"
             raise SceneError("slices.positions", float(positions[i + 1]), message=reason)
         if profiles[0].kind == "wheel" and np.ptp(positions) >= 2 * np.pi:
-            raise SceneError("slices.positions", float(np.ptp(positions)), "angles in rad, within less than a turn")
+            raise SceneError(
+                "slices.positions",
+                float(np.ptp(positions)),
+                "angles in rad, within less than a turn",
+            )
         z = checks.numbers("slices.z", self.z)
         if z.ndim and z.shape != positions.shape:
-            raise checks.wrong_shape("slices.z", z.shape, f"a number, or one for each position, {positions.size}")
+            raise checks.wrong_shape(
+                "slices.z", z.shape, f"a number, or one for each position, {positions.size}"
+            )
         if self.features is not None:
             features = checks.array("slices.features", self.features, 2)
-            if len(features) != len(profiles) or features.shape[1] < 2 or (np.diff(features, axis=1) <= 0).any():
-                raise SceneError("slices.features", features.shape, "two or more that ascend, for each position")
+            if (
+                len(features) != len(profiles)
+                or features.shape[1] < 2
+                or (np.diff(features, axis=1) <= 0).any()
+            ):
+                raise SceneError(
+                    "slices.features", features.shape, "two or more that ascend, for each position"
+                )
             set_(self, "features", features)
         set_(self, "profiles", profiles)
         set_(self, "positions", positions)
@@ -186,7 +210,9 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
         features, kink_count, jump_count = lines.group("NFEAT", "NKINK", "NACCEL").integers()
         method = lines.group("S_METHOD")
         if method.integers()[0] not in (1, 2):
-            method.refuse("S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)")
+            method.refuse(
+                "S_METHOD", method.values[0], "is neither 1 (interpolating) nor 2 (approximating)"
+            )
         approximating = method.values[0] == "2"
         positions, profiles, known = [], [], dict[str, Profile]()
         for _ in range(count):
@@ -206,7 +232,9 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
                     kinks=kinks,
                 )
             profiles.append(known[name])
-            if len(positions) > 1 and positions[-1] - positions[-2] <= (TOGETHER if kind == "rail" else 0):
+            if len(positions) > 1 and positions[-1] - positions[-2] <= (
+                TOGETHER if kind == "rail" else 0
+            ):
                 group.refuse("S", positions[-1], f"of slice {len(positions)} is out of order")
         if features <= 1:
             return cls(profiles=profiles, positions=positions, approximating=approximating)
@@ -227,21 +255,28 @@ class ProfileSlices(checks.Checked, approximating=checks.flag):
                 used = used[:, np.concatenate([[True], (np.diff(used, axis=1) > 0).all(axis=0)])]
                 at = [positions[i] for i in has]
                 own = [profiles[i] for i in has]
-                found.append(cls(profiles=own, positions=at, features=used, approximating=approximating))
+                found.append(
+                    cls(profiles=own, positions=at, features=used, approximating=approximating)
+                )
         return found[0] if len(found) == 1 else tuple(found)
 
 
 def sliced(given: Profile | ProfileSlices) -> ProfileSlices:
     """Slices as they are, and a profile as the only one."""
-    return given if isinstance(given, ProfileSlices) else ProfileSlices(profiles=given, positions=[0.0])
+    return (
+        given
+        if isinstance(given, ProfileSlices)
+        else ProfileSlices(profiles=given, positions=[0.0])
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
     """A surface by its sections, each over v from 0 to the number of features less one.
 
-    `curves` are the different sections, with their arc lengths at the `features`. `weights`, shape (n, m + 1), has
-    those of the curves at each position, and what is added to z. Positions are x, or angles from a wheel's bottom.
+    `curves` are the different sections, with their arc lengths at the `features`. `weights`, shape
+    (n, m + 1), has those of the curves at each position, and what is added to z. Positions are x,
+    or angles from a wheel's bottom.
     """
 
     positions: np.ndarray
@@ -253,7 +288,9 @@ class Surface:
 
     @lazy_property
     def _weights(self) -> Any:
-        """The weights over all positions: cubics between steps, and constant before the first position and after."""
+        """The weights over all positions: cubics between steps, and constant before the first
+        position and after.
+        """
         from scipy.interpolate import CubicSpline, PPoly
 
         at, weights = self.positions, self.weights
@@ -266,7 +303,9 @@ class Surface:
         steps = np.flatnonzero(np.diff(at) == 0) + 1
         for a, b in pairwise([0, *steps.tolist(), at.size]):
             if b - a > 1:
-                between = (_approximation if self.approximating else CubicSpline)(at[a:b], weights[a:b])
+                between = (_approximation if self.approximating else CubicSpline)(
+                    at[a:b], weights[a:b]
+                )
                 breaks.append(between.x[:-1])
                 cubics.append(between.c)
         breaks += [at[-1:], at[-1:] + 1.0]
@@ -302,7 +341,9 @@ class Surface:
         return {}
 
     def _strip(self, i: int) -> Any:
-        """The cubic along x between two positions, (4, 2) by v: the sections are added up once, not at each point."""
+        """The cubic along x between two positions, (4, 2) by v: the sections are added up once, not
+        at each point.
+        """
         if i not in self._strips:
             from scipy.interpolate import PPoly
 
@@ -310,7 +351,10 @@ class Surface:
             weights = self._weights.c[:, i]
             largest = (np.abs(weights[:, :-1]) * width ** np.arange(3, -1, -1)[:, None]).sum(axis=0)
             # their breakpoints, of sections further away they are hardly felt
-            ends = [self._at_features(k, self.curves[k].s) for k in np.flatnonzero(largest > MUCH).tolist()]
+            ends = [
+                self._at_features(k, self.curves[k].s)
+                for k in np.flatnonzero(largest > MUCH).tolist()
+            ]
             v = np.unique(np.concatenate([np.arange(self.features.shape[1]), *ends]).round(DIGITS))
             cubics = np.zeros((4, v.size - 1, 4, 2))
             cubics[3, :, :, 1] = weights[:, -1]
@@ -337,7 +381,8 @@ class Surface:
 
 
 def _approximation(at: np.ndarray, values: np.ndarray) -> Any:
-    """The cubic B-spline of which values are the control points; its knots are the places but the second from the ends.
+    """The cubic B-spline of which values are the control points; its knots are the places but the
+    second from the ends.
 
     Of evenly spaced ones it has (1, 4, 1)/6 of three values at the middle one.
     """
@@ -349,10 +394,15 @@ def _approximation(at: np.ndarray, values: np.ndarray) -> Any:
     return PPoly([found(breaks[:-1], k) / math.factorial(k) for k in (3, 2, 1, 0)], breaks)
 
 
-def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift: float, *, backwards: bool) -> Surface:
-    """The surface of slices, each `placed`, and their positions shifted: `backwards` where that turns its direction."""
+def surface_of(
+    slices: ProfileSlices, placed: Callable[[Profile], Curve], shift: float, *, backwards: bool
+) -> Surface:
+    """The surface of slices, each `placed`, and their positions shifted: `backwards` where that
+    turns its direction.
+    """
     profiles, features = cast(Sequence[Profile], slices.profiles), slices.features
-    keys = [id(each) if features is None else i for i, each in enumerate(profiles)]  # features are of slices
+    # features are of slices
+    keys = [id(each) if features is None else i for i, each in enumerate(profiles)]
     different = list(dict.fromkeys(keys))
     curves = tuple(placed(profiles[keys.index(key)]) for key in different)
     if features is None:
@@ -362,7 +412,9 @@ def surface_of(slices: ProfileSlices, placed: Callable[[Profile], Curve], shift:
     weights = np.eye(len(curves))[[different.index(key) for key in keys]]
     period = 2 * np.pi if slices.kind == "wheel" else np.inf
     weights = np.concatenate([weights, slices.z[:, None]], axis=1)
-    return Surface(slices.positions + shift, curves, features, weights, period, slices.approximating)
+    return Surface(
+        slices.positions + shift, curves, features, weights, period, slices.approximating
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -375,7 +427,10 @@ class RailSurface:
     def ends(self) -> np.ndarray:
         """x between which each rail is, shape (n, 2): the first and the last one go on."""
         first, last = np.array([each.positions[[0, -1]] for each in self.parts]).T
-        before, behind = np.where(first == first.min(), -np.inf, first), np.where(last == last.max(), np.inf, last)
+        before, behind = (
+            np.where(first == first.min(), -np.inf, first),
+            np.where(last == last.max(), np.inf, last),
+        )
         return np.stack([before, behind], axis=1)
 
     def sections(self, x: float) -> list[Curve]:
@@ -391,11 +446,14 @@ class RailSurface:
         height = [float(curve.points(curve.at(np.array([y])))[0, 1]) for curve in found]
         return found[int(np.argmin(np.nan_to_num(height, nan=np.inf)))]
 
-    def along(self, points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From points, shape (rows, columns, 3), each column near one x, along a direction to the highest rail.
+    def along(
+        self, points: np.ndarray, direction: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From points, shape (rows, columns, 3), each column near one x, along a direction to the
+        highest rail.
 
-        Distances, and slopes of the rail there along x and y; NaN where no rail is. Newton's method for the distance
-        and v.
+        Distances, and slopes of the rail there along x and y; NaN where no rail is. Newton's method
+        for the distance and v.
         """
         shape = points.shape[:2]
         far, by_x, by_y = (np.full(shape, np.nan) for _ in range(3))
@@ -406,7 +464,9 @@ class RailSurface:
             for j, section in zip(np.flatnonzero(there), sections.swapaxes(0, 1), strict=True):
                 across, height = section.T
                 run = growing(np.diff(across) > 0, int(height.argmin()))
-                v[:, j] = np.interp(points[:, j, 1], across[run], part.s[run], left=np.nan, right=np.nan)
+                v[:, j] = np.interp(
+                    points[:, j, 1], across[run], part.s[run], left=np.nan, right=np.nan
+                )
             here = np.isfinite(v)
             if not here.any():
                 continue
@@ -425,6 +485,10 @@ class RailSurface:
                     break
             slope = along[:, 1] / along[:, 0]
             nearer = ~(far[here] <= away) & (np.abs(off).max(axis=1) < 1e-3)
-            for whole, values in ((far, away), (by_y, slope), (by_x, turned[:, 1] - slope * turned[:, 0])):
+            for whole, values in (
+                (far, away),
+                (by_y, slope),
+                (by_x, turned[:, 1] - slope * turned[:, 0]),
+            ):
                 whole[here] = np.where(nearer, values, whole[here])
         return far, by_x, by_y

@@ -52,29 +52,36 @@ from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRai
 SIDE_BY_SIDE = 32
 """Parts of a sweep whose tractions are solved for at a time."""
 LEAP = 0.1
-"""Change of the depth between positions, relative, from which the next one is not expected to follow it."""
+"""Change of the depth between positions, relative, from which the next one is not expected to
+follow it."""
 ON_ELLIPSE = 32
-"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
+"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
+jump."""
 TARGETS = ("accuracy", "time_budget")
 START = 0.5, 0.125
 """Sides of elements [mm] for the first height, where grids are chosen."""
 ACROSS = 14
-"""Elements across the smallest patch on the coarsest of three sets of elements, which tell the error by default."""
+"""Elements across the smallest patch on the coarsest of three sets of elements, which tell the
+error by default."""
 START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
-"""Change of the height, relative to the least approach, from which contacts are determined again."""
+"""Change of the height, relative to the least approach, from which contacts are determined
+again."""
 
 Solved = tuple[WheelRailSolution, list[Operators]]
 """With the operators on the grids of its patches."""
 Kind = TypeVar("Kind")
 Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
-"""What gives contacts with their pressures, and is given them, some with tractions, until it has its result."""
+"""What gives contacts with their pressures, and is given them, some with tractions, until it has
+its result."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """Where the search for a height begins: at that of a solution, so much deeper, with its operators if known."""
+    """Where the search for a height begins: at that of a solution, so much deeper, with its
+    operators if known.
+    """
 
     solution: WheelRailSolution
     deeper: float = 0.0
@@ -109,11 +116,12 @@ def solve_wheels_on_rails(
     on_first: Callable[[WheelRailSolution], None] = lambda first: None,
     **methods: Any,
 ) -> Iterator[tuple[int, WheelRailSolution | VarcontactError]]:
-    """The numbers of cases, and their solutions or what refuses them, as they are found, without `warn`.
+    """The numbers of cases, and their solutions or what refuses them, as they are found, without
+    `warn`.
 
-    `on_first` is given the first, rough solution of each where grids are chosen: before time is spent on finer ones.
-    Parts of them are solved side by side, with all tractions at a time; within a part each begins from the one before,
-    and as much deeper as that was than the one before it.
+    `on_first` is given the first, rough solution of each where grids are chosen: before time is
+    spent on finer ones. Parts of them are solved side by side, with all tractions at a time; within
+    a part each begins from the one before, and as much deeper as that was than the one before it.
     """
     found: dict[int, WheelRailSolution | VarcontactError] = {}
     methods["certify"] = certify
@@ -136,13 +144,16 @@ def solve_wheels_on_rails(
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
     parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
     together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
-    waiting: list[tuple[Steps[None], list[ContactOnGrid]]] = [(part(each.tolist()), []) for each in parts]
+    waiting: list[tuple[Steps[None], list[ContactOnGrid]]] = [
+        (part(each.tolist()), []) for each in parts
+    ]
     while waiting:
         flat, going = [contact for _, contacts in waiting for contact in contacts], []
         settled = settled_together(flat) if together else flat
         for steps, contacts in waiting:
             with one_blas_thread(), suppress(StopIteration), catch_warnings():
-                simplefilter("ignore", PlausibilityWarning)  # of scenes of patches: `warn` has them, each once
+                # of scenes of patches: `warn` has them, each once
+                simplefilter("ignore", PlausibilityWarning)
                 own = [settled.pop(0) for _ in contacts]
                 going.append((steps, steps.send(own) if own else next(steps)))
             yield from found.items()
@@ -171,14 +182,21 @@ def _wheel(
     if target is not None:
         return (yield from _to_target(case, tol, methods, target, on_first))
     found = yield from _on_elements(case, tol, methods, start)
-    if case.conformal == "auto" and not theory and any(too_wide(case, each) for each in found[0].patches):
-        with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
+    if (
+        case.conformal == "auto"
+        and not theory
+        and any(too_wide(case, each) for each in found[0].patches)
+    ):
+        # a profile that turns too fast or is too rough: the warning tells
+        with suppress(NotConverged, SceneError):
             found = yield from _on_elements(replace(case, conformal=True), tol, methods)
     return found
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> Target | None:
-    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not is refused."""
+    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not
+    is refused.
+    """
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")
@@ -192,10 +210,14 @@ def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> Target 
         checks.positive(name, value)
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:
-                reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
+                reason = (
+                    f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
+                )
                 raise SceneError(side, getattr(case, side), message=reason)
         if theory:
-            reason = f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
+            reason = (
+                f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
+            )
             raise SceneError("tangential", methods["tangential"], message=reason)
     return Target(**target) if target else None
 
@@ -208,15 +230,23 @@ def _on_elements(
     deadline: float = math.inf,
     second_order: bool = False,
 ) -> Steps[Solved]:
-    """On elements of dx and dy; each height begins with what was found at the one before, or at the start."""
+    """On elements of dx and dy; each height begins with what was found at the one before, or at the
+    start.
+    """
     search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
     before: list[Solution | Near] = []
     known: Sequence[Operators] = ()
     if start is not None:
         last, known = start.solution, start.operators
-        before, frames = [each.solution for each in last.patches], [each.frame for each in last.patches]
+        before, frames = (
+            [each.solution for each in last.patches],
+            [each.frame for each in last.patches],
+        )
         forces = [each.force for each in last.patches]
-        normal, borne = _vertical(frames, forces, False), _vertical(frames, forces, case.with_friction)
+        normal, borne = (
+            _vertical(frames, forces, False),
+            _vertical(frames, forces, case.with_friction),
+        )
         z = case.touching + (last.z - last.case.touching + start.deeper)
         search = BearingHeight(case, tol, z, (normal, borne))
     frictionless: list[ContactOnGrid] = []
@@ -231,7 +261,9 @@ def _on_elements(
             near = [each.near for each in frictionless] or before
             frictionless = _contacts(bare, _for_pressure(methods), near, known, deadline=deadline)
             known = [each.disc.operators for each in frictionless]
-            if not search.normal_forces_bear(_vertical(frames, [each.force for each in frictionless], False)):
+            if not search.normal_forces_bear(
+                _vertical(frames, [each.force for each in frictionless], False)
+            ):
                 continue
         if by_theory:
             solutions = [_by_theory(scene, methods) for scene in scenes]
@@ -241,21 +273,29 @@ def _on_elements(
             loaded = _contacts(scenes, methods, near, (), frictionless, deadline)
             if loaded:
                 settled = yield loaded
-                found = [each.settled() if each is one else each for each, one in zip(settled, loaded, strict=True)]
+                found = [
+                    each.settled() if each is one else each
+                    for each, one in zip(settled, loaded, strict=True)
+                ]
             else:
                 found = _contacts(scenes, methods, near, known, deadline=deadline)
             forces = [each.force for each in found]
         search.borne(_vertical(frames, forces, case.with_friction))
     if found:
         solutions = [each.solution() for each in found]
-    solved = WheelRailSolution(case, search.z, tuple(map(PatchSolution, patches, solutions)), search.rounds)
+    solved = WheelRailSolution(
+        case, search.z, tuple(map(PatchSolution, patches, solutions)), search.rounds
+    )
     return solved, [each.disc.operators for each in found]
 
 
 def _patches(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
     """The patches at a height, where those in parts have what each feels of the others."""
     patches = case.patches(z, with_grid=with_grid)
-    return tuple(replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each for each in patches)
+    return tuple(
+        replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each
+        for each in patches
+    )
 
 
 def _contacts(
@@ -266,9 +306,11 @@ def _contacts(
     frictionless: Sequence[ContactOnGrid] = (),
     deadline: float = math.inf,
 ) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are as many.
+    """The contacts of patches, from others of theirs and with their influence numbers, if there are
+    as many.
 
-    Of `frictionless` ones with their pressures, and tractions to begin with; none where these change a pressure.
+    Of `frictionless` ones with their pressures, and tractions to begin with; none where these
+    change a pressure.
     """
     contacts: list[ContactOnGrid] = []
     for k, scene in enumerate(scenes):
@@ -293,13 +335,16 @@ def _to_target(
     target: Target,
     on_first: Callable[[WheelRailSolution], None],
 ) -> Steps[Solved]:
-    """To an accuracy or within a time, with error bars; on a curved surface where a plane is too flat."""
+    """To an accuracy or within a time, with error bars; on a curved surface where a plane is too
+    flat.
+    """
     started = time.perf_counter()
     first = yield from _first(case, tol, methods, target, started)
     on_first(first)
     if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
         curved = replace(case, conformal=True)
-        with suppress(NotConverged, SceneError):  # a profile that turns too fast or is too rough: the warning tells
+        # a profile that turns too fast or is too rough: the warning tells
+        with suppress(NotConverged, SceneError):
             first_curved = yield from _first(curved, tol, methods, target, started)
             return (yield from _from_first(curved, tol, methods, target, first_curved, started))
     return (yield from _from_first(case, tol, methods, target, first, started))
@@ -340,8 +385,8 @@ def _from_first(
 ) -> Steps[Solved]:
     """From a first solution to an accuracy; within a time on finer and finer elements.
 
-    By default three sets of elements tell the error where grids cannot be chosen for an accuracy or do not reach it,
-    and where noise dominates the pressure.
+    By default three sets of elements tell the error where grids cannot be chosen for an accuracy or
+    do not reach it, and where noise dominates the pressure.
     """
     if target.accuracy is not None and not (target.by_default and noisy_patches(first)):
         try:
@@ -357,8 +402,8 @@ def _to_accuracy(
 ) -> WheelRailSolution:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
-    Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
-    the power 3/2 of the depth; grids stay, so that forces do not jump.
+    Distances and frames are those of a height near that which bears the load. From there the normal
+    forces grow by the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
     assert target.accuracy is not None
     half = replace(target, accuracy=target.accuracy / 2)
@@ -379,7 +424,8 @@ def _on_finer_elements(
 ) -> Steps[Solved]:
     """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
 
-    Forces are those of the last, without extrapolation: they bear the load. The last three tell the errors.
+    Forces are those of the last, without extrapolation: they bear the load. The last three tell the
+    errors.
     """
     ends = 0.0 if target.time_budget is None else started + target.time_budget
     n = float(ACROSS if target.time_budget is None else FIRST)
@@ -392,7 +438,9 @@ def _on_finer_elements(
         start = _Start(solved[-1] if solved else first)
         deadline = _deadline(target, started, len(solved) < GRIDS)
         try:
-            last, operators = yield from _on_elements(on_sides, tol, methods, start, deadline, second_order=True)
+            last, operators = yield from _on_elements(
+                on_sides, tol, methods, start, deadline, second_order=True
+            )
         except OutOfTime:
             if not solved:
                 raise _too_short(target) from None
@@ -408,7 +456,9 @@ def _on_finer_elements(
 
 
 def _with_elements_across(case: WheelOnRail, first: WheelRailSolution, n: float) -> WheelOnRail:
-    """The case with n elements across the smallest patch of a solution, and more of them along x, as `gridded` has."""
+    """The case with n elements across the smallest patch of a solution, and more of them along x,
+    as `gridded` has.
+    """
     contacts = [each.solution.pressure > 0 for each in first.patches]
     dx = START[0] * min(contact.any(axis=0).sum() for contact in contacts) / (RATIO * n)
     dy = START[1] * min(contact.any(axis=1).sum() for contact in contacts) / n
@@ -416,7 +466,9 @@ def _with_elements_across(case: WheelOnRail, first: WheelRailSolution, n: float)
 
 
 def _with_errors(solved: list[WheelRailSolution], target: Target) -> WheelRailSolution:
-    """The last of solutions on finer and finer elements, with errors where all have as many patches."""
+    """The last of solutions on finer and finer elements, with errors where all have as many
+    patches.
+    """
     last = solved[-1]
     if len(solved) == 1 or len({len(each.patches) for each in solved}) > 1:
         return last
@@ -444,8 +496,12 @@ def _with_normal_error(patch: PatchSolution, error: float) -> PatchSolution:
     return replace(patch, normal_error=error)
 
 
-def _normal_errors(case: WheelOnRail, patches: Sequence[PatchSolution], errors: list[float]) -> list[float]:
-    """Relative errors of normal forces: of a single patch the load and the tangential force determine it."""
+def _normal_errors(
+    case: WheelOnRail, patches: Sequence[PatchSolution], errors: list[float]
+) -> list[float]:
+    """Relative errors of normal forces: of a single patch the load and the tangential force
+    determine it.
+    """
     estimate = patches[0].solution.error_estimate
     if case.z is not None or len(patches) > 1:
         return errors
@@ -464,7 +520,9 @@ def _chosen(scene: Scene, methods: dict[str, Any], target: Target) -> Solution:
     return found
 
 
-def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target) -> WheelRailSolution:
+def _near(
+    case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target
+) -> WheelRailSolution:
     """To an accuracy, with the distances and frames of a height."""
     patches = _patches(case, near, with_grid=False)
     forces, force_errors = [], []  # at the approach of each patch
@@ -480,23 +538,40 @@ def _near(case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], t
 
     search = BearingHeight(case, tol, near)
     for z in search:
-        deeper = [max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0) ** 1.5 for patch in patches]
+        deeper = [
+            max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0) ** 1.5
+            for patch in patches
+        ]
         loads = [force * more for force, more in zip(forces, deeper, strict=True)]
-        if case.z is None and not search.normal_forces_bear(float(np.cos([each.angle for each in patches]) @ loads)):
+        if case.z is None and not search.normal_forces_bear(
+            float(np.cos([each.angle for each in patches]) @ loads)
+        ):
             continue
-        scenes = [replace(p.scene, approach=None, normal_force=load) for p, load in zip(patches, loads, strict=True)]
+        scenes = [
+            replace(p.scene, approach=None, normal_force=load)
+            for p, load in zip(patches, loads, strict=True)
+        ]
         loaded = [
-            PatchSolution(patch, _chosen(scene, methods, target)) for patch, scene in zip(patches, scenes, strict=True)
+            PatchSolution(patch, _chosen(scene, methods, target))
+            for patch, scene in zip(patches, scenes, strict=True)
         ]
         solved = tuple(map(_with_normal_error, loaded, _normal_errors(case, loaded, force_errors)))
-        search.borne(_vertical([each.frame for each in patches], [each.force for each in solved], case.with_friction))
+        search.borne(
+            _vertical(
+                [each.frame for each in patches],
+                [each.force for each in solved],
+                case.with_friction,
+            )
+        )
     return WheelRailSolution(case, search.z, solved, search.rounds)
 
 
 def _vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
     """The vertical force on the rail; without friction that of the normal forces."""
     counts = np.array([with_friction, with_friction, True])
-    return float(sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True)))
+    return float(
+        sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
+    )
 
 
 def _for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
@@ -515,7 +590,12 @@ def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
         along = weights.sum(axis=axis)
         sides.append(float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12))))
     f: Any = scene.friction
-    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f  # a theory has one: the mean by the pressure
-    hertz: dict[str, Any] = {"surface": Ellipse(*sides), "approach": None, "normal_force": normal.normal_force}
+    # a theory has one: the mean by the pressure
+    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f
+    hertz: dict[str, Any] = {
+        "surface": Ellipse(*sides),
+        "approach": None,
+        "normal_force": normal.normal_force,
+    }
     scene = replace(scene, **hertz, friction=f, grid=Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE))
     return solve(scene, **{name: value for name, value in methods.items() if name != "normal"})

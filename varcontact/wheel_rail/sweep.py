@@ -40,7 +40,9 @@ OF_WHEEL = ("Y_over_Q", "nadal")
 
 
 def _of_wheel_sets(given: Mapping[str, Any]) -> tuple[str, ...]:
-    return checks.options_of(WheelSetOnTrack.estimate if given.get("fast") is True else WheelSetOnTrack.solve)
+    return checks.options_of(
+        WheelSetOnTrack.estimate if given.get("fast") is True else WheelSetOnTrack.solve
+    )
 
 
 @checks.named_options(_of_wheel_sets)
@@ -108,7 +110,11 @@ def sweep_wheel_sets(
     xr = imported("xarray")
     if isinstance(cases, WheelSetOnTrack):
         named = {"": cases}
-    elif isinstance(cases, Mapping) and cases and all(isinstance(each, WheelSetOnTrack) for each in cases.values()):
+    elif (
+        isinstance(cases, Mapping)
+        and cases
+        and all(isinstance(each, WheelSetOnTrack) for each in cases.values())
+    ):
         named = {str(name): case for name, case in cases.items()}
     else:
         raise SceneError("cases", cases, "a WheelSetOnTrack, or a mapping of them by name")
@@ -129,8 +135,23 @@ def sweep_wheel_sets(
     for name in (each for each in OF_SETS if each not in (*KEYS, "identity")):
         keys = KEYS[: 1 if name in OF_AXLE else 2 if name in OF_WHEEL else 3]
         known = table if len(keys) == 1 else table[table["outcome"] == "solved"]
-        column = known.groupby(list(keys))[name].first().to_xarray().reindex({key: whole[key] for key in keys})
-        values = column.to_numpy().astype(str if name in WORDS else float).reshape(*shape, *column.shape[1:])
-        units = next(({"units": unit} for unit, names in UNITS.items() if name in names.split()), {})
-        columns[f"found_{name}" if name in coordinates else name] = ((*coordinates, *keys[1:]), values, units)
+        column = (
+            known.groupby(list(keys))[name]
+            .first()
+            .to_xarray()
+            .reindex({key: whole[key] for key in keys})
+        )
+        values = (
+            column.to_numpy()
+            .astype(str if name in WORDS else float)
+            .reshape(*shape, *column.shape[1:])
+        )
+        units = next(
+            ({"units": unit} for unit, names in UNITS.items() if name in names.split()), {}
+        )
+        columns[f"found_{name}" if name in coordinates else name] = (
+            (*coordinates, *keys[1:]),
+            values,
+            units,
+        )
     return xr.Dataset(columns, coords=coordinates | places)

@@ -31,7 +31,9 @@ FINE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
-class Irregularity(checks.Checked, path="irregularity", roll=angle, **dict.fromkeys(NUMBERS, checks.number)):
+class Irregularity(
+    checks.Checked, path="irregularity", roll=angle, **dict.fromkeys(NUMBERS, checks.number)
+):
     """How far a rail is from its place in the track, and how fast it moves.
 
     Parameters
@@ -65,7 +67,9 @@ IN_PLACE = Irregularity()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=checks.at_least_zero, cant=angle):
+class Track(
+    checks.Checked, path="track", gauge=checks.number, gauge_height=checks.at_least_zero, cant=angle
+):
     """Two rails.
 
     Parameters
@@ -113,7 +117,12 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
     717.5 True
     """
 
-    _words: ClassVar = {"inclination": "cant", "profile": "rail", "width": "gauge", "radius": "curve_radius"}
+    _words: ClassVar = {
+        "inclination": "cant",
+        "profile": "rail",
+        "width": "gauge",
+        "radius": "curve_radius",
+    }
     rail: Profile | ProfileSlices | tuple[Profile | ProfileSlices, ...]
     gauge: float = 1435.0
     gauge_height: float = 14.0
@@ -140,7 +149,9 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
         if self.stiffness is not None:
             stiffness = checks.positives("track.stiffness", self.stiffness)
             if stiffness.shape != (2,):
-                raise checks.wrong_shape("track.stiffness", stiffness.shape, "two numbers, lateral and vertical")
+                raise checks.wrong_shape(
+                    "track.stiffness", stiffness.shape, "two numbers, lateral and vertical"
+                )
             set_(self, "stiffness", tuple(stiffness.tolist()))
         for side in SIGN:
             checks.kind(f"track.{side}", getattr(self, side), Irregularity)
@@ -151,8 +162,14 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
         """The tracks whose rails are those of one side: itself, where both sides have the same."""
         if self.left_rail is self.right_rail is None:
             return dict.fromkeys(SIGN, self)
-        rails: dict[Side, Any] = {"left": self.left_rail or self.rail, "right": self.right_rail or self.rail}
-        return {side: replace(self, rail=rail, left_rail=None, right_rail=None) for side, rail in rails.items()}
+        rails: dict[Side, Any] = {
+            "left": self.left_rail or self.rail,
+            "right": self.right_rail or self.rail,
+        }
+        return {
+            side: replace(self, rail=rail, left_rail=None, right_rail=None)
+            for side, rail in rails.items()
+        }
 
     @lazy_property
     def rails(self) -> tuple[ProfileSlices, ...]:
@@ -167,7 +184,11 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
     @property
     def constant(self) -> bool:
         """Whether both rails are one profile along the track."""
-        return self.left_rail is self.right_rail is None and len(self.rails) == 1 and self.rails[0].constant
+        return (
+            self.left_rail is self.right_rail is None
+            and len(self.rails) == 1
+            and self.rails[0].constant
+        )
 
     @lazy_property
     def origin(self) -> np.ndarray:
@@ -177,7 +198,9 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
         points = points[: int(points[:, 1].argmin()) + 1]  # from the track side to the top
         depth = points[:, 1] - points[-1, 1]
         if depth.max() < self.gauge_height:
-            allowed = f"at most {depth.max():.3g} mm, where the rail's profile ends on the track side"
+            allowed = (
+                f"at most {depth.max():.3g} mm, where the rail's profile ends on the track side"
+            )
             allowed += "; 0 measures the gauge between the highest points"
             raise SceneError("track.gauge_height", self.gauge_height, allowed)
         if self.gauge_height == 0:
@@ -189,12 +212,15 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
         return np.array([self.gauge / 2 - innermost, -points[-1, 1]])
 
     def placed(self, side: Side) -> Curve:
-        """The part of the rail on a `side` that can be touched: a curve (y, z) in track coordinates, y growing.
+        """The part of the rail on a `side` that can be touched: a curve (y, z) in track
+        coordinates, y growing.
 
         SceneError for slices, which have no such curve, unless all are one profile.
         """
         if not self.constant:
-            raise SceneError("track.rail", self.rail, "one profile along the track, the same on both sides")
+            raise SceneError(
+                "track.rail", self.rail, "one profile along the track, the same on both sides"
+            )
         return self._in_track(self.profile, side).highest()
 
     def _in_track(self, profile: Profile, side: Side) -> Curve:
@@ -205,10 +231,14 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
     def surface(self, side: Side, s: float) -> RailSurface:
         """Of all rails on a `side`, in track coordinates, x from a place `s` along the track."""
         placed = partial(self._in_track, side=side)
-        return RailSurface(tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails))
+        return RailSurface(
+            tuple(surface_of(each, placed, -s, backwards=side == "left") for each in self.rails)
+        )
 
     def _motion(self, side: Side) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix and shift from (y, z) of the profile to those of the track: canted, mirrored, and out of place."""
+        """Matrix and shift from (y, z) of the profile to those of the track: canted, mirrored, and
+        out of place.
+        """
         given: Irregularity = getattr(self, side)
         mirror = np.array([SIGN[side], 1.0])
         turned = rotation(roll=given.roll)[1:, 1:] * mirror
@@ -217,12 +247,17 @@ class Track(checks.Checked, path="track", gauge=checks.number, gauge_height=chec
     def rail_body(self, side: Side) -> RigidBody:
         """The rail on a `side` as a rigid body, with the velocities of its irregularity."""
         given: Irregularity = getattr(self, side)
-        velocity, turning = np.array([0.0, given.lateral, given.vertical]), np.array([given.roll_rate, 0.0, 0.0])
+        velocity, turning = (
+            np.array([0.0, given.lateral, given.vertical]),
+            np.array([given.roll_rate, 0.0, 0.0]),
+        )
         position = np.array([0.0, *self._motion(side)[1]])
         return RigidBody(position=position, velocity=velocity, angular_velocity=turning)
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
-        """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before canting [mm]."""
+        """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before
+        canting [mm].
+        """
         matrix, shift = self._motion(side)
         return np.asarray((point - shift) @ matrix)
 
@@ -257,7 +292,11 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
     750.0
     """
 
-    _words: ClassVar = {"profile": "wheel", "nominal_radius": "radius", "back_to_back": "inside_distance"}
+    _words: ClassVar = {
+        "profile": "wheel",
+        "nominal_radius": "radius",
+        "back_to_back": "inside_distance",
+    }
     wheel: Profile | ProfileSlices
     radius: float = 460.0
     inside_distance: float = 1360.0
@@ -267,11 +306,15 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
         _check_profile("wheelset.wheel", self.wheel, "wheel")
         super().__post_init__()
         object.__setattr__(
-            self, "inside_distance", checks.at_least_zero("wheelset.inside_distance", self.inside_distance)
+            self,
+            "inside_distance",
+            checks.at_least_zero("wheelset.inside_distance", self.inside_distance),
         )
         smallest = self.radius + float(self.profile.z.min())
         if smallest <= 0:
-            allowed = f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
+            allowed = (
+                f"in millimetres: where the wheel's profile is highest it leaves {smallest:.3g} mm"
+            )
             raise SceneError("wheelset.radius", self.radius, allowed)
         y, z = self.profile.y, self.profile.z
         tip = float(y[z.argmax()])
@@ -299,7 +342,8 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
         return self.inside_distance / 2 - self.flange_back
 
     def placed(self, side: Side) -> Curve:
-        """The part of the wheel on a `side` that can be touched: (y from the middle of the axle, radius), y growing.
+        """The part of the wheel on a `side` that can be touched: (y from the middle of the axle,
+        radius), y growing.
 
         SceneError for a wheel out of round.
         """
@@ -312,8 +356,12 @@ class WheelSet(checks.Checked, path="wheelset", radius=checks.positive, flange_b
         return curve if side == "right" else curve.mirrored
 
     def surface(self, side: Side, pitch: float) -> Surface:
-        """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius) over the angle."""
-        return surface_of(self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left")
+        """That of the wheel on a `side`, turned by `pitch`: (y from the middle of the axle, radius)
+        over the angle.
+        """
+        return surface_of(
+            self._slices, partial(self._on_axle, side=side), pitch, backwards=side == "left"
+        )
 
 
 def _check_profile(field: str, given: Any, kind: str) -> None:

@@ -118,9 +118,13 @@ class FastPatch:
 
     @property
     def friction_power(self) -> float:
-        """``-(Fx vx + Fs vy + Mz spin)`` at the rolling velocity [W]; NaN by a theory that has no moment."""
+        """``-(Fx vx + Fs vy + Mz spin)`` at the rolling velocity [W]; NaN by a theory that has no
+        moment.
+        """
         rolled = self.creepage
-        t_gamma = -(self.force[0] * rolled.vx + self.force[1] * rolled.vy + self.moment * rolled.spin)
+        t_gamma = -(
+            self.force[0] * rolled.vx + self.force[1] * rolled.vy + self.moment * rolled.spin
+        )
         return float(t_gamma) * rolled.speed / 1e3
 
 
@@ -153,7 +157,9 @@ def estimate_wheel_on_rail(
     search = BearingHeight(case, tol)
     for z in search:
         found = rolling(pressed(case, z, normal), tangential, options)
-        normal_forces = np.sum([each.frame.normal * each.force[2] for each in found.patches], axis=0)
+        normal_forces = np.sum(
+            [each.frame.normal * each.force[2] for each in found.patches], axis=0
+        )
         search.borne(float((found.force if case.with_friction else normal_forces)[2]))
     return found
 
@@ -164,29 +170,47 @@ def pressed(case: WheelOnRail, z: float, normal: str) -> FastWheel:
     for group in joined(case.locus.overlaps(z), case.join):
         tangent = tangent_of(group, case.rail)
         approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
-        creepage, ellipse = case.creepage(tangent.frame, approach, z), fast_ellipse(case, group, z, normal)
+        creepage, ellipse = (
+            case.creepage(tangent.frame, approach, z),
+            fast_ellipse(case, group, z, normal),
+        )
         force = np.array([0.0, 0.0, ellipse.normal_force])
-        patches.append(FastPatch(tangent.frame, tangent.angle, creepage, approach, ellipse, force, 0.0))
+        patches.append(
+            FastPatch(tangent.frame, tangent.angle, creepage, approach, ellipse, force, 0.0)
+        )
     return FastWheel(case, z, tuple(patches))
 
 
 def rolling(
-    wheel: FastWheel, tangential: TheoryName, options: dict[str, Any], velocity: Velocity | None = None
+    wheel: FastWheel,
+    tangential: TheoryName,
+    options: dict[str, Any],
+    velocity: Velocity | None = None,
 ) -> FastWheel:
-    """The wheel with the creep forces at its velocity, or at another one, by a theory with its `options`."""
+    """The wheel with the creep forces at its velocity, or at another one, by a theory with its
+    `options`.
+    """
     case, patches = wheel.case, []
     if velocity is not None:
         case = replace(case, velocity=velocity)
     for each in wheel.patches:
-        rolled = each.creepage if velocity is None else case.creepage(each.frame, each.approach, wheel.z)
+        rolled = (
+            each.creepage if velocity is None else case.creepage(each.frame, each.approach, wheel.z)
+        )
         friction, pressing = case.friction_at(each.angle), each.ellipse.normal_force
         Fx = Fy = moment = 0.0
         if friction != 0:
-            given: dict[str, Any] = {"a": each.ellipse.a, "b": each.ellipse.b, "normal_force": pressing}
+            given: dict[str, Any] = {
+                "a": each.ellipse.a,
+                "b": each.ellipse.b,
+                "normal_force": pressing,
+            }
             given |= {"vx": rolled.vx, "vy": rolled.vy, "spin": rolled.spin, "friction": friction}
             forces = creep_forces(tangential, bodies=case.bodies, **given | options)
             Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
-        patches.append(replace(each, creepage=rolled, force=np.array([Fx, Fy, pressing]), moment=moment))
+        patches.append(
+            replace(each, creepage=rolled, force=np.array([Fx, Fy, pressing]), moment=moment)
+        )
     return FastWheel(case, wheel.z, tuple(patches))
 
 
@@ -196,19 +220,30 @@ def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str)
     k = int(deepest.depth.argmax())
     approach, point = float(deepest.depth[k]), deepest.points[k]
     circle = deepest.run.start + k
-    angle, radius = float(deepest.locus.angles[circle]), float(deepest.locus.curvature_radii[circle])
+    angle, radius = (
+        float(deepest.locus.angles[circle]),
+        float(deepest.locus.curvature_radii[circle]),
+    )
     if normal == "hertz":
         if not isinstance(case.rail, Curve):
-            raise SceneError("normal", "hertz", message='normal = "hertz": it is for one profile; take the other')
+            raise SceneError(
+                "normal", "hertz", message='normal = "hertz": it is for one profile; take the other'
+            )
         on_rail = case.track.on_rail(point[1:], case.side)
         on_wheel = case.on_wheel(point, case.body(z))
-        bent = float(case.track.profile.curvature_at(on_rail[0]) + case.wheelset.profile.curvature_at(on_wheel[0]))
+        bent = float(
+            case.track.profile.curvature_at(on_rail[0])
+            + case.wheelset.profile.curvature_at(on_wheel[0])
+        )
         if not bent > 0:
             reason = f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other; take another"
             raise SceneError("normal", "hertz", message=reason)
-        found = hertz(radius / np.cos(angle), 1 / bent, case.bodies, approach=approach * np.cos(angle))
+        found = hertz(
+            radius / np.cos(angle), 1 / bent, case.bodies, approach=approach * np.cos(angle)
+        )
         return Ellipse(found.a, found.b, found.force, found.peak_pressure)
-    # with the circles beside, which are above the rail, and those between separate overlaps, which count together
+    # with the circles beside, which are above the rail, and those between separate overlaps, which
+    # count together
     whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
     across = (whole.surface - deepest.surface[k]) @ np.array([np.cos(angle), np.sin(angle)])
     if (np.diff(across) <= 0).any():
@@ -218,9 +253,16 @@ def fast_ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str)
 
 
 def _by_virtual_penetration(
-    case: WheelOnRail, across: np.ndarray, depth: np.ndarray, approach: float, angle: float, radius: float
+    case: WheelOnRail,
+    across: np.ndarray,
+    depth: np.ndarray,
+    approach: float,
+    angle: float,
+    radius: float,
 ) -> Ellipse:
-    """See the module; `depth` is the overlap over the places `across` the rail from the deepest point."""
+    """See the module; `depth` is the overlap over the places `across` the rail from the deepest
+    point.
+    """
     from scipy.special import ellipe, ellipkm1
 
     step, s, half = _strips(across, 2 * radius * (depth - (1 - EPSILON) * approach), 1)
@@ -238,13 +280,22 @@ def _by_virtual_penetration(
 
 
 def _by_hertz_of_each_strip(
-    case: WheelOnRail, across: np.ndarray, depth: np.ndarray, approach: float, angle: float, radius: float
+    case: WheelOnRail,
+    across: np.ndarray,
+    depth: np.ndarray,
+    approach: float,
+    angle: float,
+    radius: float,
 ) -> Ellipse:
     """See the module."""
     cosine, A = float(np.cos(angle)), np.cos(angle) / (2 * radius)
     z, k = (approach - depth) * cosine, int(np.abs(across).argmin())
     # from the lowest point of a parabola through the deepest circles
-    tilt, bend, spacing = z[k + 1] - z[k - 1], z[k + 1] + z[k - 1], (across[k + 1] - across[k - 1]) / 2
+    tilt, bend, spacing = (
+        z[k + 1] - z[k - 1],
+        z[k + 1] + z[k - 1],
+        (across[k + 1] - across[k - 1]) / 2,
+    )
     across, lower = across + spacing * tilt / (2 * bend), tilt**2 / (8 * bend)
     z, delta = z + lower, approach * cosine + lower
     far = np.abs(np.arange(z.size) - k) > NEAR
@@ -259,8 +310,11 @@ def _by_hertz_of_each_strip(
     return _alike(step, half, float(half.max()), np.interp(s, across, 1.5 / (np.pi * a**2 * b)))
 
 
-def _strips(across: np.ndarray, squares: np.ndarray, degree: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Width of the strips of a patch, their middles, and their half lengths, by a spline through the squares of these.
+def _strips(
+    across: np.ndarray, squares: np.ndarray, degree: int
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Width of the strips of a patch, their middles, and their half lengths, by a spline through
+    the squares of these.
 
     The ends lie between the points: the force is to depend smoothly on the height.
     """
@@ -281,6 +335,9 @@ def _strips(across: np.ndarray, squares: np.ndarray, degree: int) -> tuple[float
 def _alike(step: float, half: np.ndarray, longest: float, by_length: np.ndarray) -> Ellipse:
     """The ellipse of the same area and length by width, from pressures by half lengths."""
     area, width = step * float(np.sum(2 * half)), step * half.size
-    a, b = np.sqrt(area * 2 * longest / (np.pi * width)), np.sqrt(area * width / (np.pi * 2 * longest))
+    a, b = (
+        np.sqrt(area * 2 * longest / (np.pi * width)),
+        np.sqrt(area * width / (np.pi * 2 * longest)),
+    )
     force, peak = step * np.pi / 2 * float(by_length @ half**2), float((by_length * half).max())
     return Ellipse(float(a), float(b), force, peak)

@@ -18,9 +18,11 @@ from varcontact.errors import SceneError
 
 Pieces = Sequence[tuple[float, float, float]]
 BRITISH_RAIL = ((0.0, 0.25, 0.0), (100.0, 0.0, 25.0), (200.0, 1.19, -154.0))
-"""From T-gamma [N] on: slope and constant of the area worn off by distance, times the diameter [mm^2/km mm]."""
+"""From T-gamma [N] on: slope and constant of the area worn off by distance, times the diameter
+[mm^2/km mm]."""
 SHEFFIELD = ((0.0, 5.3, 0.0), (10.4, 0.0, 55.0), (77.2, 61.9, 55.0 - 61.9 * 77.2))
-"""From T-gamma by area [N/mm^2] on: slope and constant of the mass by distance and area [ug/(m mm^2)]."""
+"""From T-gamma by area [N/mm^2] on: slope and constant of the mass by distance and area [ug/(m
+mm^2)]."""
 WHOLE_LIFE = (0.0, 15.0, 65.0, 175.0), (0.0, 0.0, 10.0, 0.0)
 """T-gamma [N], and the damage by fatigue of one passage [1e-6] at these, linear in between."""
 
@@ -61,7 +63,11 @@ class Archard(checks.Checked, path="wear", k=checks.positive, hardness=checks.po
 
 
 @dataclass(frozen=True)
-class ArchardMap(checks.Checked, path="wear", **dict.fromkeys(("hardness", "k_seizure", "seizure"), checks.positive)):
+class ArchardMap(
+    checks.Checked,
+    path="wear",
+    **dict.fromkeys(("hardness", "k_seizure", "seizure"), checks.positive),
+):
     """Archard's law with a coefficient by pressure and slip velocity, as mapped by tests at KTH.
 
     Without arguments it has the middle of the ranges of T. Jendel, Wear 253
@@ -101,15 +107,27 @@ class ArchardMap(checks.Checked, path="wear", **dict.fromkeys(("hardness", "k_se
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        velocities, k = checks.positives("wear.velocities", self.velocities), checks.positives("wear.k", self.k)
-        if velocities.ndim != 1 or k.shape != (velocities.size + 1,) or (np.diff(velocities) <= 0).any():
-            raise SceneError("wear.velocities", self.velocities, "ascending, and one fewer than coefficients k")
+        velocities, k = (
+            checks.positives("wear.velocities", self.velocities),
+            checks.positives("wear.k", self.k),
+        )
+        if (
+            velocities.ndim != 1
+            or k.shape != (velocities.size + 1,)
+            or (np.diff(velocities) <= 0).any()
+        ):
+            raise SceneError(
+                "wear.velocities", self.velocities, "ascending, and one fewer than coefficients k"
+            )
         object.__setattr__(self, "velocities", tuple(velocities.tolist()))
         object.__setattr__(self, "k", tuple(k.tolist()))
 
     def coefficient(self, pressure: Any, slip_velocity: Any) -> np.ndarray:
         """Coefficients k at a `pressure` [N/mm^2] and a `slip_velocity` [mm/s]."""
-        pressed, slip = checks.numbers("pressure", pressure), checks.numbers("slip_velocity", slip_velocity)
+        pressed, slip = (
+            checks.numbers("pressure", pressure),
+            checks.numbers("slip_velocity", slip_velocity),
+        )
         if slip.size and slip.min() < 0:
             raise SceneError("slip_velocity", float(slip.min()), "zero or positive")
         mild = np.asarray(self.k)[np.searchsorted(self.velocities, slip, side="right")]
@@ -173,7 +191,9 @@ def sheffield_wear(t_gamma_by_area: Any, pieces: Pieces = SHEFFIELD) -> np.ndarr
 
 
 @checks.named_options()
-def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]] = WHOLE_LIFE) -> np.ndarray:
+def fatigue_damage(
+    t_gamma: Any, course: tuple[Sequence[float], Sequence[float]] = WHOLE_LIFE
+) -> np.ndarray:
     """Damage of a rail by rolling contact fatigue by one passage, by the whole life rail model.
 
     Parameters
@@ -200,7 +220,9 @@ def fatigue_damage(t_gamma: Any, course: tuple[Sequence[float], Sequence[float]]
     given = checks.numbers("t_gamma", t_gamma)
     known = checks.array("course", course, 2)
     if known.shape[0] != 2 or known.shape[1] < 2 or (np.diff(known[0]) <= 0).any():
-        raise SceneError("course", course, "two or more values of T-gamma, ascending, and as many damages")
+        raise SceneError(
+            "course", course, "two or more values of T-gamma, ascending, and as many damages"
+        )
     (*_, peak, last), (*_, most, end) = known
     beyond = end + (most - end) / (peak - last) * (given - last)
     return np.asarray(np.where(given > last, beyond, np.interp(given, *known)))
@@ -212,7 +234,9 @@ def _by_pieces(field: str, value: Any, pieces: Pieces) -> np.ndarray:
         raise SceneError(field, float(given.min()), "zero or positive")
     known = checks.array("pieces", pieces, 2)
     if known.shape[1] != 3 or known[0, 0] != 0 or (np.diff(known[:, 0]) <= 0).any():
-        raise SceneError("pieces", pieces, "rows of start, slope and constant; starts ascend from 0")
+        raise SceneError(
+            "pieces", pieces, "rows of start, slope and constant; starts ascend from 0"
+        )
     starts, slopes, constants = known.T
     piece = np.searchsorted(starts, given, side="right") - 1
     return np.asarray(constants[piece] + slopes[piece] * given)

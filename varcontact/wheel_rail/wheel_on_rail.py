@@ -21,7 +21,14 @@ from varcontact.scene.units import MM_N
 from varcontact.system.process import lazy_property, one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.locus import Locus, contact_locus, varied_locus
-from varcontact.wheel_rail.patches import Seams, Tangent, joined, reference_surface, seams_of, tangents_of
+from varcontact.wheel_rail.patches import (
+    Seams,
+    Tangent,
+    joined,
+    reference_surface,
+    seams_of,
+    tangents_of,
+)
 from varcontact.wheel_rail.position import Position, Velocity, check_forward
 from varcontact.wheel_rail.regions import FrictionByAngle
 from varcontact.wheel_rail.slices import RailSurface, Surface
@@ -38,7 +45,13 @@ STIFFEST = 1e6
 """Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 MIDDLE, ROLLING = Position(), Velocity()
 VARIES = "friction: it varies over a patch, and grids are not chosen for an accuracy then; give dx and dy"
-PARTS = {"track": Track, "wheelset": WheelSet, "position": Position, "velocity": Velocity, "bodies": Bodies}
+PARTS = {
+    "track": Track,
+    "wheelset": WheelSet,
+    "position": Position,
+    "velocity": Velocity,
+    "bodies": Bodies,
+}
 ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
 
@@ -92,7 +105,10 @@ LENGTHS = ("dx", "dy", "join", "separate", "turn")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OnTrack(
-    checks.Checked, **dict.fromkeys(LENGTHS, checks.positive), vertical_force=checks.positive, z=checks.number
+    checks.Checked,
+    **dict.fromkeys(LENGTHS, checks.positive),
+    vertical_force=checks.positive,
+    z=checks.number,
 ):
     """What a wheel and a wheel set have in common, see `WheelOnRail`."""
 
@@ -217,7 +233,9 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
             first = min(each.positions[0] for each in self.track.rails)
             last = max(each.positions[-1] for each in self.track.rails)
             if not first <= self.position.s <= last:
-                raise SceneError("position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm")
+                raise SceneError(
+                    "position.s", self.position.s, f"within the slices, {first:g} to {last:g} mm"
+                )
         if self.conformal is True and not self._constant:
             reason = "conformal: its curved surface is straight along the rail; give False where profiles vary"
             raise SceneError("conformal", True, message=reason)
@@ -228,21 +246,35 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
 
     @lazy_property
     def rail(self) -> Curve | RailSurface:
-        """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a profile varies."""
-        return self.track.placed(self.side) if self._constant else self.track.surface(self.side, self.position.s)
+        """The part of the rail that can be touched, (y, z) in track coordinates; a surface where a
+        profile varies.
+        """
+        return (
+            self.track.placed(self.side)
+            if self._constant
+            else self.track.surface(self.side, self.position.s)
+        )
 
     @lazy_property
     def wheel(self) -> Curve | Surface:
-        """The part of the wheel that can be touched, (y along the axle, radius); a surface where a profile varies."""
+        """The part of the wheel that can be touched, (y along the axle, radius); a surface where a
+        profile varies.
+        """
         if self._constant:
             return self.wheelset.placed(self.side)
         return self.wheelset.surface(self.side, self.position.pitch)
 
     @checks.named_options()
-    def sections(self, location: np.ndarray, on_wheel: np.ndarray) -> dict[str, tuple[Curve, float]]:
-        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and its y on each."""
+    def sections(
+        self, location: np.ndarray, on_wheel: np.ndarray
+    ) -> dict[str, tuple[Curve, float]]:
+        """Curves of rail and wheel at a `location` in the track, `on_wheel` that of the wheel; and
+        its y on each.
+        """
         theta = float(np.arcsin(location[0] / self.wheelset.radius))
-        rail = self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
+        rail = (
+            self.rail if isinstance(self.rail, Curve) else self.rail.section(*location[:2].tolist())
+        )
         wheel = self.wheel if isinstance(self.wheel, Curve) else self.wheel.section(theta)
         axle_y = SIGN[self.side] * (float(on_wheel[0]) + self.wheelset.middle)
         return {"rail": (rail, float(location[1])), "wheel": (wheel, axle_y)}
@@ -291,7 +323,9 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
         known = self.wheel, self.rail, body.rotation, body.position, sides, curved
         patches = []
-        for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
+        for group, tangent in zip(
+            groups, tangents_of(groups, self.rail, self.separate, turn), strict=True
+        ):
             frame, surface = tangent.frame, reference_surface(group, tangent, *known)
             grid, approach = surface.grid, surface.approach
             rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
@@ -300,7 +334,9 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
             if curved:
                 motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
                 inside = np.isfinite(surface.lateral)  # seams are at their arc lengths
-                at = np.interp([y for y, _ in seams], surface.lateral[inside], grid.y[inside]).tolist()
+                at = np.interp(
+                    [y for y, _ in seams], surface.lateral[inside], grid.y[inside]
+                ).tolist()
                 seams = tuple(zip(at, [weight for _, weight in seams], strict=True))
             inclination = surface.inclination if curved else None
             sections = self.sections(frame.origin, on_wheel)
@@ -318,13 +354,24 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
             section, axle_y = sections["wheel"]
             rolling_radius = float(section.points(section.at(np.array([axle_y])))[0, 1])
             places = self.track.on_rail(frame.origin[1:], self.side), on_wheel, rolling_radius
-            patches.append(ContactPatch(frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams))
+            patches.append(
+                ContactPatch(
+                    frame.origin, tangent.angle, frame, *places, rolled, approach, scene, seams
+                )
+            )
         return tuple(patches)
 
     def _friction(
-        self, tangent: Tangent, rail: Curve, grid: Grid, inclination: np.ndarray | None, with_grid: bool
+        self,
+        tangent: Tangent,
+        rail: Curve,
+        grid: Grid,
+        inclination: np.ndarray | None,
+        with_grid: bool,
     ) -> float | np.ndarray | Law:
-        """Coefficients of the elements, by the rail below or the `inclination` of rows of a curved surface."""
+        """Coefficients of the elements, by the rail below or the `inclination` of rows of a curved
+        surface.
+        """
         if not isinstance(self.friction, FrictionByAngle):
             return self.friction
         if inclination is None:
@@ -341,34 +388,52 @@ class WheelOnRail(OnTrack, with_friction=checks.flag):
         return np.repeat(found[:, None], grid.nx, axis=1)
 
     def friction_at(self, angle: float) -> float:
-        """The coefficient of friction at a contact `angle` [rad]: that of a fast theory, which has one."""
+        """The coefficient of friction at a contact `angle` [rad]: that of a fast theory, which has
+        one.
+        """
         if isinstance(self.friction, FrictionByAngle):
             return float(self.friction(-SIGN[self.side] * angle))
         if not isinstance(self.friction, float):
-            raise SceneError("friction", self.friction, "a number: fast theories have one coefficient")
+            raise SceneError(
+                "friction", self.friction, "a number: fast theories have one coefficient"
+            )
         return self.friction
 
     def body(self, z: float, *, pitching: bool = True) -> RigidBody:
-        """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see `Velocity.body`."""
+        """The wheel set as a rigid body with its axle at a height `z`, `pitching` or not: see
+        `Velocity.body`.
+        """
         curve = self.track.curve_radius
-        return self.velocity.body(self.wheelset, self.position, z, pitching=pitching, curve_radius=curve)
+        return self.velocity.body(
+            self.wheelset, self.position, z, pitching=pitching, curve_radius=curve
+        )
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
-        """A `point` of the track in the coordinates of the wheel's profile, the wheel set being `body`: (y, z) [mm]."""
+        """A `point` of the track in the coordinates of the wheel's profile, the wheel set being
+        `body`: (y, z) [mm].
+        """
         x, y, height = body.locally(point).T
-        return np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
+        return np.array(
+            [SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius]
+        )
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
-        """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`; axle at `z`."""
+        """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`;
+        axle at `z`.
+        """
         body, carried = self.body(z), self.body(z, pitching=False)
         particle = frame.globally(np.array([0.0, 0.0, approach]))
         moving = carried.velocity_at(particle)
         check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
-        return creepages(self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle)
+        return creepages(
+            self.track.rail_body(self.side), body, frame, frame_velocity=moving, at2=particle
+        )
 
     @checks.named_options(_of_solve)
     @one_blas_thread()
-    def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
+    def solve(
+        self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
+    ) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the
         vertical force, where that is given.
 

@@ -1,4 +1,6 @@
-"""Wheel set on a track: loads, what is prescribed and what is free, and the balance of forces that it reaches."""
+"""Wheel set on a track: loads, what is prescribed and what is free, and the balance of forces that
+it reaches.
+"""
 
 from __future__ import annotations
 
@@ -94,22 +96,32 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         given: Any = self.free
         if not isinstance(given, tuple | list):
             raise SceneError("free", given, f"a tuple of names: {', '.join(allowed)}")
-        object.__setattr__(self, "free", tuple(checks.choice("free", each, allowed) for each in given))
+        object.__setattr__(
+            self, "free", tuple(checks.choice("free", each, allowed) for each in given)
+        )
         loads = [BALANCED[name] for name in self.free]
         for name, load in zip(self.free, loads, strict=True):
             if loads.count(load) > 1:
-                raise SceneError("free", self.free, f"one quantity for each load: {name} is not alone with {load}")
+                raise SceneError(
+                    "free",
+                    self.free,
+                    f"one quantity for each load: {name} is not alone with {load}",
+                )
         if {"pitch_rate", "speed"} <= set(self.free):
             raise SceneError("free", self.free, "pitch_rate or speed: only their ratio counts")
         for name in LOADS:
             if getattr(self, name) != 0 and name not in loads:
                 balancing = [each for each, load in BALANCED.items() if load == name]
-                reason = f"{name}: nothing is free to balance it; add {' or '.join(balancing)} to free"
+                reason = (
+                    f"{name}: nothing is free to balance it; add {' or '.join(balancing)} to free"
+                )
                 raise SceneError(name, getattr(self, name), message=reason)
         for side in SIGN:
             friction = self.wheel(side, 0.0).friction  # its entries are checked
             if friction == 0 and not set(self.free) <= {"y", "roll"}:
-                raise SceneError("free", self.free, "y or roll: without friction nothing else is determined")
+                raise SceneError(
+                    "free", self.free, "y or roll: without friction nothing else is determined"
+                )
 
     @checks.named_options()
     def wheel(self, side: Side, z: float) -> WheelOnRail:
@@ -117,15 +129,25 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         friction: Any = self.friction
         if isinstance(friction, tuple | list):
             if len(friction) != 2:
-                raise SceneError("friction", friction, "one for both rails, or a pair for the left and the right one")
+                raise SceneError(
+                    "friction",
+                    friction,
+                    "one for both rails, or a pair for the left and the right one",
+                )
             friction = friction[side == "right"]
         same: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(OnTrack)}
         return WheelOnRail(side=side, friction=friction, **{**same, "vertical_force": None, "z": z})
 
     def moved(self, values: dict[str, float]) -> WheelSetOnTrack:
-        """The case with other `values` of positions and velocities, and of rails moved sideways and down, by name."""
+        """The case with other `values` of positions and velocities, and of rails moved sideways and
+        down, by name.
+        """
         at = {name: values[name] for name in ("y", "roll", "yaw") if name in values}
-        moving = {name: values[name] for name in ("lateral", "yaw_rate", "pitch_rate", "speed") if name in values}
+        moving = {
+            name: values[name]
+            for name in ("lateral", "yaw_rate", "pitch_rate", "speed")
+            if name in values
+        }
         track = self.track
         for side in SIGN:
             if f"{side}_y" in values:
@@ -136,7 +158,9 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         return replace(self, track=track, position=position, velocity=velocity)
 
     @checks.named_options(lambda given: checks.options_of(WheelOnRail.solve))
-    def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelSetSolution:
+    def solve(
+        self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any
+    ) -> WheelSetSolution:
         """Solve all patches of both wheels, with the positions and velocities
         that balance the loads.
 

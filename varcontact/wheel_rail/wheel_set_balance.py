@@ -26,7 +26,8 @@ from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 from varcontact.wheel_rail.wheel_set_solution import WheelSetSolution
 
 NEAR = 1e-4
-"""Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their error bars."""
+"""Least imbalance where grids are chosen for an accuracy, whose forces jump by a part of their
+error bars."""
 PRESSED = 0.02
 """Step to a greater depth, by the depth, at which a wheel must be borne by more."""
 FLAT = 1e10
@@ -36,7 +37,9 @@ ROUNDS = 20
 
 
 class _Exact:
-    """Exact solutions of wheels, each side from the one before; `entries` of wheels are replaced."""
+    """Exact solutions of wheels, each side from the one before; `entries` of wheels are
+    replaced.
+    """
 
     def __init__(self, methods: dict[str, Any], **entries: Any) -> None:
         self._methods, self._entries = methods, entries
@@ -45,10 +48,12 @@ class _Exact:
     def __call__(self, wheel: WheelOnRail) -> WheelForces:
         before = self._last.get(wheel.side)
         wheel = replace(wheel, **self._entries)
-        if before is not None and wheel.conformal == "auto":  # chosen once: forces jump where that changes
+        # chosen once: forces jump where that changes
+        if before is not None and wheel.conformal == "auto":
             wheel = replace(wheel, conformal=before.case.conformal is True)
         on_elements = wheel.dx is not None or wheel.dy is not None
-        start = {"start": before} if on_elements else {}  # grids that are chosen for an accuracy start afresh
+        # grids that are chosen for an accuracy start afresh
+        start = {"start": before} if on_elements else {}
         self._last[wheel.side] = wheel.solve(**start | self._methods)
         return self._last[wheel.side]
 
@@ -84,7 +89,9 @@ def _derivatives(balance: Balance, x: np.ndarray, near: FastWay) -> np.ndarray:
     """Of the imbalance, by the fast way."""
     columns = []
     for step in STEP * np.eye(x.size):
-        behind, ahead = (balance.imbalance(balance.wheels(place, near)) for place in (x - step, x + step))
+        behind, ahead = (
+            balance.imbalance(balance.wheels(place, near)) for place in (x - step, x + step)
+        )
         columns.append((ahead - behind) / (2 * STEP))
     derivatives = np.array(columns).reshape(x.size, x.size).T
     if x.size and np.linalg.cond(derivatives) > FLAT:  # as where friction is saturated
@@ -134,7 +141,9 @@ def _solution(
                 roll = case.position.roll
                 reason = f"with roll = {roll:.4g} the {each.case.side} wheel is above its rail; add roll to free"
                 raise SceneError("position.roll", roll, message=reason)
-            reason = f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
+            reason = (
+                f"the loads lift the {each.case.side} wheel off its rail: no position bears them"
+            )
             raise SceneError("roll_moment", case.roll_moment, message=reason)
         deeper = replace(each.case, z=each.z + PRESSED * balance.depth)
         near = FastWay(kinetic=True)
@@ -142,6 +151,12 @@ def _solution(
             reason = f"the {each.case.side} wheel is wedged: friction lifts it when pressed in; give another position"
             raise SceneError("position.y", each.case.position.y, message=reason)
     missed = float(np.abs(balance.imbalance(wheels)).max(initial=0.0))
-    errors = balance.errors(*wheels, inverse) if inverse is not None else dict.fromkeys(balance.names, math.nan)
+    errors = (
+        balance.errors(*wheels, inverse)
+        if inverse is not None
+        else dict.fromkeys(balance.names, math.nan)
+    )
     left, right = wheels
-    return WheelSetSolution(case, left.z, left.patches + right.patches, left, right, missed, solved, errors)
+    return WheelSetSolution(
+        case, left.z, left.patches + right.patches, left, right, missed, solved, errors
+    )

@@ -1,4 +1,6 @@
-"""Solutions of a wheel set on a track: total forces, derailment ratios, and the stiffness by which it is centred."""
+"""Solutions of a wheel set on a track: total forces, derailment ratios, and the stiffness by which
+it is centred.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ class WheelSetSolution(WheelForces):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of the wheel set and of its wheels, each once; by `estimate` of the wheel set alone."""
+        """Those of the wheel set and of its wheels, each once; by `estimate` of the wheel set
+        alone.
+        """
         wheels = (each for each in self.wheels if isinstance(each, WheelRailSolution))
         texts = [text for each in wheels for text in each.warnings]
         return tuple(dict.fromkeys([*doubts(self.case), *texts]))
@@ -88,21 +92,34 @@ class WheelSetSolution(WheelForces):
     @property
     def track(self) -> Track:
         """With the rails as they have yielded."""
-        return replace(self.case.track, left=self.left.case.track.left, right=self.right.case.track.right)
+        return replace(
+            self.case.track, left=self.left.case.track.left, right=self.right.case.track.right
+        )
 
     @property
     def error(self) -> np.ndarray:
-        """Estimated errors of `force` against the continuum [N]: 0 where a load balances it, NaN if not estimated."""
-        if not isinstance(self.left, WheelRailSolution) or not isinstance(self.right, WheelRailSolution):
+        """Estimated errors of `force` against the continuum [N]: 0 where a load balances it, NaN if
+        not estimated.
+        """
+        if not isinstance(self.left, WheelRailSolution) or not isinstance(
+            self.right, WheelRailSolution
+        ):
             return np.full(3, np.nan)
         free = self.case.free
-        balanced = ["speed" in free, "y" in free or "lateral" in free, self.case.vertical_force is not None]
+        balanced = [
+            "speed" in free,
+            "y" in free or "lateral" in free,
+            self.case.vertical_force is not None,
+        ]
         return np.where(balanced, 0.0, self.left.error + self.right.error)
 
     @property
     def steering_moment(self) -> float:
         """Yaw moment of the longitudinal forces on the wheel set, positive to the right [N mm]."""
-        return sum(float(each.force_on_track[0]) * (each.frame.origin[1] - self.position.y) for each in self.patches)
+        return sum(
+            float(each.force_on_track[0]) * (each.frame.origin[1] - self.position.y)
+            for each in self.patches
+        )
 
     @property
     def power(self) -> float:
@@ -111,7 +128,9 @@ class WheelSetSolution(WheelForces):
 
     @checks.named_options()
     def y_over_q(self, side: Side) -> float:
-        """Lateral by vertical force of the wheel on a `side`, positive where it pushes its rail outwards [-]."""
+        """Lateral by vertical force of the wheel on a `side`, positive where it pushes its rail
+        outwards [-].
+        """
         force = getattr(self, side).force
         return float(SIGN[side] * force[1] / force[2])
 
@@ -119,8 +138,8 @@ class WheelSetSolution(WheelForces):
     def nadal(self, side: Side) -> float:
         """Y/Q by Nadal's limit, ``(tan d - f)/(1 + f tan d)``, on a `side`.
 
-        d is the greatest angle of the flange's face, between its tip and the tread. NaN of a wheel without a flange.
-        M. J. Nadal, Annales des Mines 10 (1896) 232.
+        d is the greatest angle of the flange's face, between its tip and the tread. NaN of a wheel
+        without a flange. M. J. Nadal, Annales des Mines 10 (1896) 232.
         """
         wheel = getattr(self, side).case
         steepest = _flange_angle(wheel.wheelset.profile)
@@ -128,29 +147,56 @@ class WheelSetSolution(WheelForces):
         return float(self.y_over_q(side) * (1 + f * slope) / (slope - f))
 
     def gravitational_stiffness(self) -> float:
-        """Lateral force of the normal forces by displacement, by which the load centres the wheel set [N/mm].
+        """Lateral force of the normal forces by displacement, by which the load centres the wheel
+        set [N/mm].
 
-        From the fast way without friction, beside the position that was found, with the same vertical force.
+        From the fast way without friction, beside the position that was found, with the same
+        vertical force.
         """
-        free: dict[str, Any] = dict.fromkeys(("lateral_force", "longitudinal_force", "yaw_moment", "torque"), 0.0)
-        free |= {"free": ("roll",), "friction": 0.0, "z": None, "vertical_force": float(self.force[2])}
+        free: dict[str, Any] = dict.fromkeys(
+            ("lateral_force", "longitudinal_force", "yaw_moment", "torque"), 0.0
+        )
+        free |= {
+            "free": ("roll",),
+            "friction": 0.0,
+            "z": None,
+            "vertical_force": float(self.force[2]),
+        }
         case = replace(self.case, track=self.track, **free)
-        places = [replace(self.position, y=self.position.y + beside) for beside in (-BESIDE, BESIDE)]
+        places = [
+            replace(self.position, y=self.position.y + beside) for beside in (-BESIDE, BESIDE)
+        ]
         left, right = (float(replace(case, position=at).estimate().force[1]) for at in places)
         return (right - left) / (2 * BESIDE)
 
     def report(self) -> str:
         """Positions, forces and ratios in words, with their errors where they were estimated."""
         at, moving = self.position, self.velocity
-        values = {"y": at.y, "roll": at.roll, "yaw": at.yaw, "lateral": moving.lateral, "yaw_rate": moving.yaw_rate}
+        values = {
+            "y": at.y,
+            "roll": at.roll,
+            "yaw": at.yaw,
+            "lateral": moving.lateral,
+            "yaw_rate": moving.yaw_rate,
+        }
         values |= {"z": self.z, "pitch_rate": moving.pitch_rate or 0.0, "speed": moving.speed}
-        found = [f"{name} = {with_bar(values[name], each)}" for name, each in self.errors.items() if name in values]
-        lines = [f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, z = {self.z:.6g} mm"]
+        found = [
+            f"{name} = {with_bar(values[name], each)}"
+            for name, each in self.errors.items()
+            if name in values
+        ]
+        lines = [
+            f"wheel set, y = {at.y:.6g} mm, roll = {at.roll:.4g}, yaw = {at.yaw:.4g}, z = {self.z:.6g} mm"
+        ]
         lines += [f"found: {', '.join(found)}"] if found else []
         lines += [f"forces on the rails: {forces_in_words('Fx Fy Fz', self.force, self.error)}"]
         for side in SIGN:
             wheel = getattr(self, side)
-            lines += wheel.report().splitlines() if isinstance(wheel, WheelRailSolution) else [repr(wheel)]
+            lines += (
+                wheel.report().splitlines()
+                if isinstance(wheel, WheelRailSolution)
+                else [repr(wheel)]
+            )
             lines.append(f"{side}: Y/Q = {self.y_over_q(side):.4g}")
         return "\n".join(lines)
 
@@ -162,7 +208,9 @@ class WheelSetSolution(WheelForces):
 
 
 def _flange_angle(profile: Profile) -> float:
-    """Greatest angle of a wheel's face from the flange's tip to the tread [rad], NaN if it has no flange."""
+    """Greatest angle of a wheel's face from the flange's tip to the tread [rad], NaN if it has no
+    flange.
+    """
     curve = profile.running
     s = curve.sampled(FACE)
     y, z = curve.points(s).T

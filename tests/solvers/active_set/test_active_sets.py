@@ -1,4 +1,6 @@
-"""TANG: with exact Newton steps as printed, with inexact ones, where the first fail, and the safeguarded version."""
+"""TANG: with exact Newton steps as printed, with inexact ones, where the first fail, and the
+safeguarded version.
+"""
 
 import dataclasses
 
@@ -52,41 +54,61 @@ def test_all_versions_agree(rolling, motion):
 
 
 def test_where_the_printed_version_fails(rolling, check_kkt):
-    """Its Newton steps do not converge on the areas they are given (one of 150 random scenes); it says so, and what it
-    has stays with the error, certified. With rough steps it ends on the way, and the safeguarded version does, too.
+    """Its Newton steps do not converge on the areas they are given (one of 150 random scenes); it
+    says so, and what it has stays with the error, certified. With rough steps it ends on the way,
+    and the safeguarded version does, too.
     """
     motion = vc.Steady(vx=0.17206842471240194, vy=-0.008071772446747002, spin=-0.6875214986851099)
-    scene = rolling(surface=vc.Ellipse(a=HARD, b=1 / HARD), motion=motion, grid=vc.Grid(nx=12, ny=12))
-    with pytest.raises(vc.NotConverged, match=r"tang-exact says '(NewtonFailed|Cycled)'") as failure:
+    scene = rolling(
+        surface=vc.Ellipse(a=HARD, b=1 / HARD), motion=motion, grid=vc.Grid(nx=12, ny=12)
+    )
+    with pytest.raises(
+        vc.NotConverged, match=r"tang-exact says '(NewtonFailed|Cycled)'"
+    ) as failure:
         vc.solve(scene, tangential="tang-exact")
     best = failure.value.solution
     assert best.status["tangential"] in ("NewtonFailed", "Cycled")
     assert not best.converged
     assert best.certificate.relative_gap > 1e-4 and np.isfinite(best.certificate.relative_gap)
     assert failure.value.residual == best.certificate.residual > 1e-3
-    assert np.all(np.hypot(*best.traction) <= best.traction_bound * (1 + 1e-12)), "admissible all the same"
+    assert np.all(np.hypot(*best.traction) <= best.traction_bound * (1 + 1e-12)), (
+        "admissible all the same"
+    )
     for other in ("tang", "tang-safeguarded"):
         sol = vc.solve(scene, tangential=other)
         assert sol.status["tangential"] == "Solved"
         check_kkt(sol, 1e-11)
         np.testing.assert_allclose(sol.traction, vc.solve(scene).traction, atol=1e-11)
-    assert np.all(np.abs(sol.force - best.force) <= best.certificate.force_bound[:2]), "the gap's bound holds"
+    assert np.all(np.abs(sol.force - best.force) <= best.certificate.force_bound[:2]), (
+        "the gap's bound holds"
+    )
 
 
 def test_a_transient_step(rolling):
-    """As a march builds it: symmetric, with the displacements of the step before. Not the one of steady rolling."""
+    """As a march builds it: symmetric, with the displacements of the step before. Not the one of
+    steady rolling.
+    """
     problem = posed(rolling(), marching=True)
     before = 0.5 * tang_safeguarded(problem).traction
     carried = problem.instant.apply(before) - problem.operator.apply(before)
     step = dataclasses.replace(
-        problem, operator=problem.instant, rigid_shift=problem.rigid_shift - carried, symmetric=True, instant=None
+        problem,
+        operator=problem.instant,
+        rigid_shift=problem.rigid_shift - carried,
+        symmetric=True,
+        instant=None,
     )
     matrix = step.operator.matrix
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
-    printed, safe, program = tang(step), tang_safeguarded(step), solve_tangential("clarabel", step, Settings(1e-8))
+    printed, safe, program = (
+        tang(step),
+        tang_safeguarded(step),
+        solve_tangential("clarabel", step, Settings(1e-8)),
+    )
     assert printed.status == safe.status == "Solved"
     np.testing.assert_allclose(printed.traction, safe.traction, atol=1e-12)
-    # A gap of 1e-12 bounds the energy of the error, not its largest element: 4e-5 where stick meets slip.
+    # A gap of 1e-12 bounds the energy of the error, not its largest element: 4e-5 where stick meets
+    # slip.
     np.testing.assert_allclose(program.traction, safe.traction, atol=2e-4)
     np.testing.assert_allclose(tang_safeguarded(step, program).traction, safe.traction, atol=1e-12)
     assert np.abs(safe.traction - tang_safeguarded(problem).traction).max() > 1e-2
@@ -123,7 +145,9 @@ GRID = vc.Grid(nx=10, ny=10).spread((-1.2, 1.2, -0.9, 0.9))
 
 
 def problem(rolling, prescribed, traction):
-    """On the whole grid; with tractions of unlike bodies, which change the distance (point 1 of the paper)."""
+    """On the whole grid; with tractions of unlike bodies, which change the distance (point 1 of the
+    paper).
+    """
     scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=GRID)
     if prescribed == "approach":
         scene = dataclasses.replace(scene, normal_force=None, approach=scene.hertz.approach)
@@ -150,7 +174,9 @@ def test_all_ways_lead_to_the_same_end(rolling, prescribed, traction):
         for exchange in ("set", "one"):
             again = norm(posed, start, exchange=exchange)
             assert again.status == "Solved"
-            np.testing.assert_allclose(again.traction, printed.traction, atol=1e-12 * printed.traction.max())
+            np.testing.assert_allclose(
+                again.traction, printed.traction, atol=1e-12 * printed.traction.max()
+            )
             assert again.rigid[0] == pytest.approx(printed.rigid[0], rel=1e-13)
     assert norm(posed, printed).iterations == 1, "the answer is its own first contact"
 

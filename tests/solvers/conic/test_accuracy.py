@@ -1,4 +1,6 @@
-"""One request, the same meaning to every solver: errors of the tractions against those asked for."""
+"""One request, the same meaning to every solver: errors of the tractions against those asked
+for.
+"""
 
 import numpy as np
 import pytest
@@ -25,34 +27,53 @@ def errors(solve, name, posed, exact, formulation):
 
 
 def falls(found, worse):
-    """No error above its request by more than `worse`, and none much above that of a laxer request."""
+    """No error above its request by more than `worse`, and none much above that of a laxer
+    request.
+    """
     assert np.all(found <= worse * np.array(REQUESTS) + 1e-9), found
     # solvers that stop at whole iterations may be lucky at a lax request
     assert np.all(found[1:] <= 3 * np.maximum(found[:-1], np.array(REQUESTS[1:]))), found
 
 
-QP = [*(f"qpsolvers:{name}" for name in BACKENDS), "clarabel", "osqp", "scs", "cvxpy:PROXQP", "cvxpy:HIGHS"]
+QP = [
+    *(f"qpsolvers:{name}" for name in BACKENDS),
+    "clarabel",
+    "osqp",
+    "scs",
+    "cvxpy:PROXQP",
+    "cvxpy:HIGHS",
+]
 NORMAL = [(name, formulation) for formulation in ("complementary", "potential") for name in QP]
-NORMAL.remove(("qpsolvers:quadprog", "potential"))  # it takes no singular P, see tests/test_methods.py
+# it takes no singular P, see tests/test_methods.py
+NORMAL.remove(("qpsolvers:quadprog", "potential"))
 
 
 @pytest.mark.parametrize(("name", "formulation"), NORMAL)
 def test_normal(rolling, name, formulation):
     posed = discretise(rolling(), GRID).normal_problem().reachable()
     # in the potential form the tractions are multipliers, known to fewer digits
-    falls(errors(solve_normal, name, posed, norm(posed), formulation), 1.0 if formulation == "complementary" else 10.0)
+    falls(
+        errors(solve_normal, name, posed, norm(posed), formulation),
+        1.0 if formulation == "complementary" else 10.0,
+    )
 
 
 @pytest.mark.parametrize("name", ["clarabel", "scs", "cvxpy:CLARABEL", "cvxpy:SCS"])
 @pytest.mark.parametrize(
-    ("kind", "formulation"), [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")]
+    ("kind", "formulation"),
+    [("steady", "gap"), ("shift", "complementary"), ("shift", "potential"), ("shift", "gap")],
 )
 def test_tangential(rolling, name, kind, formulation):
-    motion = vc.Steady(vx=0.05, vy=-0.02, spin=0.03) if kind == "steady" else vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
+    motion = (
+        vc.Steady(vx=0.05, vy=-0.02, spin=0.03)
+        if kind == "steady"
+        else vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
+    )
     disc = discretise(rolling(motion=motion), GRID)
     posed = disc.tangential_problem(hertz_pressure(disc, unloaded(GRID)).pressure)
     found = errors(solve_tangential, name, posed, tang_safeguarded(posed), formulation)
-    # Cones: one traction where stick meets slip is worse than the gap to the power 2/3; 33 times the request was seen.
+    # Cones: one traction where stick meets slip is worse than the gap to the power 2/3; 33 times
+    # the request was seen.
     assert np.all(found <= 50 * np.array(REQUESTS) + 1e-6), found
     assert found[2] < 1e-2 * found[0] or found[0] < 1e-5
     assert found[3] <= 3 * max(found[2], 1e-7)

@@ -1,4 +1,6 @@
-"""Solvers of programs: what they say of themselves, and forces that are all but the largest there are."""
+"""Solvers of programs: what they say of themselves, and forces that are all but the largest there
+are.
+"""
 
 import numpy as np
 import pytest
@@ -11,12 +13,18 @@ from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import CVXPY_SOLVERS, PROGRAM_SOLVERS
 
 GRID = vc.Grid(nx=8, ny=8)
-ALL = [*PROGRAM_SOLVERS, *(f"qpsolvers:{name}" for name in BACKENDS), *(f"cvxpy:{name}" for name in CVXPY_SOLVERS)]
+ALL = [
+    *PROGRAM_SOLVERS,
+    *(f"qpsolvers:{name}" for name in BACKENDS),
+    *(f"cvxpy:{name}" for name in CVXPY_SOLVERS),
+]
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_every_solver_tells_whether_it_solved(name):
-    """``min x^2/2 + x`` has an answer with -1/2 <= x <= 1, and none with 2 <= x <= 1, whatever words say so."""
+    """``min x^2/2 + x`` has an answer with -1/2 <= x <= 1, and none with 2 <= x <= 1, whatever
+    words say so.
+    """
     one = csc_matrix([[1.0]])
     for lowest, possible in ((-0.5, True), (2.0, False)):
         program = ConicProgram(
@@ -39,12 +47,16 @@ def test_near_saturation_and_beyond(rolling, tangential, kind, direction, check_
     strong = vc.solve(scene, tangential=tangential)
     check_kkt(strong, 1e-8)
     names = ("vx", "vy") if kind == "steady" else ("ux", "uy")
-    again = vc.solve(rolling(motion=motion(**dict(zip(names, strong.creepage, strict=False))), grid=GRID))
+    again = vc.solve(
+        rolling(motion=motion(**dict(zip(names, strong.creepage, strict=False))), grid=GRID)
+    )
     np.testing.assert_allclose(again.force, [Fx, Fy], atol=1e-9)
     np.testing.assert_allclose(again.traction, strong.traction, atol=1e-8)
     for part in (1.0, 1.2):
         Fx, Fy = part * 0.3 * (1 + 1e-12) * np.array(direction)
         with pytest.raises(vc.Saturated) as failure:
-            vc.solve(rolling(motion=motion(Fx=float(Fx), Fy=float(Fy)), grid=GRID), tangential=tangential)
+            vc.solve(
+                rolling(motion=motion(Fx=float(Fx), Fy=float(Fy)), grid=GRID), tangential=tangential
+            )
         assert failure.value.limit == pytest.approx(0.3, rel=1e-12)
         assert failure.value.force == pytest.approx(part * 0.3, rel=1e-11)

@@ -24,27 +24,45 @@ def normal_problem():
 
 
 def random_tangential(
-    seed, shape=None, friction=None, step=None, rolling=None, nu=None, carried=None, no_slip=False, creepage=None
+    seed,
+    shape=None,
+    friction=None,
+    step=None,
+    rolling=None,
+    nu=None,
+    carried=None,
+    no_slip=False,
+    creepage=None,
 ):
-    """Odd and non-square grids, missing elements, wavy pressures, short and long steps, needles, forces given."""
+    """Odd and non-square grids, missing elements, wavy pressures, short and long steps, needles,
+    forces given.
+    """
     rng = np.random.default_rng(seed)
     shape = shape or SHAPES[seed % len(SHAPES)]
     grid = random_grid(rng, shape)
     x, y = np.meshgrid(grid.x, grid.y)
-    bound = random_pressure(rng, shape, x / x.max(initial=grid.sides[0]), y / y.max(initial=grid.sides[1]))
+    bound = random_pressure(
+        rng, shape, x / x.max(initial=grid.sides[0]), y / y.max(initial=grid.sides[1])
+    )
     bound *= rng.choice([0.01, 0.1, 0.3, 0.6]) if friction is None else friction
     rolling = bool(rng.random() < 0.65) if rolling is None else rolling
     step = float(rng.choice([0.7, 1.0, 1.0, 1.0, 1.7, 3.3, 10.0])) if step is None else step
     nu = float(rng.choice([0.0, 0.28, 0.4, 0.5])) if nu is None else nu
     lag = step * grid.sides[0] if rolling else None
     operator = influence_operator(grid, "xy", "xy", nu=nu, depth=8.0, lag=lag)
-    creepage = rng.normal(size=3) * rng.choice([0.03, 0.1, 0.3]) if creepage is None else np.array(creepage)
+    creepage = (
+        rng.normal(size=3) * rng.choice([0.03, 0.1, 0.3])
+        if creepage is None
+        else np.array(creepage)
+    )
     rolled = lag if rolling else 0.3
     rigid = rolled * np.array([creepage[0] - creepage[2] * y, creepage[1] + creepage[2] * x])
     directions = (int(rng.integers(2)),) if shape == "strip" and rng.random() < 0.5 else (0, 1)
     carried = float(rng.choice([0.0, 0.0, 0.0, 0.3, 0.9])) if carried is None else carried
     angle, total = rng.uniform(0, 2 * np.pi), carried * bound.sum() * grid.area
-    along = (total * np.cos(angle), total * np.sin(angle)) if len(directions) == 2 else (total, total)
+    along = (
+        (total * np.cos(angle), total * np.sin(angle)) if len(directions) == 2 else (total, total)
+    )
     prescribed = rng.permutation([True, bool(rng.integers(2))])
     force = tuple(float(along[i]) if carried and prescribed[i] else None for i in directions)
     elements = np.flatnonzero(bound.ravel() > 0)
@@ -96,10 +114,14 @@ def random_pressure(rng, shape, x, y):
 def random_normal(seed, line=False):
     """A paraboloid, wavy or rough, on any grid, by force or approach."""
     rng = np.random.default_rng(seed)
-    grid = random_grid(rng, "strip" if line else rng.choice(["ellipse", "needle", "row", "single", "levels"]))
+    grid = random_grid(
+        rng, "strip" if line else rng.choice(["ellipse", "needle", "row", "single", "levels"])
+    )
     x, y = np.meshgrid(grid.x, grid.y)
     distance = x**2 / 2 + (0 if line else y**2 / 2) * np.exp(rng.normal())
-    distance += rng.choice([0.0, 0.05]) * rng.normal(size=x.shape) + rng.choice([0.0, 0.1]) * np.sin(6 * x + 4 * y)
+    distance += rng.choice([0.0, 0.05]) * rng.normal(size=x.shape) + rng.choice(
+        [0.0, 0.1]
+    ) * np.sin(6 * x + 4 * y)
     distance = (distance - distance.min()).ravel()
     nu = float(rng.choice([0.0, 0.3, 0.5]))
     operator = influence_operator(grid, "z", "z", nu=nu, depth=8.0)

@@ -12,7 +12,9 @@ from varcontact.solvers.newton.coupled import CoupledProblem, ScaledCoupled
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
 
 
-@pytest.fixture(params=[vc.Steady(vx=4e-3, spin=0.05), vc.Shift(Fx=1e-4, uy=5e-5)], ids=["steady", "shift"])
+@pytest.fixture(
+    params=[vc.Steady(vx=4e-3, spin=0.05), vc.Shift(Fx=1e-4, uy=5e-5)], ids=["steady", "shift"]
+)
 def scaled(request):
     """A small problem in its own units, with what it was made of."""
     scene = make_scene(
@@ -45,15 +47,20 @@ def test_products_are_those_of_all_blocks(scaled):
     fields = np.random.default_rng(1).normal(size=(3, 6, 7))
     still = np.zeros((3, 1, 1))
     exact = scaled.shift(fields, still) - scaled.shift(0 * fields, still)
-    np.testing.assert_allclose(scaled.conditions.kernel(fields.astype(np.float32)), exact, atol=3e-6 * abs(exact).max())
+    np.testing.assert_allclose(
+        scaled.conditions.kernel(fields.astype(np.float32)), exact, atol=3e-6 * abs(exact).max()
+    )
 
 
 def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
-    """By differences, and with their right-hand sides Newton's step: the bound follows the pressure."""
+    """By differences, and with their right-hand sides Newton's step: the bound follows the
+    pressure.
+    """
     conditions, rng = scaled.conditions, np.random.default_rng(2)
     traction = conditions.projected(rng.normal(size=(3, 6, 7)))
     step = rng.normal(size=traction.shape)
-    there = -np.median(scaled.shift(traction, np.zeros((3, 1, 1))), axis=(1, 2))[:, None, None]  # a half in contact
+    # a half in contact
+    there = -np.median(scaled.shift(traction, np.zeros((3, 1, 1))), axis=(1, 2))[:, None, None]
 
     def natural(traction):
         shift = scaled.shift(traction, there)
@@ -67,7 +74,8 @@ def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     assert np.count_nonzero(slip) >= 5
     assert np.any(system.tangential.stick)
     assert not np.all(system.normal.stick)
-    # Where it slips the step is to reach the bound of the pressure that is found, not that of the natural map's.
+    # Where it slips the step is to reach the bound of the pressure that is found, not that of the
+    # natural map's.
     pressed = change[0] - system.normal.rows(image[:1], step[:1])[0]
     np.testing.assert_allclose(pressed, 0, atol=1e-4 * np.abs(change).max())
     rows = system.rows(image, step)

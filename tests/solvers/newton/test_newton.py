@@ -33,13 +33,20 @@ def check_exact(problem, raw):
     if isinstance(problem, NormalProblem):
         dense = norm(problem)
         dense = dense if dense.solved else norm(problem, exchange="one")
-        residual, off, scale = normal_residual, normal_gap(problem, raw.traction, raw.rigid)[1], dense.traction.max()
+        residual, off, scale = (
+            normal_residual,
+            normal_gap(problem, raw.traction, raw.rigid)[1],
+            dense.traction.max(),
+        )
         assert raw.traction.min() >= 0
         np.testing.assert_allclose(raw.rigid, dense.rigid, rtol=1e-7)
     else:
         dense, finite = tang_safeguarded(problem), np.isfinite(problem.bound).all()
         scale = problem.bound.max() if finite else np.abs(dense.traction).max()
-        residual, off = tangential_residual, gap(problem, raw.traction, raw.rigid)[1] if finite else 0.0
+        residual, off = (
+            tangential_residual,
+            gap(problem, raw.traction, raw.rigid)[1] if finite else 0.0,
+        )
         assert np.all(np.linalg.norm(raw.traction, axis=0) <= problem.bound * (1 + 1e-12))
     assert residual(problem, raw.traction, raw.rigid) <= SETTINGS.tol and off <= SETTINGS.tol
     np.testing.assert_allclose(raw.traction, dense.traction, rtol=0, atol=1e-7 * scale)
@@ -55,17 +62,24 @@ def problem(request, normal_problem, tangential_problem):
 
 @pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
 def test_equals_the_dense_answer(tangential_problem, seeds):
-    """On random problems, each batch with every shape; the 34th and the 60th alone need the dense fallback."""
+    """On random problems, each batch with every shape; the 34th and the 60th alone need the dense
+    fallback.
+    """
     for seed in seeds:
         problem = tangential_problem(seed)
         raw = newton(problem)
-        assert (raw.solver, raw.status) == ("tang-safeguarded" if seed in (34, 60) else "", "Solved"), seed
+        assert (raw.solver, raw.status) == (
+            "tang-safeguarded" if seed in (34, 60) else "",
+            "Solved",
+        ), seed
         check_exact(problem, raw)
 
 
 @pytest.mark.parametrize("line", [False, True])
 def test_equals_norm(normal_problem, line):
-    """On random surfaces, smooth and rough, by force and by approach; none of them needs the dense fallback."""
+    """On random surfaces, smooth and rough, by force and by approach; none of them needs the dense
+    fallback.
+    """
     for seed in range(20):
         problem = normal_problem(seed, line)
         raw = newton(problem)
@@ -100,14 +114,18 @@ def test_steps_beyond_the_tolerance_are_counted(problem):
 
 
 def test_from_any_start(problem):
-    """A start that is the answer costs one step; one that is noise, or no number at all, leads there, too."""
+    """A start that is the answer costs one step; one that is noise, or no number at all, leads
+    there, too.
+    """
     raw = newton(problem)
     assert newton(problem, raw).iterations <= 1
     noise = np.random.default_rng(0).normal(size=raw.traction.shape)
     for traction in (noise, 0 * noise, noise * np.nan, -raw.traction):
         again = newton(problem, dataclasses.replace(raw, traction=traction))
         assert again.solved
-        np.testing.assert_allclose(again.traction, raw.traction, rtol=0, atol=1e-7 * np.abs(raw.traction).max())
+        np.testing.assert_allclose(
+            again.traction, raw.traction, rtol=0, atol=1e-7 * np.abs(raw.traction).max()
+        )
 
 
 def test_where_nothing_touches(normal_problem):
@@ -118,7 +136,9 @@ def test_where_nothing_touches(normal_problem):
 
 
 def astray(monkeypatch, good, size):
-    """All linear solves but every `good`th give noise of that size; which were right is returned."""
+    """All linear solves but every `good`th give noise of that size; which were right is
+    returned.
+    """
     exact, right, rng = driver.gcr, [], np.random.default_rng(0)
 
     def gcr(system, *rest):
@@ -129,15 +149,21 @@ def astray(monkeypatch, good, size):
         noise = size * rng.normal(size=system.right.shape)
         noise *= system.conditions.contact
         return dataclasses.replace(
-            step, traction=noise, shift=system.conditions.kernel(noise.astype(np.float32)).astype(float)
+            step,
+            traction=noise,
+            shift=system.conditions.kernel(noise.astype(np.float32)).astype(float),
         )
 
     monkeypatch.setattr(driver, "gcr", gcr)
     return right
 
 
-@pytest.mark.parametrize(("kind", "good", "carried"), [("normal", 2, 0), ("tangential", 2, 0), ("tangential", 2, 0.5)])
-def test_wrong_linear_solves_do_not_lead_astray(normal_problem, tangential_problem, monkeypatch, kind, good, carried):
+@pytest.mark.parametrize(
+    ("kind", "good", "carried"), [("normal", 2, 0), ("tangential", 2, 0), ("tangential", 2, 0.5)]
+)
+def test_wrong_linear_solves_do_not_lead_astray(
+    normal_problem, tangential_problem, monkeypatch, kind, good, carried
+):
     """The line search brings it to the tolerance all the same."""
     rolling = {"carried": float(carried), "rolling": True, "step": 1.0}
     problem = normal_problem(1) if kind == "normal" else tangential_problem(0, **rolling)
@@ -150,7 +176,9 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, tangential_probl
 
 
 def test_without_a_right_linear_solve(normal_problem, tangential_problem, monkeypatch):
-    """Active sets are asked, of few enough elements; where they are not, what there is comes back as what it is."""
+    """Active sets are asked, of few enough elements; where they are not, what there is comes back
+    as what it is.
+    """
     problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
     astray(monkeypatch, 10**9, 1e3)
     for posed, name in ((problem, "tang-safeguarded"), (normal_problem(1), "norm")):
@@ -166,7 +194,9 @@ def test_without_a_right_linear_solve(normal_problem, tangential_problem, monkey
 
 
 def test_no_number_is_an_answer(problem, rolling, monkeypatch):
-    """NaN in the data, in one linear solve, and in all products: named, or overcome, never returned."""
+    """NaN in the data, in one linear solve, and in all products: named, or overcome, never
+    returned.
+    """
     field = "distance" if isinstance(problem, NormalProblem) else "rigid_shift"
     values = getattr(problem, field).copy()
     values[..., 2] = np.nan
@@ -179,7 +209,9 @@ def test_no_number_is_an_answer(problem, rolling, monkeypatch):
     def once(*arguments):
         calls.append(1)
         step = exact(*arguments)
-        return dataclasses.replace(step, traction=step.traction * np.nan) if len(calls) == 3 else step
+        return (
+            dataclasses.replace(step, traction=step.traction * np.nan) if len(calls) == 3 else step
+        )
 
     monkeypatch.setattr(driver, "gcr", once)
     raw = newton(problem)
@@ -187,7 +219,9 @@ def test_no_number_is_an_answer(problem, rolling, monkeypatch):
     monkeypatch.undo()
     check_exact(problem, raw)
 
-    monkeypatch.setattr(GridOperator, "apply", lambda self, tractions: np.full(tractions.shape, np.nan))
+    monkeypatch.setattr(
+        GridOperator, "apply", lambda self, tractions: np.full(tractions.shape, np.nan)
+    )
     monkeypatch.setattr(driver, "DENSE", 0)
     with pytest.raises(NotConverged, match="newton says 'NotANumber'"):
         vc.solve(rolling(), tangential="newton")
@@ -220,7 +254,9 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
         assert sol.certificate.relative_gap <= 1e-8
 
 
-@pytest.mark.parametrize(("motion", "products"), [(vc.Steady(vx=0.08, vy=0.08, spin=0.1), 35), (vc.Shift(ux=0.2), 35)])
+@pytest.mark.parametrize(
+    ("motion", "products"), [(vc.Steady(vx=0.08, vy=0.08, spin=0.1), 35), (vc.Shift(ux=0.2), 35)]
+)
 def test_products_on_the_finest_grid(rolling, monkeypatch, motion, products):
     """They are what the solution costs, and hardly grow with the elements: 3228 of them here."""
     counted, product = [], Kernel.__call__

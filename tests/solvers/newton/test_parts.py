@@ -15,7 +15,9 @@ from varcontact.solvers.newton.tangential import ScaledTangential
 @pytest.fixture(params=["ellipse", "strip", "row", "single"])
 def scaled(request, tangential_problem):
     """A tangential problem of rolling with a prescribed force, in its own units."""
-    problem = tangential_problem(3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3)
+    problem = tangential_problem(
+        3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3
+    )
     return ScaledTangential.of(problem)
 
 
@@ -31,8 +33,12 @@ def test_products_are_those_of_the_matrix(scaled):
     conditions, operator = scaled.conditions, scaled.problem.operator.grid_operator
     rng = np.random.default_rng(0)
     traction = rng.normal(size=scaled.problem.rigid_shift.shape)
-    found = scaled.box.values(conditions.kernel(scaled.box.field(traction).astype(np.float32))) * unit(operator)
-    np.testing.assert_allclose(found, scaled.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max())
+    found = scaled.box.values(
+        conditions.kernel(scaled.box.field(traction).astype(np.float32))
+    ) * unit(operator)
+    np.testing.assert_allclose(
+        found, scaled.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max()
+    )
     assert kernel(operator, scaled.box.shape) is conditions.kernel, "remembered"
 
 
@@ -56,7 +62,9 @@ def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     for i in range(len(traction)):
         uniform = np.zeros_like(traction)
         uniform[i] = 1.0
-        np.testing.assert_allclose(system.border(i), system.rows(uniform, 0 * uniform) * conditions.contact, atol=1e-6)
+        np.testing.assert_allclose(
+            system.border(i), system.rows(uniform, 0 * uniform) * conditions.contact, atol=1e-6
+        )
 
 
 def test_gcr_solves_newtons_equations_with_forces(scaled):
@@ -69,9 +77,18 @@ def test_gcr_solves_newtons_equations_with_forces(scaled):
     )
     system = conditions.linearised(at.traction, at.shift, at.traction - at.shift)
     forces = conditions.forces
-    step = gcr(system, conditions.kernel, forces, forces.lacking(at.traction), 1e-4, room_for(at.traction.size, forces))
+    step = gcr(
+        system,
+        conditions.kernel,
+        forces,
+        forces.lacking(at.traction),
+        1e-4,
+        room_for(at.traction.size, forces),
+    )
     image = conditions.kernel(step.traction.astype(np.float32))
-    np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
+    np.testing.assert_allclose(
+        step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3)
+    )
     rows = system.rows(image.astype(float), step.traction)
     for i in forces.components:
         rows = rows + step.rigid[i] * system.border(i)
@@ -81,17 +98,24 @@ def test_gcr_solves_newtons_equations_with_forces(scaled):
 
 
 def test_few_iterations_where_all_sticks(tangential_problem):
-    """In rolling and in a shift, on long elements and short ones: the circulant is nearly the inverse."""
+    """In rolling and in a shift, on long elements and short ones: the circulant is nearly the
+    inverse.
+    """
     for ratio, rolling in ((1, True), (1, False), (2, True), (3, True)):
         scaled = ScaledTangential.of(
-            tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0)
+            tangential_problem(
+                ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0
+            )
         )
         conditions = scaled.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known)
         none = Forces((), np.zeros(0), 1.0)
         room = [each[:8] for each in room_for(system.right.size, none)]
         step = gcr(system, conditions.kernel, none, np.zeros(0), 1e-2, room)
-        left = system.rows(conditions.kernel(step.traction.astype(np.float32)), step.traction) - system.right
+        left = (
+            system.rows(conditions.kernel(step.traction.astype(np.float32)), step.traction)
+            - system.right
+        )
         assert np.linalg.norm(left) <= 1.1e-2 * np.linalg.norm(system.right)
 
 
@@ -107,7 +131,9 @@ def test_from_coarse_to_fine():
     fine = doubled(means, halved(contact.astype(float)) > 0, (6, 8))
     np.testing.assert_allclose(fine[:, 1:-1], x[:, 1:-1])
     reached = doubled(np.ones((2, 2)), np.array([[True, False], [True, True]]), (3, 4))
-    np.testing.assert_array_equal(reached == 0, [[False, False, False, True], [False] * 4, [False] * 4])
+    np.testing.assert_array_equal(
+        reached == 0, [[False, False, False, True], [False] * 4, [False] * 4]
+    )
     np.testing.assert_array_equal(reached[reached != 0], 1.0)
 
 
@@ -117,7 +143,9 @@ def test_elements_of_twice_the_size(box):
 
     def operator(dx, shape):
         along_y = {"ny": shape[0], "dy": dx, "y0": 0.0} if box[0] > 1 else {}
-        return influence_operator(Grid(nx=shape[1], dx=dx, x0=0.0, **along_y), "xy", "xy", nu=0.3, depth=50.0)
+        return influence_operator(
+            Grid(nx=shape[1], dx=dx, x0=0.0, **along_y), "xy", "xy", nu=0.3, depth=50.0
+        )
 
     fine, coarse = operator(0.1, (box[0] * 2 - (box[0] == 1), 66)), operator(0.2, box)
     found = kernel(fine, fine.shape).halved.numbers * unit(fine) * 2
@@ -129,11 +157,17 @@ def test_elements_of_twice_the_size(box):
 
 
 def test_the_window_keeps_the_symbol_positive(tangential_problem):
-    """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the middle."""
+    """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the
+    middle.
+    """
     problem = tangential_problem(1, shape="needle", rolling=False)
-    symbol = kernel(problem.operator.grid_operator, Box.around(problem.operator).shape).circulant.symbol.real
+    symbol = kernel(
+        problem.operator.grid_operator, Box.around(problem.operator).shape
+    ).circulant.symbol.real
     assert symbol[0].min() > 0 and symbol[2].min() > 0
     np.testing.assert_allclose(parzen(np.array([0.0, 0.5, 1.0, -0.5])), [1.0, 0.25, 0.0, 0.25])
-    assert not kernel(problem.operator.grid_operator, problem.operator.grid_operator.shape).circulant.rolling
+    assert not kernel(
+        problem.operator.grid_operator, problem.operator.grid_operator.shape
+    ).circulant.rolling
     rolling = tangential_problem(1, shape="needle", rolling=True, step=1.0).operator.grid_operator
     assert kernel(rolling, rolling.shape).circulant.rolling == 1

@@ -1,4 +1,6 @@
-"""Solutions to an accuracy: against closed forms, in any units, mirrored; their estimate, files, words and refusals."""
+"""Solutions to an accuracy: against closed forms, in any units, mirrored; their estimate, files,
+words and refusals.
+"""
 
 import json
 from dataclasses import replace
@@ -16,11 +18,19 @@ from varcontact.solvers.interface import check_time
 from varcontact.solving import adaptive
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
-ROLLING = make_scene(vc.Ellipse(a=1.0, b=0.7), 1.0, vc.Steady(vx=0.15, vy=-0.1, spin=0.2), bodies=BODIES)
+ROLLING = make_scene(
+    vc.Ellipse(a=1.0, b=0.7), 1.0, vc.Steady(vx=0.15, vy=-0.1, spin=0.2), bodies=BODIES
+)
 
 
 def line(vx, **changes):
-    scene = vc.Scene(bodies=BODIES, surface=vc.Cylinders(1.0), normal_force=0.01, friction=0.3, motion=vc.Steady(vx=vx))
+    scene = vc.Scene(
+        bodies=BODIES,
+        surface=vc.Cylinders(1.0),
+        normal_force=0.01,
+        friction=0.3,
+        motion=vc.Steady(vx=vx),
+    )
     return replace(scene, **changes)
 
 
@@ -47,7 +57,9 @@ def test_the_creepage_of_a_prescribed_force_is_carters(accuracy):
 @pytest.mark.parametrize("accuracy", [0.1, 0.01])
 @pytest.mark.parametrize(("a", "b"), [(20.0, 1.0), (1.0, 20.0), (1.0, 200.0)])
 def test_the_shift_of_a_slender_contact_is_cattaneos(a, b, accuracy):
-    """With nu = 0 a traction moves as a pressure does: what lacks in full slip is Hertz's, of a lesser load."""
+    """With nu = 0 a traction moves as a pressure does: what lacks in full slip is Hertz's, of a
+    lesser load.
+    """
     scene = replace(ROLLING, surface=vc.Ellipse(a=a, b=b), bodies=vc.Bodies(G=1.0, nu=0.0))
     exact = -0.3 * scene.hertz.approach * (1 - (1 - 0.2 / 0.3) ** (2 / 3))
     sol = vc.solve(replace(scene, motion=vc.Shift(Fx=0.2)), accuracy=accuracy)
@@ -66,7 +78,9 @@ def test_the_estimate_is_that_of_richardsons_steps():
     assert [grid.nx for grid in grids] == [round(1.5 * each) for each in n]
     assert estimate.values["Fx"] == pytest.approx(Fx[2] + steps[1] / 2, abs=1e-6)
     largest = max(abs(steps[1]), abs(steps[0]) * (n[1] / n[2]) ** 1.5)
-    assert estimate.errors["Fx"] == pytest.approx(1.25 * largest / 0.3 + 0.4 / n[2] ** 1.5, rel=1e-3)
+    assert estimate.errors["Fx"] == pytest.approx(
+        1.25 * largest / 0.3 + 0.4 / n[2] ** 1.5, rel=1e-3
+    )
     assert estimate.bars["Fx"] == pytest.approx(0.3 * estimate.errors["Fx"])
 
 
@@ -95,11 +109,17 @@ def test_computed_pressure_converges_to_hertz():
 
 @pytest.mark.parametrize(
     ("length", "stress", "motion"),
-    [(1e-3, 1e12, ROLLING.motion), (1e3, 1e-6, vc.Steady(Fx=-0.1, spin=0.1)), (1e3, 1e-6, vc.Shift(Fx=-0.1))],
+    [
+        (1e-3, 1e12, ROLLING.motion),
+        (1e3, 1e-6, vc.Steady(Fx=-0.1, spin=0.1)),
+        (1e3, 1e-6, vc.Shift(Fx=-0.1)),
+    ],
 )
 def test_units_do_not_matter(length, stress, motion):
     scene = replace(ROLLING, motion=motion)
-    one, other = (vc.solve(each, accuracy=0.02) for each in (scene, in_units(scene, length, stress)))
+    one, other = (
+        vc.solve(each, accuracy=0.02) for each in (scene, in_units(scene, length, stress))
+    )
     assert other.force / (stress * length**2) == pytest.approx(one.force, rel=1e-6, abs=1e-9)
     assert other.error_estimate.errors == pytest.approx(one.error_estimate.errors, rel=1e-4)
     assert [s.nx for s in other.error_estimate.solves] == [s.nx for s in one.error_estimate.solves]
@@ -126,7 +146,10 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     [
         ({"motion": vc.Steady(Fx=-0.15, vy=0.1)}, {}),
         ({"motion": vc.Shift(Fx=-0.15)}, {}),
-        ({"motion": None, "friction": None, "surface": vc.Paraboloids(Rx=1.0, Ry=1.0)}, {"normal": "norm"}),
+        (
+            {"motion": None, "friction": None, "surface": vc.Paraboloids(Rx=1.0, Ry=1.0)},
+            {"normal": "norm"},
+        ),
     ],
 )
 def test_a_file_is_measured_by_the_values_of_its_grid(tmp_path, changes, options):
@@ -156,7 +179,9 @@ def test_unlike_bodies_whose_error_falls_slowly():
 @pytest.mark.parametrize("base", ["rigid", (0.2, 0.1)])
 def test_layered_bodies_are_unlike_by_their_surfaces(base):
     layered = vc.Layered(layers=[vc.Layer(0.5, 0.3, 0.2)], base=base)
-    scene = replace(ROLLING, bodies=(layered, vc.Bodies(G=1.0, nu=0.4)), surface=vc.Paraboloids(1.0, 1.0))
+    scene = replace(
+        ROLLING, bodies=(layered, vc.Bodies(G=1.0, nu=0.4)), surface=vc.Paraboloids(1.0, 1.0)
+    )
     scene = replace(scene, normal_force=1e-2)
     coarse, fine = (vc.solve(scene, accuracy=accuracy) for accuracy in (0.1, 0.03))
     found, exact = values(coarse), values(fine)
@@ -174,9 +199,13 @@ def test_an_error_that_does_not_fall_is_seen():
 
 
 def test_grids_end_where_the_error_does_not_fall(monkeypatch):
-    """Of a given accuracy that is an error with the best answer; by default an answer with its bar."""
+    """Of a given accuracy that is an error with the best answer; by default an answer with its
+    bar.
+    """
     monkeypatch.setattr(adaptive, "FLOOR", 0.0)
-    monkeypatch.setattr(adaptive, "richardson", lambda values, across, order: (values[-1], 0.1 * abs(values[-1])))
+    monkeypatch.setattr(
+        adaptive, "richardson", lambda values, across, order: (values[-1], 0.1 * abs(values[-1]))
+    )
     with pytest.raises(NotConverged, match="and it does not fall with the grid") as failed:
         vc.solve(ROLLING, accuracy=0.003)
     assert len(failed.value.solution.error_estimate.solves) == 5
@@ -196,7 +225,8 @@ def test_a_time_budget_that_coarse_grids_exceed_is_refused(monkeypatch, clock):
 
     monkeypatch.setattr(adaptive, "_solved", slow)
     refused(
-        lambda: vc.solve(ROLLING, time_budget=0.5), words="even the coarsest grids, which tell the error, take longer"
+        lambda: vc.solve(ROLLING, time_budget=0.5),
+        words="even the coarsest grids, which tell the error, take longer",
     )
     assert clock.now < 1.5 * 0.5 + 2.0 + 2.0
 
@@ -221,7 +251,9 @@ def test_a_little_time_gives_three_coarse_grids():
 
 
 def test_time_is_used(clock):
-    """More than a third of it, and no more than it: the next grid would take 2.6 times as long as the last."""
+    """More than a third of it, and no more than it: the next grid would take 2.6 times as long as
+    the last.
+    """
     sol = vc.solve(ROLLING, time_budget=0.3)
     assert len(sol.error_estimate.solves) > 3 and sol.error_estimate.largest < 0.01
     assert 0.1 < clock.now <= 0.3
@@ -235,11 +267,27 @@ def test_time_is_used(clock):
         ({}, {"accuracy": "fine"}, "accuracy = 'fine' is not allowed"),
         ({}, {"time_budget": -1.0}, "time_budget = -1.0 is not allowed: must be a positive"),
         ({}, {"accuracy": 0.01, "time_budget": 1.0}, "left out where accuracy is given"),
-        ({"grid": vc.Grid(nx=8, ny=8)}, {"accuracy": 0.01}, "left out: it is chosen for the accuracy"),
+        (
+            {"grid": vc.Grid(nx=8, ny=8)},
+            {"accuracy": 0.01},
+            "left out: it is chosen for the accuracy",
+        ),
         ({"friction": np.inf}, {"accuracy": 0.01}, "errors are measured by the friction limit"),
-        ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "left out: the step is chosen for the accuracy"),
-        ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
-        ({}, {"accuracy": 0.1, "formulation": "marching"}, "left out: with accuracy the slip is of second order"),
+        (
+            {"motion": vc.Steady(vx=0.1, dq=0.1)},
+            {"accuracy": 0.01},
+            "left out: the step is chosen for the accuracy",
+        ),
+        (
+            {},
+            {"accuracy": 0.1, "tangential": "fastsim"},
+            "a theory has an error that no grid removes",
+        ),
+        (
+            {},
+            {"accuracy": 0.1, "formulation": "marching"},
+            "left out: with accuracy the slip is of second order",
+        ),
         ({"motion": vc.Steady(Fx=0.31)}, {"accuracy": 0.01}, "cannot be carried"),
         (
             {"surface": vc.Cylinders(1.0), "motion": vc.Shift(ux=0.0, Fy=0.1)},
@@ -249,11 +297,17 @@ def test_time_is_used(clock):
     ],
 )
 def test_refusals(changes, options, words):
-    refused(lambda: vc.solve(replace(ROLLING, **changes), **options), words=words, error=vc.VarcontactError)
+    refused(
+        lambda: vc.solve(replace(ROLLING, **changes), **options),
+        words=words,
+        error=vc.VarcontactError,
+    )
 
 
 def test_all_of_the_friction_limit_is_no_accuracy():
-    """Refused by all that take an accuracy, in the same words; 0.99 is none to boast of, but one."""
+    """Refused by all that take an accuracy, in the same words; 0.99 is none to boast of, but
+    one.
+    """
     accuracy, words = 1.0, "must be below 1"
     history = replace(ROLLING, motion=vc.Transient(steps=2, dq=0.1, vx=0.1))
     for asked in (
@@ -306,7 +360,8 @@ def failing(monkeypatch):
 
 def test_a_finer_grid_that_fails_leaves_the_answer_before_it(failing):
     with pytest.raises(
-        NotConverged, match=r"accuracy = 0.01 is not reached: .*, of 32 elements across, fails: newton says"
+        NotConverged,
+        match=r"accuracy = 0.01 is not reached: .*, of 32 elements across, fails: newton says",
     ) as failed:
         vc.solve(SLENDER, accuracy=0.01)
     known = failed.value.solution.error_estimate

@@ -1,4 +1,6 @@
-"""Where neither a grid nor an accuracy is given, answers have an error bar of 1 % of the friction limit at most."""
+"""Where neither a grid nor an accuracy is given, answers have an error bar of 1 % of the friction
+limit at most.
+"""
 
 from dataclasses import replace
 
@@ -62,10 +64,24 @@ def test_histories(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "kind", ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"]
+    "kind",
+    [
+        "steady",
+        "forces",
+        "shift",
+        "unlike",
+        "line",
+        "line unlike",
+        "sampled",
+        "law",
+        "slender",
+        "patches",
+    ],
 )
 def test_the_error_bar_holds(kind):
-    """Of two random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes hundreds."""
+    """Of two random scenes of a kind, against finer grids; `tests.benchmarks accuracy` takes
+    hundreds.
+    """
     beyond = []
     for scene in scenes(kind, 2, seed=3101):
         sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)

@@ -1,4 +1,6 @@
-"""Accuracies under laws of friction: the continuum's solution, to which what the static coefficient adds vanishes."""
+"""Accuracies under laws of friction: the continuum's solution, to which what the static coefficient
+adds vanishes.
+"""
 
 from dataclasses import replace
 
@@ -18,10 +20,14 @@ HALF = line_contact(1.0, BODIES, force=FORCE).a
 
 
 def line(friction, creepage, **changes):
-    """Cylinders that roll, with a part of the creepage at which Carter's slip all over under 0.3."""
+    """Cylinders that roll, with a part of the creepage at which Carter's slip all over under
+    0.3.
+    """
     motion = vc.Steady(vx=creepage * 0.3 * HALF)
     cylinders = vc.Cylinders(1.0, reference_depth=10.0)
-    scene = vc.Scene(bodies=BODIES, surface=cylinders, normal_force=FORCE, friction=friction, motion=motion)
+    scene = vc.Scene(
+        bodies=BODIES, surface=cylinders, normal_force=FORCE, friction=friction, motion=motion
+    )
     return replace(scene, **changes)
 
 
@@ -69,7 +75,9 @@ def test_answers_are_those_of_the_kinetic_coefficient(changes):
 ])  # fmt: skip
 @pytest.mark.parametrize("accuracy", [0.03, 0.003])
 def test_steep_falls_are_met_before_the_elements_resolve_them(law, creepage, accuracy):
-    """From the static coefficient the first was 2.7 times as far off as asked for, the second 2.9 times."""
+    """From the static coefficient the first was 2.7 times as far off as asked for, the second 2.9
+    times.
+    """
     scenes = [line(law, creepage, grid=vc.Grid(nx=n)) for n in (512, 1024)]
     coarse, fine = (vc.solve(scene, certify=None, start="slip").force[0] for scene in scenes)
     sol = vc.solve(line(law, creepage), accuracy=accuracy)
@@ -77,6 +85,10 @@ def test_steep_falls_are_met_before_the_elements_resolve_them(law, creepage, acc
 
 
 def test_a_start_from_stick_is_refused_where_it_is_not_the_continuums():
-    refused(lambda: vc.solve(ROLLING, accuracy=0.01, start="stick"), "start", match="vanishes as the grid gets finer")
+    refused(
+        lambda: vc.solve(ROLLING, accuracy=0.01, start="stick"),
+        "start",
+        match="vanishes as the grid gets finer",
+    )
     falling = replace(ROLLING, friction=vc.RationalFalling(0.3, 0.2, half_velocity=0.1))
     assert vc.solve(falling, accuracy=0.03, start="stick").branch == "stick"

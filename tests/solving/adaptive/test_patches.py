@@ -1,4 +1,6 @@
-"""Patches of very different size: grids are as fine as the smallest that carries needs, or the error bar knows."""
+"""Patches of very different size: grids are as fine as the smallest that carries needs, or the
+error bar knows.
+"""
 
 from dataclasses import replace
 
@@ -21,7 +23,9 @@ def balls(radius, above=0.0, turned=0.0):
 
 
 def normal(radius, above=0.0, turned=0.0):
-    return vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=balls(radius, above, turned), normal_force=5e-3)
+    return vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28), surface=balls(radius, above, turned), normal_force=5e-3
+    )
 
 
 @pytest.mark.parametrize(("radius", "above"), [(0.1, 3e-3), (0.04, 0.0)])
@@ -68,12 +72,18 @@ def test_patches_are_as_wide_as_they_are_wherever_they_lie(turned):
 
 
 def test_a_patch_too_narrow_adds_its_share_by_its_elements():
-    """0.3 of the load on a patch two elements wide: 0.15 on top of what the same grids have without it."""
+    """0.3 of the load on a patch two elements wide: 0.15 on top of what the same grids have without
+    it.
+    """
     scene, levels = normal(0.1), []
     for n in (6, 9, 14):
         sol = vc.solve(replace(scene, grid=vc.Grid(nx=n, ny=n)))
         levels.append(adaptive.GridLevel(n, sol, values(sol), 0.0, ()))
     narrow = replace(levels[0], patches=(adaptive.Patch(2.0, 0.3, False),))
     target = adaptive.Target(accuracy=0.1)
-    with_patch, without = (adaptive.estimated([each, *levels[1:]], target).errors for each in (narrow, levels[0]))
-    assert with_patch == pytest.approx({name: value + 0.15 for name, value in without.items()}, rel=1e-12)
+    with_patch, without = (
+        adaptive.estimated([each, *levels[1:]], target).errors for each in (narrow, levels[0])
+    )
+    assert with_patch == pytest.approx(
+        {name: value + 0.15 for name, value in without.items()}, rel=1e-12
+    )

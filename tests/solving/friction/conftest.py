@@ -14,7 +14,13 @@ def line():
     """A cylinder on a plane, of one law."""
 
     def made(friction, vx=3e-3, cells=24, **motion):
-        return make_scene(vc.Cylinders(R=1.0), 1e-3, vc.Steady(**motion or {"vx": vx}), vc.Grid(nx=cells), friction)
+        return make_scene(
+            vc.Cylinders(R=1.0),
+            1e-3,
+            vc.Steady(**motion or {"vx": vx}),
+            vc.Grid(nx=cells),
+            friction,
+        )
 
     return made
 
@@ -25,7 +31,9 @@ def ball():
 
     def made(friction, cells=8, **changes):
         motion, grid = vc.Steady(vx=3e-3, spin=0.05), vc.Grid(nx=cells, ny=cells)
-        return replace(make_scene(vc.Paraboloids(1.0, 1.0), 1e-4, motion, grid, friction), **changes)
+        return replace(
+            make_scene(vc.Paraboloids(1.0, 1.0), 1e-4, motion, grid, friction), **changes
+        )
 
     return made
 

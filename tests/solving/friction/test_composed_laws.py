@@ -1,4 +1,6 @@
-"""Friction by slip, temperature, pressure and place together: limits, fixed point, branches, units, files, refusals."""
+"""Friction by slip, temperature, pressure and place together: limits, fixed point, branches, units,
+files, refusals.
+"""
 
 from dataclasses import replace
 
@@ -41,7 +43,10 @@ def by_place(x, y):
     ],
 )
 def test_constant_products_are_a_number(factors, start):
-    number, sol = vc.solve(mixed(0.3)), vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors)), start=start)
+    number, sol = (
+        vc.solve(mixed(0.3)),
+        vc.solve(mixed(vc.FrictionLaw(0.3, 0.1, factors)), start=start),
+    )
     assert np.all(np.abs(sol.force - number.force) < SCALE)
     assert np.all(sol.friction == 0.3) and sol.branch == start
 
@@ -54,10 +59,15 @@ def test_friction_by_pressure_is_that_of_its_field():
     film = vc.PressureFalling(0.4, 0.1, strength=100.0)
     sol = vc.solve(mixed(film))
     field = vc.solve(mixed(np.minimum(0.4, 0.1 + 100.0 / np.maximum(sol.pressure, 1.0))))
-    assert np.all(np.abs(sol.force - field.force) < SCALE) and sol.friction.min() < 0.3 < sol.friction.max() == 0.4
+    assert (
+        np.all(np.abs(sol.force - field.force) < SCALE)
+        and sol.friction.min() < 0.3 < sol.friction.max() == 0.4
+    )
     shift = {"motion": vc.Shift(ux=0.01), "thermal": None}
     sol = vc.solve(mixed(vc.FrictionLaw(0.4, 0.1, by_pressure), **shift))
-    assert np.all(np.abs(sol.force - vc.solve(mixed(by_pressure(sol.pressure), **shift)).force) < SCALE)
+    assert np.all(
+        np.abs(sol.force - vc.solve(mixed(by_pressure(sol.pressure), **shift)).force) < SCALE
+    )
 
 
 @pytest.mark.parametrize("start", ["stick", "slip"])
@@ -69,7 +79,12 @@ def test_all_factors_hold_at_the_end(start):
     law = vc.FrictionLaw(0.4, 0.0, [exponential, hot, by_place, wet], velocity=3e4)
     sol = vc.solve(mixed(law, motion=replace(MIXED, vx=-1.2e-3)), start=start)
     slips, slip_velocity = sol.state == 2, 3e4 * np.hypot(*sol.slip)
-    f = exponential(slip_velocity) * hot(sol.temperature[0]) * by_place(*np.meshgrid(GRID.x, GRID.y)) * wet
+    f = (
+        exponential(slip_velocity)
+        * hot(sol.temperature[0])
+        * by_place(*np.meshgrid(GRID.x, GRID.y))
+        * wet
+    )
     size = np.hypot(*sol.traction)
     assert slips.sum() > 30 and (sol.state == 1).sum() > 10
     assert np.allclose(size[slips], (f * sol.pressure)[slips], rtol=1e-6)
@@ -92,7 +107,9 @@ def test_scene_files_hold_laws_and_numbers_but_no_functions(tmp_path):
     sol.save(tmp_path / "law.nc")
     assert vc.load(tmp_path / "law.nc").Fx == sol.Fx and not vc.load(tmp_path / "law.nc").note
     own = mixed(vc.FrictionLaw(0.3, 0.0, exponential, velocity=3e4), grid=COARSE)
-    with pytest.raises(vc.SceneError, match=r"factors = 'exponential'.*laws and numbers.*sol\.friction"):
+    with pytest.raises(
+        vc.SceneError, match=r"factors = 'exponential'.*laws and numbers.*sol\.friction"
+    ):
         own.save(tmp_path / "own.toml")
     sol = vc.solve(own)
     refused(lambda: sol.save(tmp_path / "own.nc"), match=r"sol\.friction")
@@ -147,7 +164,11 @@ def test_laws_where_they_do_not_belong():
         mixed(hot, motion=replace(steps, start=vc.solve(mixed(hot, motion=steps))[-1]))
     refused(lambda: mixed(law, motion=replace(steps, dq=0.0)), match=r"does not roll")
     with pytest.raises(vc.SceneError, match="thermal"):
-        mixed(vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2), thermal=None, motion=vc.Steady(vx=1e-3))
+        mixed(
+            vc.FrictionLaw(0.3, 0.1, lambda temperature: 0.2),
+            thermal=None,
+            motion=vc.Steady(vx=1e-3),
+        )
     with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
         mixed(vc.FrictionLaw(0.3, 0.1, np.full((3, 3), 0.3)))
     with pytest.raises(vc.SceneError, match=r"factors.*\(3, 3\).*\(11, 24\)"):
@@ -157,12 +178,18 @@ def test_laws_where_they_do_not_belong():
             vc.solve(mixed(law), tangential=theory)
 
 
-FACTORS = vc.ExponentialFalling(0.3, 0.2, 200.0, 3e4), vc.TemperatureFalling(1.0, 0.4, over=400.0), lambda y: 0.99
+FACTORS = (
+    vc.ExponentialFalling(0.3, 0.2, 200.0, 3e4),
+    vc.TemperatureFalling(1.0, 0.4, over=400.0),
+    lambda y: 0.99,
+)
 WARM = vc.FrictionLaw(0.3, 0.02, FACTORS, velocity=3e4)
 COARSE = vc.Grid(nx=14, ny=5, dx=1.6, dy=4.4, x0=-14.0, y0=-11.0)
 
 
-@pytest.mark.parametrize(("law", "part"), [(WARM, 1.0), (WARM, 1.7), (vc.PressureFalling(0.3, 0.1, 80.0), 1.0)])
+@pytest.mark.parametrize(
+    ("law", "part"), [(WARM, 1.0), (WARM, 1.7), (vc.PressureFalling(0.3, 0.1, 80.0), 1.0)]
+)
 def test_a_history_ends_in_steady_rolling(law, part):
     dq = part * 1.6
     steady = vc.solve(mixed(law, grid=COARSE, motion=vc.Steady(vx=-8e-3, dq=dq, speed=3e4)))
@@ -179,7 +206,9 @@ def test_a_history_ends_in_steady_rolling(law, part):
 def test_memory_of_all_that_friction_depends_on_goes_with_the_material(law):
     slow = replace(law, memory_distance=0.05)
     steady = vc.solve(mixed(slow, grid=COARSE, motion=vc.Steady(vx=-8e-3, speed=3e4)))
-    last = vc.solve(mixed(slow, grid=COARSE, motion=vc.Transient(steps=24, vx=-8e-3, dq=1.6, dt=1.6 / 3e4)))[-1]
+    last = vc.solve(
+        mixed(slow, grid=COARSE, motion=vc.Transient(steps=24, vx=-8e-3, dq=1.6, dt=1.6 / 3e4))
+    )[-1]
     touches = steady.state > 0
     assert last.Fx == pytest.approx(steady.Fx, rel=1e-7)
     assert np.allclose(last.friction[touches], steady.friction[touches], atol=1e-7)
@@ -190,7 +219,9 @@ def test_memory_of_all_that_friction_depends_on_goes_with_the_material(law):
     own = law.on(slip, steady.temperature[0], steady.pressure, *np.meshgrid(COARSE.x, COARSE.y))
     came = np.where(touches[:, 1:], steady.friction[:, 1:], steady.friction[:, -1:])
     expected = own[:, :-1] + (came - own[:, :-1]) * np.exp(-slip[:, :-1] * 1.6 / 0.05)
-    assert np.allclose(steady.friction[:, :-1][touches[:, :-1]], expected[touches[:, :-1]], atol=1e-6)
+    assert np.allclose(
+        steady.friction[:, :-1][touches[:, :-1]], expected[touches[:, :-1]], atol=1e-6
+    )
 
 
 def test_a_stored_history_goes_on_as_if_it_had_not_ended(tmp_path):

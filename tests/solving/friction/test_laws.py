@@ -1,4 +1,6 @@
-"""Laws of friction: their limits, their solutions judged from outside, and what tells the solutions apart."""
+"""Laws of friction: their limits, their solutions judged from outside, and what tells the solutions
+apart.
+"""
 
 import dataclasses
 
@@ -41,7 +43,10 @@ def test_the_laws_themselves(law):
         (lambda line, ball: vc.StaticKinetic(np.inf, 0.3), "friction.static"),
         (lambda line, ball: vc.LinearFalling(0.3, -0.1, 1.0), "friction.kinetic"),
         (lambda line, ball: vc.RationalFalling(0.3, 0.2, 0.0), "friction.half_velocity"),
-        (lambda line, ball: vc.ExponentialFalling(0.3, 0.2, 1.0, velocity=np.nan), "friction.velocity"),
+        (
+            lambda line, ball: vc.ExponentialFalling(0.3, 0.2, 1.0, velocity=np.nan),
+            "friction.velocity",
+        ),
         (lambda line, ball: vc.solve(line(0.3), start="stick"), "start"),
         (lambda line, ball: vc.solve(line(EVERY[0]), start="rest"), "start"),
         (lambda line, ball: vc.solve(line(EVERY[0]), start=np.zeros((1, 26))), "start"),
@@ -49,10 +54,17 @@ def test_the_laws_themselves(law):
         (lambda line, ball: line([EVERY[0]]), "friction"),
         (lambda line, ball: line(vc.StaticKinetic), "friction"),
         (
-            lambda line, ball: vc.solve(ball(EVERY[0], motion=vc.Steady(vx=1e-3)), tangential="vermeulen-johnson"),
+            lambda line, ball: vc.solve(
+                ball(EVERY[0], motion=vc.Steady(vx=1e-3)), tangential="vermeulen-johnson"
+            ),
             "tangential",
         ),
-        (lambda line, ball: vc.solve(ball(EVERY[0], motion=vc.Steady(Fx=1e-6)), tangential="fastsim"), "tangential"),
+        (
+            lambda line, ball: vc.solve(
+                ball(EVERY[0], motion=vc.Steady(Fx=1e-6)), tangential="fastsim"
+            ),
+            "tangential",
+        ),
         (lambda line, ball: vc.solve(line(EVERY[1])).sensitivity(), "friction"),
     ],
 )
@@ -62,7 +74,9 @@ def test_bad_input(make, field, line, ball):
 
 @pytest.mark.parametrize("law", FALLING)
 def test_slow_fall_is_static(law, line):
-    """The difference from the static coefficient goes with one by the velocity at which half is lost."""
+    """The difference from the static coefficient goes with one by the velocity at which half is
+    lost.
+    """
     static = part(vc.solve(line(0.3)))
     far, near = (static - part(vc.solve(line(law(0.3, 0.2, half)))) for half in (2.0, 1.0))
     assert 0 < far < near < 1e-4
@@ -73,15 +87,22 @@ def test_slow_fall_is_static(law, line):
 def test_between_static_and_kinetic(law, line):
     """The sooner it falls, the less force, between those of both coefficients alone."""
     forces = [part(vc.solve(line(law(0.3, 0.2, half), vx=6e-3))) for half in (0.1, 0.01, 0.003)]
-    assert np.all(np.diff([part(vc.solve(line(0.3, vx=6e-3))), *forces, part(vc.solve(line(0.2, vx=6e-3)))]) < 0)
+    assert np.all(
+        np.diff([part(vc.solve(line(0.3, vx=6e-3))), *forces, part(vc.solve(line(0.2, vx=6e-3)))])
+        < 0
+    )
 
 
 def test_kinetic_alone_is_carter(line):
-    """From slip all over, the solution is that of the kinetic coefficient: Carter's, as the grid is refined."""
+    """From slip all over, the solution is that of the kinetic coefficient: Carter's, as the grid is
+    refined.
+    """
     law, errors = vc.StaticKinetic(0.3, 0.2), []
     for cells in (20, 80):
         sol = vc.solve(line(law, cells=cells), start="slip")
-        np.testing.assert_allclose(sol.traction, vc.solve(line(0.2, cells=cells)).traction, atol=1e-13)
+        np.testing.assert_allclose(
+            sol.traction, vc.solve(line(0.2, cells=cells)).traction, atol=1e-13
+        )
         contact = vc.reference.line_contact(1.0, sol.scene.bodies, force=1e-3)
         exact = vc.reference.carter(contact, 0.2, force=sol.force[0])
         errors.append(abs(sol.creepage[0] / exact.creepage - 1))
@@ -90,7 +111,10 @@ def test_kinetic_alone_is_carter(line):
 
 def test_two_solutions(line, holds):
     """Both certified; from stick there is more stick, and more force."""
-    stick, slip = (vc.solve(line(vc.StaticKinetic(0.3, 0.15), cells=60), start=start) for start in ("stick", "slip"))
+    stick, slip = (
+        vc.solve(line(vc.StaticKinetic(0.3, 0.15), cells=60), start=start)
+        for start in ("stick", "slip")
+    )
     for sol in (stick, slip):
         holds(sol)
     assert (stick.branch, slip.branch) == ("stick", "slip")
@@ -105,11 +129,17 @@ def test_two_solutions(line, holds):
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"bodies": vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))}, {"motion": vc.Steady(Fx=-1.2e-5, vy=1e-3)}],
+    [
+        {},
+        {"bodies": vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))},
+        {"motion": vc.Steady(Fx=-1.2e-5, vy=1e-3)},
+    ],
     ids=["creepage", "unlike bodies", "force"],
 )
 def test_equations(law, changes, check_kkt, ball, holds):
-    """The scene's equations hold with the coefficients that the law has at the slip, by a program of their own."""
+    """The scene's equations hold with the coefficients that the law has at the slip, by a program
+    of their own.
+    """
     sol = vc.solve(ball(law, **changes))
     holds(sol)
     check_kkt(sol, 1e-7)
@@ -118,14 +148,18 @@ def test_equations(law, changes, check_kkt, ball, holds):
     assert 0 < sol.elements["slip"]
 
 
-@pytest.mark.parametrize("law", [vc.StaticKinetic(0.3, 0.2), vc.LinearFalling(0.3, 0.2, half_velocity=4e-4)])
+@pytest.mark.parametrize(
+    "law", [vc.StaticKinetic(0.3, 0.2), vc.LinearFalling(0.3, 0.2, half_velocity=4e-4)]
+)
 def test_shift(law, ball, holds):
     """In a shift the law takes lengths, or by its velocity lengths by a duration."""
     sol = vc.solve(ball(law, motion=vc.Shift(ux=2e-4)))
     holds(sol)
     assert sol.elements["stick"] > 0
     assert sol.elements["slip"] > 0
-    scaled = law if not law.continuous else dataclasses.replace(law, half_velocity=0.2, velocity=500.0)
+    scaled = (
+        law if not law.continuous else dataclasses.replace(law, half_velocity=0.2, velocity=500.0)
+    )
     again = vc.solve(dataclasses.replace(sol.scene, friction=scaled))
     np.testing.assert_allclose(again.traction, sol.traction, atol=1e-9 * sol.traction_bound.max())
 
@@ -150,7 +184,9 @@ def test_methods_agree(tangential, line):
 )
 def test_any_law(kind, kinetic, half, velocity, vx, vy, start, line, holds):
     """Consistent with itself, and the same in other units of length, force and time."""
-    speeds = {} if kind == "static-kinetic" else {"half_velocity": half * velocity, "velocity": velocity}
+    speeds = (
+        {} if kind == "static-kinetic" else {"half_velocity": half * velocity, "velocity": velocity}
+    )
     sol = vc.solve(line(LAWS[kind](0.3, kinetic, **speeds), cells=16, vx=vx, vy=vy), start=start)
     holds(sol)
     faster = {name: 60.0 * value for name, value in speeds.items()}
@@ -158,12 +194,16 @@ def test_any_law(kind, kinetic, half, velocity, vx, vy, start, line, holds):
     bodies, surface = vc.Bodies(G=7e3, nu=0.28), vc.Cylinders(R=50.0)
     scene = dataclasses.replace(scene, bodies=bodies, surface=surface, normal_force=350.0)
     other = vc.solve(scene, start=start)
-    np.testing.assert_allclose(other.traction / 7e3, sol.traction, atol=1e-7 * sol.traction_bound.max())
+    np.testing.assert_allclose(
+        other.traction / 7e3, sol.traction, atol=1e-7 * sol.traction_bound.max()
+    )
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
 def test_forces_up_to_the_largest(law, line, holds):
-    """The creep force has a maximum: just below it the force is met before it, and beyond it none is."""
+    """The creep force has a maximum: just below it the force is met before it, and beyond it none
+    is.
+    """
     creepages = np.linspace(5.4e-3, 7.6e-3, 8)
     forces = [part(vc.solve(line(law, vx=vx))) for vx in creepages]
     largest, at = max(forces), creepages[np.argmax(forces)]
@@ -179,20 +219,26 @@ def test_forces_up_to_the_largest(law, line, holds):
 def test_forces_beyond_friction(line):
     with pytest.raises(vc.Saturated):
         vc.solve(line(EVERY[0], Fx=-0.31e-3))
-    with pytest.raises(vc.Saturated, match="slip everywhere") as error:  # with the kinetic coefficient alone
+    # with the kinetic coefficient alone
+    with pytest.raises(vc.Saturated, match="slip everywhere") as error:
         vc.solve(line(EVERY[0], Fx=-0.201e-3), start="slip")
     assert error.value.limit == pytest.approx(0.2e-3)
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
 def test_certificate_of_any_tractions(law, line):
-    """It judges by the law: what slips at the static coefficient is wrong by what it has too much."""
+    """It judges by the law: what slips at the static coefficient is wrong by what it has too
+    much.
+    """
     sol = vc.solve(line(law))
     scene = dataclasses.replace(sol.scene, grid=sol.grid)
     assert vc.certify(scene, sol.traction).residual < 1e-8
     static = vc.solve(line(0.3))
     slip = np.hypot(*static.slip)[static.state == 2]
-    too_much = np.max((0.3 - law(slip)) * static.pressure[static.state == 2]) / np.hypot(*static.traction).max()
+    too_much = (
+        np.max((0.3 - law(slip)) * static.pressure[static.state == 2])
+        / np.hypot(*static.traction).max()
+    )
     assert vc.certify(scene, static.traction).residual == pytest.approx(too_much, rel=1e-6)
     moved = vc.certify(scene, vc.solve(line(law, vx=3.001e-3)).traction)
     assert 1e-6 < moved.residual < 1e-2

@@ -1,4 +1,6 @@
-"""What particles remember in a history under a law of friction, where steps are no whole elements long."""
+"""What particles remember in a history under a law of friction, where steps are no whole elements
+long.
+"""
 
 import dataclasses
 import re
@@ -44,15 +46,20 @@ def used(sol):
 def ends(law, part, vx, starts, cells=N):
     """Last steps of histories that go on from solutions."""
     dq = part * starts[0].grid.sides[0]
-    motions = [vc.Transient(steps=int(2.5 * cells / part), dq=dq, vx=vx, start=start) for start in starts]
+    motions = [
+        vc.Transient(steps=int(2.5 * cells / part), dq=dq, vx=vx, start=start) for start in starts
+    ]
     return [vc.solve(rolling(law, motion, cells=cells))[-1] for motion in motions]
 
 
 @pytest.mark.parametrize(
-    ("law", "part", "vx"), [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)]
+    ("law", "part", "vx"),
+    [(STEEP[1], 0.25, 5e-3), (STEEP[0], 0.6, 3e-3), (STEEP[1], 1.0, 5e-3), (STEEP[0], 1.7, 5e-3)],
 )
 def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, vx, dx, holds):
-    """From more slip, the other steady solution, and from more stick; to a tenth of what the two are apart."""
+    """From more slip, the other steady solution, and from more stick; to a tenth of what the two
+    are apart.
+    """
     steady = vc.Steady(vx=vx, dq=part * dx)
     stick, slip = (vc.solve(rolling(law, steady), start=start) for start in ("stick", "slip"))
     slower = vc.solve(rolling(law, replace(steady, vx=0.96 * vx)))
@@ -64,10 +71,14 @@ def test_the_end_under_a_steep_law_is_the_steady_solution_from_stick(law, part, 
 
 
 def test_a_history_may_end_in_another_steady_solution():
-    """With a static and a kinetic coefficient there are several; each end solves the steady problem in one pass."""
+    """With a static and a kinetic coefficient there are several; each end solves the steady problem
+    in one pass.
+    """
     dx = vc.solve(rolling(0.2, vc.Steady(), cells=10)).grid.sides[0]
     steady = vc.Steady(vx=5e-3, dq=0.25 * dx)
-    stick, slip = (vc.solve(rolling(JUMP, steady, cells=10), start=start) for start in ("stick", "slip"))
+    stick, slip = (
+        vc.solve(rolling(JUMP, steady, cells=10), start=start) for start in ("stick", "slip")
+    )
     slower = vc.solve(rolling(JUMP, replace(steady, vx=4.8e-3), cells=10))
     lower, upper = ends(JUMP, 0.25, 5e-3, [slip, slower], cells=10)
     assert used(upper) == pytest.approx(used(stick), rel=1e-3)
@@ -92,7 +103,9 @@ def test_the_end_under_a_gentle_law_is_the_one_steady_solution(law, part, dx, ho
 
 
 def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(line):
-    """There the steady solution is not stable: rounding grows to a swing of stick and slip, on finer grids too."""
+    """There the steady solution is not stable: rounding grows to a swing of stick and slip, on
+    finer grids too.
+    """
     dq = 2 * np.sqrt(4e-3 * (1 - 0.28) / np.pi) / 24
     deep, found = vc.Cylinders(R=1.0, reference_depth=1.0), {}
     for half in (0.02, 0.1):
@@ -112,15 +125,25 @@ def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(line):
 
 
 FORGETFUL = {"memory_distance": 3e-4}
-SLOW = [vc.StaticKinetic(0.4, 0.2, **FORGETFUL), vc.ExponentialFalling(0.4, 0.2, half_velocity=0.01, **FORGETFUL)]
+SLOW = [
+    vc.StaticKinetic(0.4, 0.2, **FORGETFUL),
+    vc.ExponentialFalling(0.4, 0.2, half_velocity=0.01, **FORGETFUL),
+]
 """Laws whose steady solution is not stable, or not the only one, without their memory."""
 
 
-@pytest.mark.parametrize(("law", "part"), [(SLOW[1], 0.4), (SLOW[0], 0.6), (SLOW[1], 1.0), (SLOW[0], 1.7)])
+@pytest.mark.parametrize(
+    ("law", "part"), [(SLOW[1], 0.4), (SLOW[0], 0.6), (SLOW[1], 1.0), (SLOW[0], 1.7)]
+)
 def test_with_a_memory_the_end_does_not_depend_on_the_start(law, part, dx):
-    """Under the steepest laws, with the shortest steps; with steps of an element it is the steady solution."""
+    """Under the steepest laws, with the shortest steps; with steps of an element it is the steady
+    solution.
+    """
     starts = [vc.solve(rolling(law, vc.Steady(vx=vx))) for vx in (4e-3, 6e-3)]
-    motions = [vc.Transient(steps=int(4 * N / part), dq=part * dx, vx=5e-3, start=start) for start in starts]
+    motions = [
+        vc.Transient(steps=int(4 * N / part), dq=part * dx, vx=5e-3, start=start)
+        for start in starts
+    ]
     histories = [vc.solve(rolling(law, motion)) for motion in motions]
     one, other = (history[-1] for history in histories)
     apart = used(starts[1]) - used(starts[0])
@@ -128,24 +151,36 @@ def test_with_a_memory_the_end_does_not_depend_on_the_start(law, part, dx):
     assert used(one) == pytest.approx(used(other), abs=2e-3 * apart)
     assert used(histories[0][-2]) == pytest.approx(used(one), abs=2e-3 * apart)
     size = np.hypot(*one.traction)
-    np.testing.assert_allclose(size[one.state == 2], (one.friction * one.pressure)[one.state == 2], rtol=1e-6)
+    np.testing.assert_allclose(
+        size[one.state == 2], (one.friction * one.pressure)[one.state == 2], rtol=1e-6
+    )
     assert np.all(size <= one.friction * one.pressure * (1 + 1e-6))
     if part == 1.0:
-        stick, slip = (vc.solve(rolling(law, vc.Steady(vx=5e-3)), start=start) for start in ("stick", "slip"))
+        stick, slip = (
+            vc.solve(rolling(law, vc.Steady(vx=5e-3)), start=start) for start in ("stick", "slip")
+        )
         assert used(slip) == pytest.approx(used(stick), rel=1e-7)
         assert used(one) == pytest.approx(used(stick), abs=2e-3 * apart)
 
 
 def test_a_memory_is_lost_by_the_distance_slid(dx, tmp_path):
-    """With two coefficients ``f = kinetic + (static - kinetic) exp(-slid/d)``, slid from the leading edge of a row."""
+    """With two coefficients ``f = kinetic + (static - kinetic) exp(-slid/d)``, slid from the
+    leading edge of a row.
+    """
     law = vc.StaticKinetic(0.4, 0.2, memory_distance=5e-4)
     sol = vc.solve(rolling(law, vc.Steady(vx=8e-3, vy=3e-3)))
-    slid = np.cumsum(np.where(sol.state == 2, np.hypot(*sol.slip) * dx, 0.0)[:, ::-1], axis=1)[:, ::-1]
+    slid = np.cumsum(np.where(sol.state == 2, np.hypot(*sol.slip) * dx, 0.0)[:, ::-1], axis=1)[
+        :, ::-1
+    ]
     expected = 0.2 + 0.2 * np.exp(-slid / 5e-4)
     assert np.ptp(expected[sol.state == 2]) > 0.05
-    np.testing.assert_allclose(sol.friction[sol.pressure > 0], expected[sol.pressure > 0], rtol=1e-6)
+    np.testing.assert_allclose(
+        sol.friction[sol.pressure > 0], expected[sol.pressure > 0], rtol=1e-6
+    )
     slips = sol.state == 2
-    np.testing.assert_allclose(np.hypot(*sol.traction)[slips], (expected * sol.pressure)[slips], rtol=1e-6)
+    np.testing.assert_allclose(
+        np.hypot(*sol.traction)[slips], (expected * sol.pressure)[slips], rtol=1e-6
+    )
     sol.save(tmp_path / "sol.nc")
     again = vc.load(tmp_path / "sol.nc")
     assert again.converged
@@ -160,12 +195,18 @@ def test_particles_that_stick_regain_static_friction_by_the_least_velocity():
     assert slide.weakening[slide.pressure > 0].min() > 0.99
     stuck = wait.state == 1
     assert stuck.sum() > 50
-    np.testing.assert_allclose(wait.weakening[stuck], (slide.weakening * np.exp(-0.5))[stuck], rtol=1e-6)
-    np.testing.assert_allclose(again.weakening[stuck], (slide.weakening * np.exp(-1.0))[stuck], rtol=1e-6)
+    np.testing.assert_allclose(
+        wait.weakening[stuck], (slide.weakening * np.exp(-0.5))[stuck], rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        again.weakening[stuck], (slide.weakening * np.exp(-1.0))[stuck], rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize(
-    "entries", [{"memory_distance": -1e-3}, {"memory_distance": np.nan}, {"memory_velocity": 1.0}], ids=str
+    "entries",
+    [{"memory_distance": -1e-3}, {"memory_distance": np.nan}, {"memory_velocity": 1.0}],
+    ids=str,
 )
 def test_what_no_memory_can_be(entries):
     refused(lambda: vc.StaticKinetic(0.4, 0.2, **entries), f"friction.{next(iter(entries))}")
@@ -183,13 +224,17 @@ def test_mirror_and_units(dx):
         np.testing.assert_allclose(mirrored[k].weakening[:, ::-1], first[k].weakening, atol=1e-8)
         np.testing.assert_allclose(mirrored[k].force[0], -first[k].force[0], rtol=1e-7)
         np.testing.assert_allclose(scaled[k].weakening, first[k].weakening, atol=1e-8)
-        np.testing.assert_allclose(scaled[k].force, 4096 * first[k].force, rtol=1e-7, atol=1e-9 * LOAD)
+        np.testing.assert_allclose(
+            scaled[k].force, 4096 * first[k].force, rtol=1e-7, atol=1e-9 * LOAD
+        )
 
 
 def test_a_step_in_place_without_slip_restores_static_friction(dx):
     motion = vc.Transient(steps=13, dq=[0.25 * dx] * 12 + [0.0], vx=[2e-2] * 11 + [-1e-3, 0.0])
     history = vc.solve(rolling(JUMP, motion))
-    assert ((history[-2].weakening > 0) & (history[-2].weakening < 1) & (history[-2].state == 1)).any()
+    assert (
+        (history[-2].weakening > 0) & (history[-2].weakening < 1) & (history[-2].state == 1)
+    ).any()
     assert (history[-1].state != 2).all()
     assert (history[-1].weakening == 0).all()
 
@@ -206,7 +251,9 @@ def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
     rest = vc.solve(rolling(JUMP, vc.Transient(steps=8, dq=0.3 * dx, vx=4e-3, start=start)))
     for name in ("traction", "slip", "weakening"):
         np.testing.assert_array_equal(getattr(again[19], name), getattr(history[19], name))
-    np.testing.assert_allclose(rest[7].traction, history[19].traction, rtol=0, atol=1e-12 * history[19].pressure.max())
+    np.testing.assert_allclose(
+        rest[7].traction, history[19].traction, rtol=0, atol=1e-12 * history[19].pressure.max()
+    )
     assert again.to_xarray()["weakening"].shape == (20, *history.grid.shape)
 
     earlier = replace(history, solutions=[replace(sol, weakening=None) for sol in history[:12]])
@@ -216,7 +263,9 @@ def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
 
 
 def test_passes_go_on_where_two_solutions_have_just_vanished():
-    """A coefficient that falls by less and less towards .3, and then by more to the kinetic one: .3 is no solution."""
+    """A coefficient that falls by less and less towards .3, and then by more to the kinetic one: .3
+    is no solution.
+    """
 
     def after(friction):
         return np.clip(friction - 0.5 * ((friction - 0.3) ** 2 + 1e-4), 0.2, 0.4)
@@ -225,14 +274,18 @@ def test_passes_go_on_where_two_solutions_have_just_vanished():
         found = after(state.friction)
         return replace(state, friction=found), float(np.abs(after(found) - found).max())
 
-    start = ContactState(np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2), friction=np.array([[0.4]]))
-    limits = Limits(1e-9, MOST_UNDER_LAW, MOST_UNDER_LAW, plain=PLAIN, near=NEAR, least=0.2, greatest=0.4)
+    start = ContactState(
+        np.zeros((1, 1)), 0.0, np.zeros((2, 1, 1)), np.zeros(2), friction=np.array([[0.4]])
+    )
+    limits = Limits(
+        1e-9, MOST_UNDER_LAW, MOST_UNDER_LAW, plain=PLAIN, near=NEAR, least=0.2, greatest=0.4
+    )
     best = settled(one_pass, *one_pass(start), "friction", limits)
     assert best.friction == 0.2
     assert len(best.passes) > PLAIN
 
 
-# ----------------------------------------------------------------------------- Histories under laws of friction
+# ----------------------------------------------------------------- Histories under laws of friction
 
 
 DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
@@ -245,12 +298,16 @@ def test_long_history_is_steady(law, tmp_path, line, holds):
     history = vc.solve(scene, store=tmp_path / "history.nc")
     for sol in history[::25]:
         holds(sol)
-    np.testing.assert_allclose(history[-1].traction, steady.traction, atol=1e-6 * steady.traction_bound.max())
+    np.testing.assert_allclose(
+        history[-1].traction, steady.traction, atol=1e-6 * steady.traction_bound.max()
+    )
     assert vc.load(tmp_path / "history.nc")[-1].branch == "history"
 
 
 def test_who_slips_goes_on_slipping(ball, holds):
-    """In small steps of a shift, friction rises to the static bound, falls to the kinetic one, and stays there."""
+    """In small steps of a shift, friction rises to the static bound, falls to the kinetic one, and
+    stays there.
+    """
     law = vc.StaticKinetic(0.3, 0.2)
     motion = vc.Transient(steps=24, dq=0.0, ux=2e-5)
     history = vc.solve(ball(law, motion=motion))
@@ -261,7 +318,8 @@ def test_who_slips_goes_on_slipping(ball, holds):
     assert force.max() > 0.2
     sliding = [k for k, sol in enumerate(history) if sol.elements["stick"] == 0]
     assert sliding == list(range(sliding[0], 24))
-    np.testing.assert_allclose(force[sliding], 0.2, rtol=1e-4)  # directions still turn into that of the shift
+    # directions still turn into that of the shift
+    np.testing.assert_allclose(force[sliding], 0.2, rtol=1e-4)
 
 
 def test_what_histories_refuse(ball):
@@ -273,7 +331,9 @@ def test_what_histories_refuse(ball):
 
 
 def test_laws_that_change_in_time(tmp_path, line, holds):
-    """Dry, then wet, then dry again: each step has its own; the same from a scene file, and from the history's."""
+    """Dry, then wet, then dry again: each step has its own; the same from a scene file, and from
+    the history's.
+    """
     dry, wet = vc.RationalFalling(0.3, 0.2, half_velocity=0.1), vc.StaticKinetic(0.1, 0.08)
     laws = [None] * 10 + [wet] * 30 + [0.15] * 2 + [None] * 10
     motion = vc.Transient(steps=52, vx=8e-3, friction=laws)
@@ -289,7 +349,9 @@ def test_laws_that_change_in_time(tmp_path, line, holds):
     assert force[9] > 1.5 * force[39]
     rest = dataclasses.replace(scene, motion=vc.Transient(steps=10, vx=8e-3, start=history[41]))
     last = vc.solve(rest)[9]
-    np.testing.assert_allclose(last.traction, history[51].traction, atol=1e-10 * history[51].pressure.max())
+    np.testing.assert_allclose(
+        last.traction, history[51].traction, atol=1e-10 * history[51].pressure.max()
+    )
     back = vc.load(tmp_path / "history.nc")
     assert back.scene.motion.friction == tuple(laws)
     np.testing.assert_array_equal(back[39].friction, history[39].friction)
@@ -301,7 +363,9 @@ def test_laws_that_change_in_time(tmp_path, line, holds):
 def test_start_from_another_grid(friction, line, holds):
     coarse = vc.solve(line(friction, cells=20), **({} if friction == 0.2 else {"start": "slip"}))
     motion = vc.Transient(steps=1, vx=3e-3, start=coarse, interpolate=True)
-    fine = vc.solve(dataclasses.replace(line(vc.StaticKinetic(0.3, 0.2), cells=40), surface=DEEP, motion=motion))[0]
+    fine = vc.solve(
+        dataclasses.replace(line(vc.StaticKinetic(0.3, 0.2), cells=40), surface=DEEP, motion=motion)
+    )[0]
     holds(fine)
     assert fine.branch == "history"
     steady = vc.solve(line(0.2, cells=40))

@@ -1,4 +1,6 @@
-"""Line contact against its closed forms, with fitted convergence rates, and against long rows in three dimensions."""
+"""Line contact against its closed forms, with fitted convergence rates, and against long rows in
+three dimensions.
+"""
 
 import numpy as np
 import pytest
@@ -28,7 +30,9 @@ def distance(field, expected):
 
 
 def test_hertz():
-    """The pressure with order 1 (its edges), approach and force with order 2; the width to half an element."""
+    """The pressure with order 1 (its edges), approach and force with order 2; the width to half an
+    element.
+    """
     depth = 50.0
     surface, pressure, approach, force = vc.Cylinders(R=R, reference_depth=depth), [], [], []
     for n in CELLS:
@@ -47,9 +51,13 @@ def test_hertz():
     assert abs(approach[-1]) < 3e-6
 
 
-@pytest.mark.parametrize(("given", "orders"), [("creepage", (1.0, 0.95, 0.96)), ("force", (0.99, 0.82, 0.95))])
+@pytest.mark.parametrize(
+    ("given", "orders"), [("creepage", (1.0, 0.95, 0.96)), ("force", (0.99, 0.82, 0.95))]
+)
 def test_carter(given, orders):
-    """Order 1 (in the traction h times a logarithm: its slope ends in a root) where the stick area ends at an edge."""
+    """Order 1 (in the traction h times a logarithm: its slope ends in a root) where the stick area
+    ends at an edge.
+    """
     for sign in (-1, 1):
         exact = carter(HERTZ, F, force=0.75 * sign * F * LOAD)  # stick half-width a/2
         motion = vc.Steady(vx=exact.creepage) if given == "creepage" else vc.Steady(Fx=exact.force)
@@ -59,9 +67,19 @@ def test_carter(given, orders):
             x = sol.grid.x
             assert abs(sol.areas["stick"] / 2 - exact.stick_half_width) <= sol.grid.sides[0] / 2
             assert np.abs(sol.traction[1]).max() < 1e-13 * sol.pressure.max()
-            found, known = (sol.force[0], exact.force) if given == "creepage" else (sol.creepage[0], exact.creepage)
+            found, known = (
+                (sol.force[0], exact.force)
+                if given == "creepage"
+                else (sol.creepage[0], exact.creepage)
+            )
             traction = distance(sol.traction[0, 0], exact.traction(x))
-            errors.append((abs(found / known - 1), traction, distance(sol.slip[0, 0], np.nan_to_num(exact.slip(x)))))
+            errors.append(
+                (
+                    abs(found / known - 1),
+                    traction,
+                    distance(sol.slip[0, 0], np.nan_to_num(exact.slip(x))),
+                )
+            )
         for column, order in zip(np.transpose(errors), orders, strict=True):
             assert rate(column) == pytest.approx(order, abs=0.02)
             assert np.all(np.diff(np.log2(column)) < -0.75)
@@ -71,7 +89,9 @@ def test_carter(given, orders):
 
 @pytest.mark.parametrize(("part", "order"), [(-0.75, 0.92), (0.36, 0.85), (0.51, 0.88)])
 def test_cattaneo(part, order):
-    """Order 1 in the traction (times a logarithm), 1.5 in the slip, where the stick area ends at edges of elements."""
+    """Order 1 in the traction (times a logarithm), 1.5 in the slip, where the stick area ends at
+    edges of elements.
+    """
     exact, traction, slip = cattaneo_line(HERTZ, F, part * F * LOAD), [], []
     for n in CELLS:
         sol = vc.solve(scene(motion=vc.Shift(Fx=exact.force), grid=vc.Grid(nx=n)))
@@ -79,7 +99,9 @@ def test_cattaneo(part, order):
         slip.append(distance(sol.slip[0, 0], np.nan_to_num(exact.slip(sol.grid.x))))
         assert sol.areas["stick"] / 2 == pytest.approx(exact.stick_half_width, rel=1e-9)
         assert np.isnan(sol.creepage[0]), "without a reference depth the rigid shift is open"
-        np.testing.assert_allclose(sol.traction[0], sol.traction[0, :, ::-1], atol=1e-12 * sol.pressure.max())
+        np.testing.assert_allclose(
+            sol.traction[0], sol.traction[0, :, ::-1], atol=1e-12 * sol.pressure.max()
+        )
     assert rate(traction) == pytest.approx(order, abs=0.02)
     assert rate(slip) == pytest.approx(1.46, abs=0.03)
     assert traction[-1] < 0.003
@@ -87,12 +109,16 @@ def test_cattaneo(part, order):
 
 
 def test_bufler():
-    """No slip between unlike cylinders: the creepage, pressure and traction, on grids that fit the contact."""
+    """No slip between unlike cylinders: the creepage, pressure and traction, on grids that fit the
+    contact.
+    """
     exact, creepage, pressure, traction = bufler(100.0, UNLIKE, a=1.0), [], [], []
     for n in CELLS:
         dx = 2 / n
         grid = vc.Grid(nx=n + 10, dx=dx, x0=-1 - 5 * dx)
-        sol = vc.solve(make_scene(vc.Cylinders(R=100.0), exact.force, vc.Steady(Fx=0.0), grid, np.inf, UNLIKE))
+        sol = vc.solve(
+            make_scene(vc.Cylinders(R=100.0), exact.force, vc.Steady(Fx=0.0), grid, np.inf, UNLIKE)
+        )
         assert sol.elements == {"contact": n, "stick": n, "slip": 0}
         assert abs(sol.force[0]) < 1e-9 * exact.force
         creepage.append(sol.creepage[0] / exact.creepage - 1)
@@ -123,12 +149,16 @@ def test_flat_punch():
 
 
 def test_a_long_thin_row_in_three_dimensions_is_line_contact():
-    """Elements L half-widths long: normal and tangential tractions and creepages tend to line contact."""
+    """Elements L half-widths long: normal and tangential tractions and creepages tend to line
+    contact.
+    """
     for bodies, order in ((vc.Bodies(G=1.0, nu=0.28), 2), (UNLIKE, 1)):
         a, n = line_contact(1.0, bodies, force=1.0).a, 32
         dx = 2.4 * a / n
         strips, motion = vc.Grid(nx=n, dx=dx, x0=-1.2 * a), vc.Steady(Fx=-0.15, Fy=0.1)
-        line = vc.solve(make_scene(vc.Cylinders(R=1.0), 1.0, motion, strips, bodies=bodies), normal="clarabel")
+        line = vc.solve(
+            make_scene(vc.Cylinders(R=1.0), 1.0, motion, strips, bodies=bodies), normal="clarabel"
+        )
         errors = []
         for length in (1e2 * a, 1e3 * a):
             grid = vc.Grid(nx=n, ny=3, dx=dx, dy=length, x0=-1.2 * a, y0=-1.5 * length)
@@ -144,5 +174,7 @@ def test_a_long_thin_row_in_three_dimensions_is_line_contact():
                     abs(row.creepage[0] / line.creepage[0] - 1),
                 ]
             )
-        np.testing.assert_allclose(np.log10(np.array(errors[0]) / errors[1]), order, atol=0.05, err_msg=str(errors))
+        np.testing.assert_allclose(
+            np.log10(np.array(errors[0]) / errors[1]), order, atol=0.05, err_msg=str(errors)
+        )
         assert max(errors[1]) < 0.004

@@ -1,4 +1,6 @@
-"""Line contact in files, reports, pictures and on the command line; and what is refused, by name."""
+"""Line contact in files, reports, pictures and on the command line; and what is refused, by
+name.
+"""
 
 from dataclasses import replace
 
@@ -47,7 +49,9 @@ def test_samples_and_friction_from_files(tmp_path, layout):
     """)
     described, _ = vc.read_scene(tmp_path / "scene.toml")
     assert described.line
-    expected = vc.solve(scene(motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=40, dx=0.05, x0=-1.0)), normal="clarabel")
+    expected = vc.solve(
+        scene(motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=40, dx=0.05, x0=-1.0)), normal="clarabel"
+    )
     np.testing.assert_allclose(vc.solve(described).traction, expected.traction, atol=1e-9)
 
 
@@ -62,17 +66,41 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
         (BY_APPROACH, DEPTH, "approach needs surface.reference_depth"),
         ({"motion": vc.Shift(ux=0.1)}, DEPTH, "motion.ux needs surface.reference_depth"),
         ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, DEPTH, "motion.uy needs surface.reference_depth"),
-        ({"motion": vc.Shift(), "bodies": UNLIKE}, DEPTH, "motion.ux needs surface.reference_depth"),
-        ({"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE}, DEPTH, "motion.ux needs surface.reference_depth"),
+        (
+            {"motion": vc.Shift(), "bodies": UNLIKE},
+            DEPTH,
+            "motion.ux needs surface.reference_depth",
+        ),
+        (
+            {"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE},
+            DEPTH,
+            "motion.ux needs surface.reference_depth",
+        ),
         ({"surface": NEAR}, DEPTH, "at least the length of the potential contact"),
         ({"motion": vc.Steady(spin=0.1)}, "motion.spin", "0 in line contact"),
         ({"motion": vc.Shift(rotation=0.1)}, "motion.rotation", "0 in line contact"),
         ({"grid": vc.Grid(nx=10, ny=10)}, "grid.ny", "must be left out in line contact"),
-        ({"grid": vc.Grid(nx=10, ny=1, dx=0.1, dy=2.0, x0=-0.5, y0=0.0)}, "grid.dy", "per unit length"),
-        ({"surface": vc.Paraboloids(1.0, 1.0)}, "grid.ny", "is missing: only line contact has no rows"),
+        (
+            {"grid": vc.Grid(nx=10, ny=1, dx=0.1, dy=2.0, x0=-0.5, y0=0.0)},
+            "grid.dy",
+            "per unit length",
+        ),
+        (
+            {"surface": vc.Paraboloids(1.0, 1.0)},
+            "grid.ny",
+            "is missing: only line contact has no rows",
+        ),
         ({"friction": np.full(20, 0.3)}, "grid", "explicit (nx, dx, x0)"),
-        ({"friction": np.full(19, 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)}, "friction", "(nx,) = (20,)"),
-        ({"friction": np.full((3, 20), 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)}, "friction", "(nx,) = (20,)"),
+        (
+            {"friction": np.full(19, 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)},
+            "friction",
+            "(nx,) = (20,)",
+        ),
+        (
+            {"friction": np.full((3, 20), 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)},
+            "friction",
+            "(nx,) = (20,)",
+        ),
         (
             {"grid": vc.Grid(nx=20, dx=0.01, x0=-0.1)},
             "grid",
@@ -80,9 +108,17 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
         ),
         ({"grid": vc.Grid(nx=3, dx=3.0, x0=-4.5)}, "grid", "the contact is 1.88"),
         ({"grid": vc.Grid(nx=20, dx=0.1, x0=10.0)}, "grid", "contact, which is at x = 0"),
-        ({"surface": FAR, "normal_force": None, "approach": 150.0}, "approach", "far below depth^2/R"),
+        (
+            {"surface": FAR, "normal_force": None, "approach": 150.0},
+            "approach",
+            "far below depth^2/R",
+        ),
         ({"surface": FAR, "normal_force": None, "approach": -1.0}, "approach", "no contact"),
-        ({"surface": vc.SampledDistance(np.ones(19)), "grid": vc.Grid(nx=20, dx=0.1, x0=-1.0)}, "surface.h", "(20,)"),
+        (
+            {"surface": vc.SampledDistance(np.ones(19)), "grid": vc.Grid(nx=20, dx=0.1, x0=-1.0)},
+            "surface.h",
+            "(20,)",
+        ),
     ],
 )
 def test_refused_scenes(changes, field, words):
@@ -96,7 +132,10 @@ def test_refused_scenes(changes, field, words):
         (lambda: vc.Cylinders(R=np.inf), "surface.R"),
         (lambda: vc.Cylinders(R=1.0, reference_depth=-1.0), "surface.reference_depth"),
         (lambda: vc.SampledDistance(SAMPLES**2, SAMPLES, SAMPLES), "surface.y"),
-        (lambda: vc.SampledDistance(np.ones((3, 3)), reference_depth=3.0), "surface.reference_depth"),
+        (
+            lambda: vc.SampledDistance(np.ones((3, 3)), reference_depth=3.0),
+            "surface.reference_depth",
+        ),
         (lambda: vc.SampledDistance(np.array([0.0, np.nan, 1.0])), "surface.h[1]"),
         (lambda: vc.SampledDistance(SAMPLES**2, SAMPLES[::-1]), "surface.x"),
         (lambda: vc.Grid(nx=3, dy=1.0), "grid.dy"),
@@ -114,7 +153,12 @@ def test_refused_entries(make, field):
         ({}, {"tangential": "linear"}, "tangential", "elliptic contacts"),
         ({}, {"tangential": "vermeulen-johnson"}, "tangential", "elliptic contacts"),
         ({"bodies": UNLIKE}, {"normal": "hertz"}, "normal", "friction and K = 0.214"),
-        ({"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES)}, {"normal": "hertz"}, "normal", "cylinders"),
+        (
+            {"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES)},
+            {"normal": "hertz"},
+            "normal",
+            "cylinders",
+        ),
     ],
 )
 def test_refused_methods(changes, methods, field, words):
@@ -131,7 +175,11 @@ def test_saturation():
 
 
 def test_what_needs_the_depth_says_so_and_nothing_else_does():
-    for changes in ({"motion": vc.Steady(vx=0.1, vy=0.1)}, {"motion": vc.Shift(Fx=0.1)}, {"motion": vc.Shift(Fy=0.1)}):
+    for changes in (
+        {"motion": vc.Steady(vx=0.1, vy=0.1)},
+        {"motion": vc.Shift(Fx=0.1)},
+        {"motion": vc.Shift(Fy=0.1)},
+    ):
         assert vc.solve(scene(**changes)).converged
     assert vc.solve(scene(bodies=UNLIKE, motion=vc.Shift(Fx=0.1))).converged
     wide = vc.SampledDistance(SAMPLES**2 / 2, SAMPLES, reference_depth=3.5)

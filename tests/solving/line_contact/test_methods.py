@@ -10,7 +10,9 @@ from tests.scenes import make_scene
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 
-BASE = make_scene(vc.Cylinders(R=5.0), 0.5, vc.Steady(Fx=-0.06, Fy=0.03), vc.Grid(nx=30), friction=0.25)
+BASE = make_scene(
+    vc.Cylinders(R=5.0), 0.5, vc.Steady(Fx=-0.06, Fy=0.03), vc.Grid(nx=30), friction=0.25
+)
 
 
 def scene(**changes):
@@ -43,10 +45,14 @@ def test_sensitivity(bodies, motion):
         return vc.solve(moved, normal="clarabel", tol=1e-9).force
 
     names = ("vx", "vy") if isinstance(motion, vc.Steady) else ("ux", "uy")
-    sol = vc.solve(scene(bodies=bodies, surface=surface, motion=motion, grid=grid), normal="clarabel")
+    sol = vc.solve(
+        scene(bodies=bodies, surface=surface, motion=motion, grid=grid), normal="clarabel"
+    )
     assert not sol.sensitivity()[:, 2].any()
     step = 1e-6
     for column, name in enumerate(names):
         ahead, behind = (force(**{name: getattr(motion, name) + sign * step}) for sign in (1, -1))
         slopes = (ahead - behind) / (2 * step)
-        np.testing.assert_allclose(sol.sensitivity()[:, column], slopes, atol=2e-4 * np.abs(slopes).max())
+        np.testing.assert_allclose(
+            sol.sensitivity()[:, column], slopes, atol=2e-4 * np.abs(slopes).max()
+        )

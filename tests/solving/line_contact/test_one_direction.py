@@ -1,4 +1,6 @@
-"""Where nothing moves along x, or nothing along y, tractions have one component: the same answer, for less."""
+"""Where nothing moves along x, or nothing along y, tractions have one component: the same answer,
+for less.
+"""
 
 import dataclasses
 
@@ -20,7 +22,9 @@ from varcontact.solvers.conic.programs import tangential_program
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
-QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]
+QUADRATIC = [
+    name for name in normal_methods() if states_programs(name) and name not in tangential_methods()
+]
 MOTIONS = {
     "creepage along x": (vc.Steady(vx=0.02), "Fy"),
     "creepage along y": (vc.Steady(vy=0.02), "Fx"),
@@ -34,7 +38,9 @@ MOTIONS = {
     "full slip": (vc.Steady(vx=10.0), "Fy"),
 }
 
-BASE = make_scene(vc.Cylinders(5.0, reference_depth=50.0), 0.5, vc.Steady(Fx=-0.06), vc.Grid(nx=24), friction=0.25)
+BASE = make_scene(
+    vc.Cylinders(5.0, reference_depth=50.0), 0.5, vc.Steady(Fx=-0.06), vc.Grid(nx=24), friction=0.25
+)
 
 
 def scene(**changes):
@@ -48,7 +54,9 @@ def in_full(motion, other):
 def posed(motion, marching=False, **changes):
     described = scene(motion=motion, **changes)
     disc = discretise(described, known_grid(described))
-    return disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure, marching=marching)
+    return disc.tangential_problem(
+        hertz_pressure(disc, unloaded(disc.grid)).pressure, marching=marching
+    )
 
 
 def same(one, full, tol=1e-12):
@@ -72,7 +80,9 @@ def test_the_answer_is_that_of_the_full_problem(case):
     missing = {"Fx": 0, "Fy": 1}[other]
     assert not one.traction[missing].any() and not one.slip[missing].any()
     assert one.certificate.force_bound[missing] == 0
-    np.testing.assert_allclose(one.sensitivity(), full.sensitivity(), atol=1e-9 * np.abs(full.sensitivity()).max())
+    np.testing.assert_allclose(
+        one.sensitivity(), full.sensitivity(), atol=1e-9 * np.abs(full.sensitivity()).max()
+    )
 
 
 @pytest.mark.parametrize("motion", ["force along x", "creepage along y", "shift by a force"])
@@ -80,7 +90,11 @@ def test_the_answer_is_that_of_the_full_problem(case):
 def test_every_solver(name, motion):
     described = scene(motion=MOTIONS[motion][0])
     best = vc.solve(described)
-    formulations = ["gap"] if isinstance(described.motion, vc.Steady) else ["complementary", "potential", "gap"]
+    formulations = (
+        ["gap"]
+        if isinstance(described.motion, vc.Steady)
+        else ["complementary", "potential", "gap"]
+    )
     for formulation in formulations if states_programs(name) else ["auto"]:
         if name == "qpsolvers:quadprog" and formulation != "complementary":
             with pytest.raises(vc.NotConverged, match="not positive definite"):
@@ -91,7 +105,9 @@ def test_every_solver(name, motion):
 
 
 @pytest.mark.parametrize(
-    "motion", [vc.Steady(Fx=0.0), vc.Steady(vx=0.02), vc.Shift(Fx=0.05), vc.Shift(ux=-0.05)], ids=repr
+    "motion",
+    [vc.Steady(Fx=0.0), vc.Steady(vx=0.02), vc.Shift(Fx=0.05), vc.Shift(ux=-0.05)],
+    ids=repr,
 )
 @pytest.mark.parametrize(
     ("methods", "coupling"),
@@ -106,7 +122,10 @@ def test_unlike_bodies(methods, motion, coupling):
     """The pressure alone shifts particles along x, and nothing along y."""
     solved = [
         vc.solve(scene(bodies=UNLIKE, motion=described), *names, coupling, tol=1e-10)
-        for described, names in ((motion, methods), (in_full(motion, "Fy"), ("norm", "tang-safeguarded")))
+        for described, names in (
+            (motion, methods),
+            (in_full(motion, "Fy"), ("norm", "tang-safeguarded")),
+        )
     ]
     same(*solved, tol=1e-8)
     assert not solved[0].traction[1].any()
@@ -144,7 +163,11 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
         scene(motion=vc.Steady(vy=0.01), bodies=UNLIKE),
         scene(surface=vc.Ellipse(1.0, 1.0), grid=vc.Grid(nx=8, ny=8)),
     ):
-        refused(lambda scene=described: vc.solve(scene, tangential=name), "tangential", match="second-order cones")
+        refused(
+            lambda scene=described: vc.solve(scene, tangential=name),
+            "tangential",
+            match="second-order cones",
+        )
     refused(lambda: vc.solve(scene(), tangential="norm"), match="normal problems")
 
 
@@ -159,7 +182,9 @@ def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
 
 @pytest.mark.parametrize("case", MOTIONS)
 def test_active_sets(case):
-    """TANG as printed and safeguarded: no tractions turn, so that each step is exact for its areas."""
+    """TANG as printed and safeguarded: no tractions turn, so that each step is exact for its
+    areas.
+    """
     problem = posed(MOTIONS[case][0])
     printed, safe = tang(problem), tang_safeguarded(problem)
     assert printed.status == safe.status == "Solved"
@@ -167,7 +192,9 @@ def test_active_sets(case):
     assert tangential_residual(problem, safe.traction, safe.rigid) < 1e-12
     full = tang_safeguarded(posed(in_full(*MOTIONS[case])))
     direction = problem.directions[0]
-    np.testing.assert_allclose(safe.traction[0], full.traction[direction], atol=1e-11 * problem.bound.max())
+    np.testing.assert_allclose(
+        safe.traction[0], full.traction[direction], atol=1e-11 * problem.bound.max()
+    )
 
 
 def test_without_slip():
@@ -176,15 +203,24 @@ def test_without_slip():
         raw = no_slip(problem)
         assert raw.traction.shape == (1, problem.size)
         assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
-        same(*(vc.solve(scene(motion=each, friction=np.inf)) for each in (motion, in_full(motion, other))))
+        same(
+            *(
+                vc.solve(scene(motion=each, friction=np.inf))
+                for each in (motion, in_full(motion, other))
+            )
+        )
 
 
 def test_tractions_in_the_other_direction_are_judged_as_well():
-    """They can be given; the gap then is that of the full problem, and the error within its bounds."""
+    """They can be given; the gap then is that of the full problem, and the error within its
+    bounds.
+    """
     described = scene(motion=vc.Steady(vx=0.02))
     sol = vc.solve(described, normal="clarabel")
     lateral = np.array([0 * sol.pressure, 0.01 * sol.pressure])
-    certificate = vc.certify(dataclasses.replace(described, grid=sol.grid), sol.traction + lateral, sol.pressure)
+    certificate = vc.certify(
+        dataclasses.replace(described, grid=sol.grid), sol.traction + lateral, sol.pressure
+    )
     assert certificate.relative_gap > 1e3 * max(sol.certificate.relative_gap, 1e-16)
     assert certificate.residual > 0.01
     error = lateral.sum(axis=(1, 2)) * sol.grid.area
@@ -197,7 +233,9 @@ def test_tractions_in_the_other_direction_are_judged_as_well():
 @given(seed=st.integers(0, 10**6), size=st.floats(-8, 0.5), along=st.sampled_from(["vx", "vy"]))
 @settings(max_examples=30)
 def test_gap_and_force_bound(seed, size, along):
-    """For any admissible tractions: gap > 0, the energy of the error below it, the forces within their bounds."""
+    """For any admissible tractions: gap > 0, the energy of the error below it, the forces within
+    their bounds.
+    """
     problem = posed(vc.Steady(**{along: 0.02}))
     exact = tang_safeguarded(problem).traction
     noise = np.random.default_rng(seed).normal(size=exact.shape)

@@ -25,15 +25,18 @@ def norm(
 ) -> RawSolution:
     """Find the contact area by exchanging elements between contact and exterior.
 
-    Positive pressures of a start are the first contact area. Without it NORM starts as printed: from no contact at all,
-    or, with the force prescribed, from the lowest element, which carries all of it (5.2.1). Tangential tractions, where
-    they matter, are in the problem's distance (point 1).
+    Positive pressures of a start are the first contact area. Without it NORM starts as printed:
+    from no contact at all, or, with the force prescribed, from the lowest element, which carries
+    all of it (5.2.1). Tangential tractions, where they matter, are in the problem's distance (point
+    1).
 
-    By "set" all elements of a wrong sign are exchanged at once, as in CONTACT; no proof of convergence is known. By
-    "one" it is one at a time, each step lowering the energy, so that no contact area comes twice and the end is reached
-    after finitely many (the proof that the paper alludes to).
+    By "set" all elements of a wrong sign are exchanged at once, as in CONTACT; no proof of
+    convergence is known. By "one" it is one at a time, each step lowering the energy, so that no
+    contact area comes twice and the end is reached after finitely many (the proof that the paper
+    alludes to).
 
-    `status` is "Solved", "Cycled" (a contact area came twice) or "MaxIterations"; pressures are always admissible.
+    `status` is "Solved", "Cycled" (a contact area came twice) or "MaxIterations"; pressures are
+    always admissible.
     """
     if exchange == "one":
         return _one_at_a_time(problem, start, max_exchanges, deadline)
@@ -56,17 +59,20 @@ def norm(
             status = "Solved"
             break
         contact = contact | overlaps
-    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved")
+    return RawSolution(
+        np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved"
+    )
 
 
 def _one_at_a_time(
     problem: NormalProblem, start: RawSolution | None, max_exchanges: int, deadline: float
 ) -> RawSolution:
-    """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls to zero.
+    """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls
+    to zero.
 
-    Pressures stay admissible, and each step goes down in energy: towards the minimum on the present contact
-    area, as far as no pressure turns negative (the order of exchanges of C. L. Lawson and R. J. Hanson,
-    Solving Least Squares Problems, Prentice-Hall 1974).
+    Pressures stay admissible, and each step goes down in energy: towards the minimum on the present
+    contact area, as far as no pressure turns negative (the order of exchanges of C. L. Lawson and
+    R. J. Hanson, Solving Least Squares Problems, Prentice-Hall 1974).
     """
     contact = _first_contact(problem, start)
     pressure = np.zeros(contact.size)
@@ -93,7 +99,9 @@ def _one_at_a_time(
             status = "Solved"
             break
         contact[np.argmin(np.where(overlaps, distance, np.inf))] = True
-    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), exchanges, status, status == "Solved")
+    return RawSolution(
+        np.maximum(pressure, 0.0), np.array([approach]), exchanges, status, status == "Solved"
+    )
 
 
 def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:
@@ -106,7 +114,9 @@ def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndar
 
 
 def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarray, float]:
-    """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point 4."""
+    """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point
+    4.
+    """
     from scipy.linalg import cho_solve, lu_factor, lu_solve
 
     pressure = np.zeros(contact.size)
@@ -128,7 +138,9 @@ def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarra
     return pressure, float(approach)
 
 
-def _overlaps(problem: NormalProblem, contact: np.ndarray, pressure: np.ndarray, approach: float) -> np.ndarray:
+def _overlaps(
+    problem: NormalProblem, contact: np.ndarray, pressure: np.ndarray, approach: float
+) -> np.ndarray:
     """Exterior elements where the bodies overlap, beyond rounding."""
     distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
     return ~contact & (distance < -1e-13 * float(np.abs(problem.distance - approach).max()))

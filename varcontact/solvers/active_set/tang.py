@@ -15,7 +15,14 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.interfaces.potential import magnitude, project
-from varcontact.solvers.interface import Settings, TangentialSolver, better, check_time, counted, natural_residual
+from varcontact.solvers.interface import (
+    Settings,
+    TangentialSolver,
+    better,
+    check_time,
+    counted,
+    natural_residual,
+)
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.process import interruptible
 
@@ -23,7 +30,8 @@ MAX_EXCHANGES = 200
 MAX_NEWTON = 200
 """On given areas Newton's method may need many steps: 100 leave one in twenty problems unsolved."""
 ROUGH, EXACT, ROUNDING = 1e-3, 1e-13, 1e-9
-"""Errors, by the rigid shift, at which Newton's method stops; below the last, when they no longer fall."""
+"""Errors, by the rigid shift, at which Newton's method stops; below the last, when they no longer
+fall."""
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
@@ -31,7 +39,8 @@ SOLVED = 1e-11
 FAST = 1e-3
 """What a step leaves of the residual if the next one is good enough with the same equations."""
 STALLED = 5
-"""After this many Newton steps without a smaller residual the safeguarded version tries another start."""
+"""After this many Newton steps without a smaller residual the safeguarded version tries another
+start."""
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
@@ -39,8 +48,9 @@ SPLITTING_ROUNDS = (50, 200, 800)
 class Equations:
     """Newton's equations for given areas, factored: good for steps from other points nearby.
 
-    E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the components of the
-    traction where it sticks, its direction where it slips, the missing rigid shifts.
+    E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the
+    components of the traction where it sticks, its direction where it slips, the missing rigid
+    shifts.
     """
 
     problem: TangentialProblem
@@ -67,7 +77,9 @@ class Equations:
             for i, j in np.ndindex(c, c):
                 block = along[1] * (i == j) + (along[0] - along[1]) * direction[i] * direction[j]
                 jacobian[i * h + np.arange(h), j * h + np.arange(h)] += block[H]
-        jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+        jacobian[:k, c * h : k] = sum(
+            rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c)
+        )
         slip_rows = np.arange(c * h, k)
         jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
         for i, component in enumerate(free):
@@ -77,22 +89,31 @@ class Equations:
             jacobian[k + i, c * h : k] = g * across[component]
         if not len(jacobian):
             return cls(problem, sticks, None)
-        factors, swaps, singular = interruptible(lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian))
+        factors, swaps, singular = interruptible(
+            lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian)
+        )
         return cls(problem, sticks, None if singular else (factors, swaps))
 
     def step(self, at: RawSolution, turn: float = math.inf) -> np.ndarray:
-        """Changes of the stick tractions, of the directions of those that turn, no more than `turn`, of rigid shifts.
+        """Changes of the stick tractions, of the directions of those that turn, no more than
+        `turn`, of rigid shifts.
 
         None where the equations are singular.
         """
         from scipy.linalg.lapack import dgetrs
 
-        problem, (T, across), shift = self.problem, turns(self.problem, self.sticks, at), shift_of(self.problem, at)
+        problem, (T, across), shift = (
+            self.problem,
+            turns(self.problem, self.sticks, at),
+            shift_of(self.problem, at),
+        )
         forces = [F / problem.area for F in problem.force if F is not None]
         lacking = np.array(forces) - at.traction[problem.free].sum(axis=1)
         if problem.potential.flow is not None:
             shift = shift + flow_of(problem, at)[0]
-        error = np.concatenate([shift[:, self.sticks].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
+        error = np.concatenate(
+            [shift[:, self.sticks].ravel(), np.sum(across * shift[:, T], axis=0), -lacking]
+        )
         if self.factors is None:
             return np.zeros(error.size)
         step, _ = dgetrs(*self.factors, -error, trans=1)
@@ -120,7 +141,9 @@ def shift_of(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
 def flow_of(
     problem: TangentialProblem, at: RawSolution
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """The plastic shift linearised where the natural map leads, at a point (c, n); its derivatives; its direction."""
+    """The plastic shift linearised where the natural map leads, at a point (c, n); its derivatives;
+    its direction.
+    """
     flow = problem.potential.flow
     assert flow is not None
     weight = problem.operator.row_size
@@ -134,8 +157,12 @@ def flow_of(
     return flow.shift(image) + turned, (along, across), direction
 
 
-def turns(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution) -> tuple[np.ndarray, np.ndarray]:
-    """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
+def turns(
+    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution
+) -> tuple[np.ndarray, np.ndarray]:
+    """The slip elements, whose traction turns, and unit vectors across it; none where there is but
+    one component.
+    """
     T = np.flatnonzero(~sticks & (problem.components > 1))
     across = at.traction[::-1, T] / problem.bound[T]
     across[0] *= -1
@@ -148,19 +175,22 @@ def tang(
     newton: Literal["exact", "inexact"] = "inexact",
     deadline: float = math.inf,
 ) -> RawSolution:
-    """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended early.
+    """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended
+    early.
 
-    It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick area (linear)
-    and ``|p| = g`` with p along E in the slip area (nonlinear, by Newton's method); then it moves all stick
-    elements beyond the bound to the slip area or, where there are none, all slip elements whose slip goes with
-    the traction instead of against it back to the stick area. Prescribed forces are further equations (5.3.1).
+    It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick
+    area (linear) and ``|p| = g`` with p along E in the slip area (nonlinear, by Newton's method);
+    then it moves all stick elements beyond the bound to the slip area or, where there are none, all
+    slip elements whose slip goes with the traction instead of against it back to the stick area.
+    Prescribed forces are further equations (5.3.1).
 
-    A start gives its areas and directions in place of the printed ones. By "exact", Newton's method goes to the end on
-    given areas, as point 3 has it; by "inexact", not the paper's, no further than exchanges need, and to the end only
-    where there is nothing left to exchange.
+    A start gives its areas and directions in place of the printed ones. By "exact", Newton's method
+    goes to the end on given areas, as point 3 has it; by "inexact", not the paper's, no further
+    than exchanges need, and to the end only where there is nothing left to exchange.
 
-    The answer is the best iterate by its residual. `status` is "Solved", "Cycled" (areas came back), "NewtonFailed" or
-    "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
+    The answer is the best iterate by its residual. `status` is "Solved", "Cycled" (areas came
+    back), "NewtonFailed" or "MaxIterations": there is no proof of convergence. `iterations` counts
+    Newton steps.
     """
     if problem.no_slip:
         return no_slip(problem)
@@ -197,19 +227,25 @@ def tang(
 
 
 def tang_safeguarded(
-    problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60, settings: Settings | None = None
+    problem: TangentialProblem,
+    start: RawSolution | None = None,
+    max_steps: int = 60,
+    settings: Settings | None = None,
 ) -> RawSolution:
-    """TANG with the areas renewed after each Newton step, steps shortened until they help, and a way back.
+    """TANG with the areas renewed after each Newton step, steps shortened until they help, and a
+    way back.
 
-    An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
-    points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
-    friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
-    converges from anywhere but slowly, comes near enough for Newton's method. With forces prescribed that friction can
-    just carry, or low friction, it is too slow: there TANG with inexact Newton steps is asked before, and where rigid
-    shifts lead at which forces balance.
+    An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which
+    is the paper's points 4 and 5 in one. Steps are judged by the residual of that map. The start is
+    the tractions of infinite friction, cut off at the bound. Where no way leads down from there,
+    Douglas and Rachford's splitting, which converges from anywhere but slowly, comes near enough
+    for Newton's method. With forces prescribed that friction can just carry, or low friction, it is
+    too slow: there TANG with inexact Newton steps is asked before, and where rigid shifts lead at
+    which forces balance.
 
-    From a given start only that is tried, for `max_steps` Newton steps. The answer is the best iterate by its residual;
-    `status` is "Solved" or "MaxIterations". `iterations` counts Newton steps.
+    From a given start only that is tried, for `max_steps` Newton steps. The answer is the best
+    iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
+    steps.
     """
     if problem.no_slip:
         return no_slip(problem)
@@ -222,7 +258,9 @@ def tang_safeguarded(
     best = _descend(problem, at, max_steps, settings.deadline)
     if best.solved:
         return best
-    printed: TangentialSolver = counted("tang", lambda problem, given, _: tang(problem, deadline=given.deadline))
+    printed: TangentialSolver = counted(
+        "tang", lambda problem, given, _: tang(problem, deadline=given.deadline)
+    )
     count, splitting = best.iterations, None
     # of random problems some need each of these starts
     for rounds in (0, *SPLITTING_ROUNDS) if problem.free else SPLITTING_ROUNDS:
@@ -244,7 +282,9 @@ def tang_safeguarded(
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
-    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
+    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite
+    friction).
+    """
     at = _unloaded(problem)
     equations = Equations.of(problem, np.ones(problem.size, dtype=bool), at)
     return replace(equations.moved(at, equations.step(at)), iterations=1, status="Solved")
@@ -257,13 +297,16 @@ def _unloaded(problem: TangentialProblem) -> RawSolution:
 def _trial(problem: TangentialProblem, at: RawSolution) -> np.ndarray:
     """The natural map before its projection, ``p - E/rho``.
 
-    Any positive rho has the same solutions. In short steps of rolling an element hardly moves itself, and all around it
-    do: by its own influence areas would change at random, by the whole row they do not.
+    Any positive rho has the same solutions. In short steps of rolling an element hardly moves
+    itself, and all around it do: by its own influence areas would change at random, by the whole
+    row they do not.
     """
     return at.traction - shift_of(problem, at) / problem.operator.row_size
 
 
-def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, towards: np.ndarray) -> RawSolution:
+def _on_bound(
+    problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, towards: np.ndarray
+) -> RawSolution:
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
     size = magnitude(towards)
     on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
@@ -273,9 +316,14 @@ def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, t
 def _on_areas(
     problem: TangentialProblem, sticks: np.ndarray, at: RawSolution, enough: float, deadline: float
 ) -> tuple[RawSolution, int, bool]:
-    """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
+    """The paper's point 3: Newton's method on given areas. Also its steps, and whether it
+    converged.
+    """
     at = _on_bound(problem, sticks, at, at.traction)
-    scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
+    scale = max(
+        float(np.abs(problem.rigid_shift).max()),
+        1e-3 * problem.operator.diagonal * float(problem.bound.max()),
+    )
     error, before, count = np.inf, np.inf, 0
     while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
         check_time(deadline)
@@ -285,12 +333,18 @@ def _on_areas(
         T, across = turns(problem, sticks, at)
         shift = shift_of(problem, at) + problem.potential.flowed(at.traction)
         turned = np.sum(across * shift[:, T], axis=0)
-        error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
+        error = (
+            max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
+        )
     return at, count, bool(error < max(enough, ROUNDING))
 
 
-def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadline: float) -> RawSolution:
-    """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
+def _descend(
+    problem: TangentialProblem, at: RawSolution, max_steps: int, deadline: float
+) -> RawSolution:
+    """Newton steps with the areas renewed after each, shortened until the natural map's residual
+    falls.
+    """
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
     residual, lowest = natural_residual(problem, best), _merit(problem, at, trial)
     merit, equations, falls = lowest, None, False
@@ -304,7 +358,8 @@ def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadli
         step = equations.step(begin, turn=2.0)
         least = np.inf
         for part in (1.0, 0.5, 0.25, 0.1, 0.03):
-            with np.errstate(over="ignore", invalid="ignore"):  # where all slips, a step for the force has no end
+            # where all slips, a step for the force has no end
+            with np.errstate(over="ignore", invalid="ignore"):
                 there = equations.moved(begin, step, part)
                 there_trial = _trial(problem, there)
                 there_merit = _merit(problem, there, there_trial)
@@ -318,11 +373,15 @@ def _descend(problem: TangentialProblem, at: RawSolution, max_steps: int, deadli
         idle = 0 if merit < (0.5 if residual <= SOLVED else 0.99) * lowest else idle + 1
         lowest = min(lowest, merit)
     solved = residual <= SOLVED
-    return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
+    return replace(
+        best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved
+    )
 
 
 def _merit(problem: TangentialProblem, at: RawSolution, trial: np.ndarray) -> float:
-    return float(np.linalg.norm(at.traction - problem.potential.projected(trial, problem.operator.row_size)))
+    return float(
+        np.linalg.norm(at.traction - problem.potential.projected(trial, problem.operator.row_size))
+    )
 
 
 def _admissible(problem: TangentialProblem, at: RawSolution) -> RawSolution:

@@ -16,7 +16,12 @@ import numpy as np
 from varcontact.interfaces.potential import magnitude, project
 from varcontact.solvers.batched.pool import NaturalMap, Pool, System, inner, inverse_of, times
 from varcontact.solvers.batched.problem import BatchedProblem, BatchedSolution, doubled, influence
-from varcontact.solvers.batched.transforms import Transforms, columns_then_rows, rows_then_columns, transforms
+from varcontact.solvers.batched.transforms import (
+    Transforms,
+    columns_then_rows,
+    rows_then_columns,
+    transforms,
+)
 from varcontact.solvers.newton.globalisation import PARTS, dot
 from varcontact.solvers.newton.kernel import STICK_SHIFT
 from varcontact.solvers.newton.tangential import LEAST_SHIFT, NEARLY_STICK
@@ -25,13 +30,15 @@ from varcontact.system.process import one_blas_thread
 POOL = 32_768
 """Elements of all problems in work: they fit into the cache."""
 REFILL, ABOVE = 0.3, 0.3
-"""Part of the pool that has left when others are let in; part of it that may miss the inner tolerance."""
+"""Part of the pool that has left when others are let in; part of it that may miss the inner
+tolerance."""
 INNER, LATE_INNER = 0.2, 3e-2
 """Inner tolerance, and its least value near the solution."""
 MOST_INNER, MOST_STEPS = 25, 60
 """Inner iterations, and Newton steps."""
 COARSE_TOLERANCE, COARSEST = 1e-2, 6
-"""Of the problems with elements twice as large, which are solved first from twice so many elements on."""
+"""Of the problems with elements twice as large, which are solved first from twice so many elements
+on."""
 SINGLE, DOUBLE = 3e-7, 1e-15
 """Rounding of a residual in single and in double precision, by the tractions that changed."""
 
@@ -72,7 +79,11 @@ def solve_batch(
             ids = np.arange(waiting, min(n, waiting + places - working))
             waiting = int(ids[-1]) + 1
             entered = method.entered(ids, traction[..., ids], rigid[:, ids])
-            work = entered if work is None else (work[0].joined(entered[0]), work[1].joined(entered[1]))
+            work = (
+                entered
+                if work is None
+                else (work[0].joined(entered[0]), work[1].joined(entered[1]))
+            )
         assert work is not None
         pool, at = work
         stale = np.flatnonzero(pool.rounding > 0.1 * np.maximum(at.residual, tol * at.size))
@@ -105,12 +116,18 @@ class Method:
     def __init__(self, problem: BatchedProblem, transforms: Transforms) -> None:
         self.problem, self.transforms = problem, transforms
         compliance = problem.compliance
-        scale = None if compliance is None or not compliance.any() else 1 / np.sqrt(1 + compliance)[..., None]
+        scale = (
+            None
+            if compliance is None or not compliance.any()
+            else 1 / np.sqrt(1 + compliance)[..., None]
+        )
         self.scale = scale  # tractions of soft elements are divided by it, shifts multiplied
         self.scale32 = None if scale is None else scale.astype(np.float32)
         self.given = bool(np.isfinite(problem.force).any())
 
-    def entered(self, ids: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> tuple[Pool, NaturalMap]:
+    def entered(
+        self, ids: np.ndarray, traction: np.ndarray, rigid: np.ndarray
+    ) -> tuple[Pool, NaturalMap]:
         """Problems with their symbols, in their own units."""
         problem, n = self.problem.of(ids), len(ids)
         transforms = self.transforms
@@ -123,7 +140,9 @@ class Method:
         symbol = transforms.symbol(numbers)
         ways = (transforms.windowed_even, transforms.windowed_odd, transforms.windowed_even)
         single = numbers.astype(np.float32)
-        windowed = np.stack([rows_then_columns(each, way) for each, way in zip(single, ways, strict=True)])
+        windowed = np.stack(
+            [rows_then_columns(each, way) for each, way in zip(single, ways, strict=True)]
+        )
         half = windowed.shape[2] // 2
         windowed = windowed[:, :, :half] + 1j * windowed[:, :, half:]
         scale = 1.0 if self.scale is None else self.scale
@@ -140,7 +159,9 @@ class Method:
             windowed=windowed,
             stick_inverse=stick,
             stick_inverse_turned=turned,
-            row_size=np.sqrt((np.abs(windowed[0]) ** 2 + np.abs(windowed[2]) ** 2).mean((0, 1)) / 2),
+            row_size=np.sqrt(
+                (np.abs(windowed[0]) ** 2 + np.abs(windowed[2]) ** 2).mean((0, 1)) / 2
+            ),
             rigid_shift=shift,
             bound=bound,
             force=np.nan_to_num(problem.force) / load,
@@ -156,10 +177,13 @@ class Method:
 
     def product(self, field: np.ndarray, symbol: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Elastic shifts of tractions (2, ny, nx, n) over a step, in the precision of the field."""
-        most = max(1, 4096 // (field.shape[1] * field.shape[2]))  # in double precision by what the cache holds
+        # in double precision by what the cache holds
+        most = max(1, 4096 // (field.shape[1] * field.shape[2]))
         if field.dtype == np.float64 and field.shape[-1] > most:
             parts = (slice(j, j + most) for j in range(0, field.shape[-1], most))
-            return np.concatenate([self.product(field[..., j], symbol[..., j], own[:, j]) for j in parts], -1)
+            return np.concatenate(
+                [self.product(field[..., j], symbol[..., j], own[:, j]) for j in parts], -1
+            )
         single = field.dtype == np.float32
         scale = self.scale32 if single else self.scale
         ways = self.transforms.forward[not single], self.transforms.backward[not single]
@@ -192,7 +216,9 @@ class Method:
         pool.rounding[some] = SINGLE if symbol.dtype == np.float32 else DOUBLE
         return self.natural(pool, some, pool.traction[..., some], pool.shift[..., some])
 
-    def natural(self, pool: Pool, some: np.ndarray | slice, traction: np.ndarray, shift: np.ndarray) -> NaturalMap:
+    def natural(
+        self, pool: Pool, some: np.ndarray | slice, traction: np.ndarray, shift: np.ndarray
+    ) -> NaturalMap:
         bound, free = pool.bound[..., some], pool.free[:, some]
         trial = traction - shift
         length = magnitude(trial)
@@ -208,19 +234,33 @@ class Method:
         return NaturalMap(trial, length, lacking, residual, merit, size)
 
     def left(
-        self, pool: Pool, at: NaturalMap, ready: np.ndarray, out: BatchedSolution, tol: float, certified: bool
+        self,
+        pool: Pool,
+        at: NaturalMap,
+        ready: np.ndarray,
+        out: BatchedSolution,
+        tol: float,
+        certified: bool,
     ) -> np.ndarray:
-        """Write down the problems that are ready, as far as double precision agrees; which of the pool these are."""
+        """Write down the problems that are ready, as far as double precision agrees; which of the
+        pool these are.
+        """
         bound, scale = pool.bound[..., ready], 1.0 if self.scale is None else self.scale
         pool.traction[..., ready] = project(pool.traction[..., ready], bound)
-        good, gap, residual = at.residual[ready] <= tol * at.size[ready], np.zeros(len(ready)), at.residual[ready]
+        good, gap, residual = (
+            at.residual[ready] <= tol * at.size[ready],
+            np.zeros(len(ready)),
+            at.residual[ready],
+        )
         if certified:
             again = self.renewed(pool, ready, pool.symbol)
             at.put(ready, again)
             traction, shift = pool.traction[..., ready], pool.shift[..., ready]
             lost = dot(traction, shift)
             work = np.maximum(bound * magnitude(shift) + lost, 0).sum((0, 1))
-            out.dissipated[pool.ids[ready]] = 0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
+            out.dissipated[pool.ids[ready]] = (
+                0.0 - lost.sum((0, 1)) * pool.load[ready] * pool.unit[ready]
+            )
             rigid = pool.rigid_shift[..., ready] + self._rigid(pool.rigid[:, ready])
             least = np.finfo(bound.dtype).tiny
             gap = work / np.maximum((bound * magnitude(rigid)).sum((0, 1)), least)
@@ -274,7 +314,9 @@ class Method:
         return found
 
     def _circulant(self, field: np.ndarray, real: np.ndarray, turned: np.ndarray) -> np.ndarray:
-        """The inverse (real and imaginary part: xx, yy, xy) of the windowed kernel, on a periodic box."""
+        """The inverse (real and imaginary part: xx, yy, xy) of the windowed kernel, on a periodic
+        box.
+        """
         of_field = rows_then_columns(field, self.transforms.periodic)
         _, rows, _, columns, n = real.shape
         of_field = of_field.reshape(2, 2, rows, 2, columns, n)
@@ -283,18 +325,27 @@ class Method:
         other = of_field[::-1, ::-1]
         found += real[2] * other
         found += turned[2] * other[:, :, :, ::-1]
-        return columns_then_rows(found.reshape(2, 2 * rows, 2 * columns, n), self.transforms.unperiodic)
+        return columns_then_rows(
+            found.reshape(2, 2 * rows, 2 * columns, n), self.transforms.unperiodic
+        )
 
     def _gcr(
         self, pool: Pool, system: System, lacking: np.ndarray, tolerance: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Steps of tractions, shifts and rigid shifts by as many iterations for all, until few miss their tolerance.
+        """Steps of tractions, shifts and rigid shifts by as many iterations for all, until few miss
+        their tolerance.
 
-        Generalised conjugate residuals (Eisenstat, Elman and Schultz 1983); prescribed forces border the equations.
+        Generalised conjugate residuals (Eisenstat, Elman and Schultz 1983); prescribed forces
+        border the equations.
         """
-        scale = np.maximum(np.sqrt(inner(system.right, system.right) + dot(lacking, lacking)), 1e-30)
+        scale = np.maximum(
+            np.sqrt(inner(system.right, system.right) + dot(lacking, lacking)), 1e-30
+        )
         scale = scale.astype(system.right.dtype)
-        rest, rest_of_forces = (system.right / scale).astype(np.float32), (lacking / scale).astype(np.float32)
+        rest, rest_of_forces = (
+            (system.right / scale).astype(np.float32),
+            (lacking / scale).astype(np.float32),
+        )
         border = Border.of(self, pool, system) if self.given else None
         steps: list[np.ndarray] = []
         images: list[np.ndarray] = []
@@ -343,10 +394,16 @@ class Method:
         def combined(vectors: list[np.ndarray]) -> np.ndarray:
             return np.asarray(sum(map(np.multiply, parts, vectors)) * scale)
 
-        return combined(steps), combined(images), combined(rigids) if rigids else np.zeros(lacking.shape)
+        return (
+            combined(steps),
+            combined(images),
+            combined(rigids) if rigids else np.zeros(lacking.shape),
+        )
 
     def step(self, pool: Pool, at: NaturalMap, tol: float) -> NaturalMap:
-        """After one Newton step of every problem, with a line search on the norm of the natural map's residual."""
+        """After one Newton step of every problem, with a line search on the norm of the natural
+        map's residual.
+        """
         system = self.linearised(pool, at)
         near = at.residual <= 30 * tol * at.size
         wanted = 0.3 * tol * at.size / np.maximum(at.residual, 1e-30)
@@ -361,7 +418,9 @@ class Method:
             if todo.size == 0:
                 break
             traction, shift = pool.traction[..., todo], pool.shift[..., todo]
-            tried = self.natural(pool, todo, traction + shorter * step[..., todo], shift + shorter * image[..., todo])
+            tried = self.natural(
+                pool, todo, traction + shorter * step[..., todo], shift + shorter * image[..., todo]
+            )
             less = tried.merit < then.merit[todo]
             then.put(todo[less], tried.where(less))
             length[todo[less]] = shorter
@@ -374,7 +433,9 @@ class Method:
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Prescribed forces in Newton's equations: columns of unknown rigid shifts, and the inverse of what they leave."""
+    """Prescribed forces in Newton's equations: columns of unknown rigid shifts, and the inverse of
+    what they leave.
+    """
 
     free: np.ndarray
     per_element: np.ndarray
@@ -390,14 +451,19 @@ class Border:
         images = [method._precondition(pool, system, column) for column in columns]
         left = per_element * np.stack([method._sums(each) for each in images], 1) * free[:, None]
         left = left + (1 - free)[:, None] * np.eye(2, dtype=np.float32)[..., None]
-        determinant = np.maximum(left[0, 0] * left[1, 1] - left[0, 1] * left[1, 0], np.float32(1e-6))  # 0 in full slip
+        # 0 in full slip
+        determinant = np.maximum(
+            left[0, 0] * left[1, 1] - left[0, 1] * left[1, 0], np.float32(1e-6)
+        )
         inverse = np.array([[left[1, 1], -left[0, 1]], [-left[1, 0], left[0, 0]]]) / determinant
         return cls(free, per_element, columns, images, inverse)
 
     def sums(self, method: Method, step: np.ndarray) -> np.ndarray:
         return self.per_element * method._sums(step) * self.free
 
-    def corrected(self, method: Method, step: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def corrected(
+        self, method: Method, step: np.ndarray, lacking: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """A preconditioned step and the rigid shifts with which it has the forces that lack."""
         off = (self.sums(method, step) - lacking) * self.free
         rigid = self.inverse[:, 0] * off[0] + self.inverse[:, 1] * off[1]

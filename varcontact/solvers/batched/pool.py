@@ -1,4 +1,6 @@
-"""The problems in work, their natural maps and linear systems: arrays whose last axis is the problem."""
+"""The problems in work, their natural maps and linear systems: arrays whose last axis is the
+problem.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from varcontact.solvers.batched.problem import Batch
 
 @dataclass(frozen=True, eq=False)
 class Pool(Batch):
-    """The problems in work, each in its own units: tractions by the largest bound, shifts by an element's own."""
+    """The problems in work, each in its own units: tractions by the largest bound, shifts by an
+    element's own.
+    """
 
     ids: np.ndarray
     load: np.ndarray  # traction and shift that count as one
@@ -41,7 +45,9 @@ class Pool(Batch):
 
 @dataclass(frozen=True, eq=False)
 class NaturalMap(Batch):
-    """Trial tractions ``p - E``, their lengths, forces lacking; of each problem the residual, its norm, the scale."""
+    """Trial tractions ``p - E``, their lengths, forces lacking; of each problem the residual, its
+    norm, the scale.
+    """
 
     trial: np.ndarray
     length: np.ndarray
@@ -53,7 +59,9 @@ class NaturalMap(Batch):
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Newton's equations of all problems, in single precision: symmetric 2 x 2 matrices (xx, xy, yy) by element."""
+    """Newton's equations of all problems, in single precision: symmetric 2 x 2 matrices (xx, xy,
+    yy) by element.
+    """
 
     free: np.ndarray  # projection on what is not along slipping tractions
     along: np.ndarray
@@ -75,8 +83,12 @@ def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def inverse_of(symbol: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverse (xx, yy, xy) of a symmetric symbol plus a shift: its real part, its imaginary part with both signs."""
+    """Inverse (xx, yy, xy) of a symmetric symbol plus a shift: its real part, its imaginary part
+    with both signs.
+    """
     xx, xy, yy = symbol[0] + shift, symbol[1], symbol[2] + shift
     determinant = 1 / (xx * yy + xy * xy)  # that of xy has a factor i
     found = np.stack([yy * determinant, xx * determinant, 1j * xy * determinant])[:, :, None]
-    return found.real.astype(np.float32), np.concatenate([-found.imag, found.imag], 2).astype(np.float32)
+    return found.real.astype(np.float32), np.concatenate([-found.imag, found.imag], 2).astype(
+        np.float32
+    )

@@ -1,4 +1,6 @@
-"""Tangential problems of one shape, with the problem as the last axis of every array, and their solution."""
+"""Tangential problems of one shape, with the problem as the last axis of every array, and their
+solution.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +79,9 @@ class BatchedProblem:
 
     @property
     def inside(self) -> tuple[slice, slice]:
-        """The rows and the columns between the first and the last in which a problem has contact."""
+        """The rows and the columns between the first and the last in which a problem has
+        contact.
+        """
         lines = (np.flatnonzero(self.bound.any(axis=(axis, 2))) for axis in (1, 0))
         rows, columns = (slice(min(each, default=0), max(each, default=-1) + 1) for each in lines)
         return rows, columns
@@ -95,18 +99,30 @@ class BatchedProblem:
 
     def coarser(self) -> BatchedProblem:
         """With elements twice as large, and a step of rolling that is so, too."""
-        shift, bound = (1.0 if self.difference is None else 2.0) * halved(self.rigid_shift), halved(self.bound)
+        shift, bound = (
+            (1.0 if self.difference is None else 2.0) * halved(self.rigid_shift),
+            halved(self.bound),
+        )
         force, dy = (self.force / 2, self.dy) if self.line else (self.force / 4, 2 * self.dy)
-        return replace(self, dx=2 * self.dx, dy=dy, rigid_shift=shift, bound=bound, force=force, compliance=None)
+        return replace(
+            self,
+            dx=2 * self.dx,
+            dy=dy,
+            rigid_shift=shift,
+            bound=bound,
+            force=force,
+            compliance=None,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class BatchedSolution(Batch):
-    """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact they are.
+    """Tractions (2, ny, nx, n), unknown rigid shifts of prescribed forces (2, n), and how exact
+    they are.
 
-    The natural-map residual is relative to the largest traction, the gap to the work of the bound on the rigid shift.
-    `slip` is the size of the shift where an element slips, (ny, nx, n), else 0; `dissipated` is the sum of ``-p.E``
-    with the shift E at the tractions p.
+    The natural-map residual is relative to the largest traction, the gap to the work of the bound
+    on the rigid shift. `slip` is the size of the shift where an element slips, (ny, nx, n), else 0;
+    `dissipated` is the sum of ``-p.E`` with the shift E at the tractions p.
     """
 
     traction: np.ndarray
@@ -123,17 +139,30 @@ class BatchedSolution(Batch):
         """To be written to as problems are solved."""
         n, nothing = problem.dx.size, np.zeros_like(problem.rigid_shift)
         far, no, none = np.full((2, n), np.inf), np.zeros(n, bool), np.zeros(n, int)
-        return cls(nothing, np.zeros((2, n)), far[0], far[1], no, none, np.zeros_like(problem.bound), np.zeros(n))
+        return cls(
+            nothing,
+            np.zeros((2, n)),
+            far[0],
+            far[1],
+            no,
+            none,
+            np.zeros_like(problem.bound),
+            np.zeros(n),
+        )
 
     def within(self, rows: slice, columns: slice) -> BatchedSolution:
         """A view on some of the elements."""
-        return replace(self, traction=self.traction[:, rows, columns], slip=self.slip[rows, columns])
+        return replace(
+            self, traction=self.traction[:, rows, columns], slip=self.slip[rows, columns]
+        )
 
 
 def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
-    """``pi G A/dx`` of xx, xy and yy by offset from 0 to ny - 1 and to `columns` - 1 elements: (3, ny, columns, n).
+    """``pi G A/dx`` of xx, xy and yy by offset from 0 to ny - 1 and to `columns` - 1 elements: (3,
+    ny, columns, n).
 
-    Closed forms (217) as differences over corners, of strips over ends: on few elements nothing cancels that counts.
+    Closed forms (217) as differences over corners, of strips over ends: on few elements nothing
+    cancels that counts.
     """
     x = (np.arange(columns + 1) - 0.5)[:, None]
     nu = problem.nu
@@ -142,7 +171,9 @@ def influence(problem: BatchedProblem, columns: int) -> np.ndarray:
         return np.stack([2 * (1 - nu) * log, 0 * nu * log, 2 * log + 0 * nu])
     y = (np.arange(problem.bound.shape[0] + 1) - 0.5)[:, None, None] * (problem.dy / problem.dx)
     R = np.sqrt(x * x + y * y)
-    first, second, mixed = (np.diff(np.diff(f, axis=0), axis=1) for f in (y * np.log(x + R), x * np.log(y + R), R))
+    first, second, mixed = (
+        np.diff(np.diff(f, axis=0), axis=1) for f in (y * np.log(x + R), x * np.log(y + R), R)
+    )
     return np.stack([first + (1 - nu) * second, -nu * mixed, second + (1 - nu) * first])
 
 
@@ -153,5 +184,7 @@ def halved(field: np.ndarray) -> np.ndarray:
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Linear interpolation on elements half as large, over the elements in contact only."""
-    found = hierarchy.doubled(np.moveaxis(field, -1, 0), np.moveaxis(contact, -1, 0)[:, None], shape)
+    found = hierarchy.doubled(
+        np.moveaxis(field, -1, 0), np.moveaxis(contact, -1, 0)[:, None], shape
+    )
     return np.moveaxis(found, 0, -1)

@@ -18,12 +18,16 @@ from varcontact.solvers.newton.kernel import CAUSAL, parzen
 
 @dataclass(frozen=True, eq=False)
 class Transforms:
-    """Matrices of a lattice's transforms, in single and double precision: `along_x` and `along_y` of what they name."""
+    """Matrices of a lattice's transforms, in single and double precision: `along_x` and `along_y`
+    of what they name.
+    """
 
     even: tuple[np.ndarray, np.ndarray]  # numbers by offset, even along both axes
     odd: tuple[np.ndarray, np.ndarray]
-    forward: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # fields, by precision
-    backward: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # displacements over the step
+    # fields, by precision
+    forward: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    # displacements over the step
+    backward: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     windowed_even: tuple[np.ndarray, np.ndarray]  # numbers of the preconditioner
     windowed_odd: tuple[np.ndarray, np.ndarray]
     periodic: tuple[np.ndarray, np.ndarray]  # fields of the preconditioner, and back
@@ -33,12 +37,16 @@ class Transforms:
     def symbol(self, numbers: np.ndarray) -> np.ndarray:
         """The transforms of influence numbers xx, xy and yy by offset, (3, ny, columns, n)."""
         ways = (self.even, self.odd, self.even)
-        return np.stack([rows_then_columns(each, way) for each, way in zip(numbers, ways, strict=True)])
+        return np.stack(
+            [rows_then_columns(each, way) for each, way in zip(numbers, ways, strict=True)]
+        )
 
 
 @lru_cache(maxsize=32)
 def transforms(ny: int, nx: int, ahead: tuple[tuple[int, float], ...]) -> Transforms:
-    """The difference over a step is in the way back: a displacement k elements ahead has its own cosines."""
+    """The difference over a step is in the way back: a displacement k elements ahead has its own
+    cosines.
+    """
     farthest = nx - 1 + max(abs(k) for k, _ in ahead)
     rows, columns = np.arange(ny), np.arange(farthest + 1)
     wave_y, wave_x = 2 * np.pi * rows / (2 * ny - 1), 2 * np.pi * columns / (2 * farthest + 1)
@@ -46,23 +54,35 @@ def transforms(ny: int, nx: int, ahead: tuple[tuple[int, float], ...]) -> Transf
     x, signs = np.arange(nx), (1, -1)
 
     def both(wave: np.ndarray, places: np.ndarray, sign: int) -> np.ndarray:
-        return np.concatenate([np.cos(np.outer(wave, places)), sign * np.sin(np.outer(wave, places))])
+        return np.concatenate(
+            [np.cos(np.outer(wave, places)), sign * np.sin(np.outer(wave, places))]
+        )
 
     to_x = np.array([both(wave_x, x, sign) for sign in signs])[:, None]
     to_y = np.array([both(wave_y, rows, sign) for sign in signs])
-    weight_x, weight_y = np.tile(twice_x / (2 * farthest + 1), 2), np.tile(twice_y / (2 * ny - 1), 2)
+    weight_x, weight_y = (
+        np.tile(twice_x / (2 * farthest + 1), 2),
+        np.tile(twice_y / (2 * ny - 1), 2),
+    )
     from_x = np.array(
-        [np.sum([w * both(wave_x, x + k, sign) for k, w in ahead], axis=0).T * weight_x for sign in signs]
+        [
+            np.sum([w * both(wave_x, x + k, sign) for k, w in ahead], axis=0).T * weight_x
+            for sign in signs
+        ]
     )[:, None]
     from_y = np.array([both(wave_y, rows, sign).T * weight_y for sign in signs])
 
     period_y, period_x = ny | 1, nx | 1
-    low_y, low_x = (2 * np.pi * np.arange(period // 2 + 1) / period for period in (period_y, period_x))
+    low_y, low_x = (
+        2 * np.pi * np.arange(period // 2 + 1) / period for period in (period_y, period_x)
+    )
     causal = 1.0 if len(ahead) == 1 else CAUSAL
     offsets = np.arange(1 - nx, nx)
     wave = np.outer(low_x, offsets)
     kernel = (
-        np.concatenate([np.cos(wave), -np.sin(wave)]) * parzen(offsets / period_x) * causal ** (-offsets / period_x)
+        np.concatenate([np.cos(wave), -np.sin(wave)])
+        * parzen(offsets / period_x)
+        * causal ** (-offsets / period_x)
     )
     stepped, stepped_odd = (np.zeros((2 * nx - 1, farthest + 1)) for _ in range(2))
     for k, w in ahead:
@@ -84,7 +104,9 @@ def transforms(ny: int, nx: int, ahead: tuple[tuple[int, float], ...]) -> Transf
     single, double = partial(of, np.float32), partial(of, np.float64)
     low_rows = np.outer(low_y, rows)
     return Transforms(
-        even=double(np.cos(np.outer(wave_x, columns)) * twice_x, np.cos(np.outer(wave_y, rows)) * twice_y),
+        even=double(
+            np.cos(np.outer(wave_x, columns)) * twice_x, np.cos(np.outer(wave_y, rows)) * twice_y
+        ),
         odd=double(np.sin(np.outer(wave_x, columns)) * 2, np.sin(np.outer(wave_y, rows)) * 2),
         forward=(single(to_x, to_y), double(to_x, to_y)),
         backward=(single(from_x, from_y), double(from_x, from_y)),
@@ -100,11 +122,15 @@ def rows_then_columns(field: np.ndarray, matrices: tuple[np.ndarray, np.ndarray]
     """A transform of fields (..., ny, nx, n), along x first."""
     field = np.matmul(matrices[0], field)
     shape = field.shape
-    return np.matmul(matrices[1], field.reshape(*shape[:-2], -1)).reshape(*shape[:-3], -1, *shape[-2:])
+    return np.matmul(matrices[1], field.reshape(*shape[:-2], -1)).reshape(
+        *shape[:-3], -1, *shape[-2:]
+    )
 
 
 def columns_then_rows(field: np.ndarray, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """A transform of fields (..., ny, nx, n), along y first."""
     shape = field.shape
-    field = np.matmul(matrices[1], field.reshape(*shape[:-2], -1)).reshape(*shape[:-3], -1, *shape[-2:])
+    field = np.matmul(matrices[1], field.reshape(*shape[:-2], -1)).reshape(
+        *shape[:-3], -1, *shape[-2:]
+    )
     return np.matmul(matrices[0], field)

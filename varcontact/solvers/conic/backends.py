@@ -24,8 +24,8 @@ from varcontact.system.process import imported, interruptible
 class Backend:
     """A solver behind one of the interfaces.
 
-    `options` turns the relative accuracy wanted of the tractions into the solver's own keywords; `cones` says whether
-    it takes second-order cones, which Coulomb's disks need.
+    `options` turns the relative accuracy wanted of the tractions into the solver's own keywords;
+    `cones` says whether it takes second-order cones, which Coulomb's disks need.
     """
 
     options: Callable[[float], dict[str, Any]]
@@ -33,7 +33,9 @@ class Backend:
 
 
 def _interior(tol: float) -> float:
-    """Interior points: tractions are as wrong as the gap is to the power 2/3 or less (1e-8 for a gap of 1e-12)."""
+    """Interior points: tractions are as wrong as the gap is to the power 2/3 or less (1e-8 for a
+    gap of 1e-12).
+    """
     return max(tol**1.5, 1e-14)
 
 
@@ -44,7 +46,8 @@ def _splitting(tol: float) -> float:
 
 def _clarabel(tol: float) -> dict[str, Any]:
     asked = max(_interior(tol), 1e-12)
-    # The programs come well scaled: a rough answer needs neither of the last two, and a fifth of the time less.
+    # The programs come well scaled: a rough answer needs neither of the last two, and a fifth of
+    # the time less.
     return {
         "tol_gap_abs": asked,
         "tol_gap_rel": asked,
@@ -53,12 +56,15 @@ def _clarabel(tol: float) -> dict[str, Any]:
         "presolve_enable": False,
         "equilibrate_enable": asked < 1e-5,
         "iterative_refinement_enable": asked < 1e-5,
-        # With steps of 0.99 of the way to the boundary, as it takes by default, iterates near the end lie so close to
-        # it that rounding stops them, with tractions wrong by 1e-6 (at a shift 1e-3); with shorter ones they are good
+        # With steps of 0.99 of the way to the boundary, as it takes by default, iterates near the
+        # end lie so close to
+        # it that rounding stops them, with tractions wrong by 1e-6 (at a shift 1e-3); with shorter
+        # ones they are good
         # to 1e-8, for twice the iterations.
         "max_step_fraction": 0.75 if asked < 1e-10 else 0.99,
         "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
-        # Its pool of threads does not survive a fork: the child would wait for it for ever. And the same digits come
+        # Its pool of threads does not survive a fork: the child would wait for it for ever. And the
+        # same digits come
         # out of any number of cores.
         "max_threads": 1,
     }
@@ -69,7 +75,8 @@ def _highs(tol: float) -> dict[str, Any]:
     return {
         "primal_feasibility_tolerance": asked,
         "dual_feasibility_tolerance": asked,
-        "qp_regularization_value": min(asked, 1e-7),  # tractions are as wrong as this, by default 1e-7
+        # tractions are as wrong as this, by default 1e-7
+        "qp_regularization_value": min(asked, 1e-7),
     }
 
 
@@ -79,13 +86,27 @@ def _both(eps: float, **others: Any) -> dict[str, Any]:
 
 BACKENDS: dict[str, Backend] = {
     "clarabel": Backend(_clarabel, cones=True),
-    "osqp": Backend(lambda tol: _both(_splitting(tol), polishing=True, max_iter=20_000, scaled_termination=False)),
+    "osqp": Backend(
+        lambda tol: _both(
+            _splitting(tol), polishing=True, max_iter=20_000, scaled_termination=False
+        )
+    ),
     "scs": Backend(lambda tol: _both(_splitting(tol), max_iters=50_000), cones=True),
     "piqp": Backend(lambda tol: _both(_interior(tol), check_duality_gap=True, max_iter=200)),
-    # From 1e-9 on its residuals tell something of the tractions: in the potential form they are wrong by 2e-2 at 1e-7.
-    "proxqp": Backend(lambda tol: {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}),
+    # From 1e-9 on its residuals tell something of the tractions: in the potential form they are
+    # wrong by 2e-2 at 1e-7.
+    "proxqp": Backend(
+        lambda tol: {
+            "eps_abs": max(min(0.01 * tol, 1e-9), 1e-12),
+            "eps_rel": 0.0,
+            "max_iter": 10_000,
+        }
+    ),
     "daqp": Backend(
-        lambda tol: dict.fromkeys(("primal_tol", "dual_tol"), max(0.1 * tol, 1e-13)) | {"iter_limit": 100_000}
+        lambda tol: (
+            dict.fromkeys(("primal_tol", "dual_tol"), max(0.1 * tol, 1e-13))
+            | {"iter_limit": 100_000}
+        )
     ),
     "quadprog": Backend(lambda _: {}),  # an active-set method without a tolerance
     "highs": Backend(_highs),
@@ -93,8 +114,8 @@ BACKENDS: dict[str, Backend] = {
 """By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""
 
 OTHERS = ("copt", "cvxopt", "ecos", "gurobi", "kvxopt", "mosek", "qoco", "qpalm", "xpress")
-"""Further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own defaults, untested
-here."""
+"""Further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own
+defaults, untested here."""
 
 WHEELS = {name: name for name in (*BACKENDS, *OTHERS)}
 WHEELS |= {"copt": "coptpy", "gurobi": "gurobipy", "highs": "highspy", "proxqp": "proxsuite"}
@@ -105,16 +126,20 @@ FORMULATIONS = {"complementary": (True, False), "potential": (False, True), "gap
 
 
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
-    """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as "cvxpy:SCS"."""
+    """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as
+    "cvxpy:SCS".
+    """
     formulation = "potential" if settings.formulation == "potential" else "complementary"
     program = normal_program(problem, *FORMULATIONS[formulation if problem.symmetric else "gap"])
     return solve_program(name, program, settings)
 
 
 def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
-    """The tangential problem through a second-order-cone program; with one component, a quadratic program.
+    """The tangential problem through a second-order-cone program; with one component, a quadratic
+    program.
 
-    Without a formulation: complementary energy for a symmetric problem (a shift, a step of a march), else the gap.
+    Without a formulation: complementary energy for a symmetric problem (a shift, a step of a
+    march), else the gap.
     """
     formulation = settings.formulation
     if formulation not in FORMULATIONS:
@@ -147,7 +172,9 @@ def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSoluti
     for name, value in _options("clarabel", settings.tol).items():
         setattr(options, name, value)
     cones = [kinds[kind](size) for kind, size in program.cones]
-    result = interruptible(clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options).solve)
+    result = interruptible(
+        clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options).solve
+    )
     traction, rigid = program.recover(np.array(result.x), np.array(result.z))
     solved = bool(result.status == clarabel.SolverStatus.Solved)
     return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)
@@ -159,8 +186,14 @@ def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
 
     solver, program = osqp.OSQP(), program.polyhedral()
     lower = np.where(program.kinds == "zero", program.b, -np.inf)
-    options = {"verbose": False, "time_limit": settings.seconds_left, **_options("osqp", settings.tol)}
-    interruptible(lambda: solver.setup(program.P, program.q, program.A, lower, program.b, **options))
+    options = {
+        "verbose": False,
+        "time_limit": settings.seconds_left,
+        **_options("osqp", settings.tol),
+    }
+    interruptible(
+        lambda: solver.setup(program.P, program.q, program.A, lower, program.b, **options)
+    )
     result = interruptible(lambda: solver.solve(raise_error=False))
     info = result.info
     if info.status_val == osqp.SolverStatus.OSQP_SIGINT:
@@ -175,12 +208,21 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
 
     names = {"zero": "z", "nonnegative": "l", "second_order": "q"}
     rows = np.concatenate([np.flatnonzero(program.kinds == kind) for kind in names])
-    data = {"P": program.P, "A": program.A.tocsr()[rows].tocsc(), "b": program.b[rows], "c": program.q}
+    data = {
+        "P": program.P,
+        "A": program.A.tocsr()[rows].tocsc(),
+        "b": program.b[rows],
+        "c": program.q,
+    }
     sizes: dict[str, list[int]] = {}
     for kind, size in program.cones:
         sizes.setdefault(names[kind], []).append(size)
     cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
-    options = {"verbose": False, "time_limit_secs": settings.seconds_left, **_options("scs", settings.tol)}
+    options = {
+        "verbose": False,
+        "time_limit_secs": settings.seconds_left,
+        **_options("scs", settings.tol),
+    }
     solver = interruptible(lambda: scs.SCS(data, cone, **options))
     result = interruptible(solver.solve)
     info = result["info"]
@@ -189,7 +231,9 @@ def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
     z = np.empty(rows.size)
     z[rows] = result["y"]
     traction, rigid = program.recover(np.array(result["x"]), z)
-    return RawSolution(traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED)
+    return RawSolution(
+        traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED
+    )
 
 
 def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
@@ -200,7 +244,14 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
     program = program.polyhedral()
     equal = program.kinds == "zero"
     quadratic = program.P + triu(program.P, 1).T
-    parts: list[Any] = [quadratic, program.q, program.A[~equal], program.b[~equal], program.A[equal], program.b[equal]]
+    parts: list[Any] = [
+        quadratic,
+        program.q,
+        program.A[~equal],
+        program.b[~equal],
+        program.A[equal],
+        program.b[equal],
+    ]
     form = "toarray" if name in qpsolvers.dense_solvers else "tocsc"
     parts = [getattr(part, form)() if hasattr(part, form) else part for part in parts]
     if not equal.any():
@@ -210,9 +261,12 @@ def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSo
         warnings.simplefilter("ignore")  # solvers that take no keyword say so at every call
         try:
             result = interruptible(lambda: qpsolvers.solve_problem(problem, name, **options))
-        except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
+        # a program it cannot take: quadprog wants P positive definite
+        except qpsolvers.QPError as error:
             nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
-            return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False)
+            return RawSolution(
+                *program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False
+            )
     x = np.full(program.q.size, np.nan) if result.x is None else np.asarray(result.x, dtype=float)
     z = np.full(program.b.size, np.nan)
     for rows, multipliers in ((equal, result.y), (~equal, result.z)):
@@ -246,7 +300,8 @@ def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSoluti
     problem = cp.Problem(cp.Minimize(objective), [constraint for _, constraint in constraints])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
+            # that an answer may be inaccurate is judged by our own residual
+            warnings.simplefilter("ignore")
             interruptible(lambda: problem.solve(solver=name, **_options(name, settings.tol)))
         status, iterations = str(problem.status), problem.solver_stats.num_iters
     except cp.SolverError as error:
@@ -254,10 +309,13 @@ def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSoluti
     z = np.full(program.b.size, np.nan)
     for rows, constraint in constraints:
         dual = constraint.dual_value
-        if isinstance(dual, np.ndarray) and dual.size == rows.size:  # nobody asks for those of the cones
+        # nobody asks for those of the cones
+        if isinstance(dual, np.ndarray) and dual.size == rows.size:
             z[rows] = dual.ravel()
     found = np.full(program.q.size, np.nan) if x.value is None else np.asarray(x.value)
-    return RawSolution(*program.recover(found, z), int(iterations or 0), status, status == cp.OPTIMAL)
+    return RawSolution(
+        *program.recover(found, z), int(iterations or 0), status, status == cp.OPTIMAL
+    )
 
 
 INTERFACES: dict[str, Callable[[ConicProgram, Settings, str], RawSolution]] = {

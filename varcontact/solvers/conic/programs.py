@@ -1,8 +1,9 @@
 """Contact problems as convex programs: plain data that any conic solver can take.
 
-``minimise 1/2 x'P x + q'x  subject to  A x + s = b, s in K``, K a product of cones. Every program is scaled:
-tractions by the bound of their own element, so that friction disks are unit disks, and shifts by the largest
-rigid shift. Tractions and shifts have c components, one or two; of one, a disk is an interval.
+``minimise 1/2 x'P x + q'x  subject to  A x + s = b, s in K``, K a product of cones. Every program
+is scaled: tractions by the bound of their own element, so that friction disks are unit disks, and
+shifts by the largest rigid shift. Tractions and shifts have c components, one or two; of one, a
+disk is an interval.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from varcontact.discrete.problems import NormalProblem, TangentialProblem
 class ConicProgram:
     """A convex program as plain data; P, the upper triangle, and A are sparse, by columns.
 
-    Cones are ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order of the rows; a
-    second-order cone is ``s[0] >= |s[1:]|``. `recover` takes variables and multipliers (x, z), ``P x + q + A'z = 0``,
-    to the problem's (traction, rigid).
+    Cones are ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order
+    of the rows; a second-order cone is ``s[0] >= |s[1:]|``. `recover` takes variables and
+    multipliers (x, z), ``P x + q + A'z = 0``, to the problem's (traction, rigid).
     """
 
     P: Any
@@ -37,7 +38,8 @@ class ConicProgram:
         return np.repeat([kind for kind, _ in self.cones], [size for _, size in self.cones])
 
     def polyhedral(self) -> ConicProgram:
-        """The same program with ``r - s >= 0, r + s >= 0`` for second-order cones (r, s) of one component.
+        """The same program with ``r - s >= 0, r + s >= 0`` for second-order cones (r, s) of one
+        component.
 
         Those of two stay as they are: without them it is a quadratic program.
         """
@@ -52,17 +54,22 @@ class ConicProgram:
         turn = diags([below, np.ones(self.b.size), -below], [-1, 0, 1], format="csr")
         cones = [("nonnegative", 2) if cone == ("second_order", 2) else cone for cone in self.cones]
         A = (turn @ self.A).tocsc()
-        return ConicProgram(self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z))
+        return ConicProgram(
+            self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z)
+        )
 
 
-def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: bool = False) -> ConicProgram:
+def normal_program(
+    problem: NormalProblem, of_traction: bool = True, of_shift: bool = False
+) -> ConicProgram:
     """The normal problem as a QP, by pressures, by distances or by both.
 
-    Of tractions: ``min 1/2 p'A p + (h - d)'p, p >= 0``, (215) with its sign changed. With the force prescribed d is
-    dropped, ``sum(p)`` is an equality, and its multiplier the approach. Of the shift, the potential energy (214):
-    ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements ``w = A p``; the pressures are the multipliers, and a
-    prescribed force works against the approach d. Of both, also where A is not symmetric: ``min p'(h + A p - d)``,
-    with both conditions, 0 at its end.
+    Of tractions: ``min 1/2 p'A p + (h - d)'p, p >= 0``, (215) with its sign changed. With the force
+    prescribed d is dropped, ``sum(p)`` is an equality, and its multiplier the approach. Of the
+    shift, the potential energy (214): ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements ``w =
+    A p``; the pressures are the multipliers, and a prescribed force works against the approach d.
+    Of both, also where A is not symmetric: ``min p'(h + A p - d)``, with both conditions, 0 at its
+    end.
     """
     from scipy.sparse import bmat, csc_matrix, identity
 
@@ -72,7 +79,9 @@ def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: b
         assert problem.approach is not None
         level, displacement = problem.approach, problem.approach - level
     else:
-        displacement = float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / (problem.area * n)
+        displacement = (
+            float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / (problem.area * n)
+        )
     pressure, matrix = displacement / diagonal, problem.operator.matrix / diagonal
     distance = (problem.distance - level) / displacement
     load = np.array([] if force is None else [force / (problem.area * pressure)])
@@ -92,7 +101,9 @@ def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: b
         approach = level
         if load.size:
             approach += x[n] * displacement if of_shift else -z[0] * displacement / n
-        return np.maximum(x[:n] if of_traction else z, 0.0) * pressure, np.array([approach], dtype=float)
+        return np.maximum(x[:n] if of_traction else z, 0.0) * pressure, np.array(
+            [approach], dtype=float
+        )
 
     return ConicProgram(
         P=_quadratic(matrix + matrix.T if of_traction and of_shift else matrix, np.zeros(free)),
@@ -104,26 +115,35 @@ def normal_program(problem: NormalProblem, of_traction: bool = True, of_shift: b
     )
 
 
-def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: bool) -> ConicProgram:
-    """The tangential problem by tractions (complementary energy), by shifts (potential energy) or by both (the gap).
+def tangential_program(
+    problem: TangentialProblem, of_traction: bool, of_shift: bool
+) -> ConicProgram:
+    """The tangential problem by tractions (complementary energy), by shifts (potential energy) or
+    by both (the gap).
 
-    Of the tractions of a shift: ``min 1/2 p'A p + W'p, |p_i| <= g_i``, (215) with its sign changed. A prescribed force
-    is an equality, its multiplier the unknown part of the shift. Of shifts (214):
-    ``min 1/2 u'A^-1 u + sum(g_i |W + u|_i)`` over displacements ``u = A p``; p, which nothing bounds, turns out to be
-    the tractions, and a prescribed force works against the unknown part of the shift. Of both, also in steady rolling:
-    ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E = W + M p`` is never negative for admissible p and zero exactly at the
-    solution; with ``t_i >= |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is positive definite.
+    Of the tractions of a shift: ``min 1/2 p'A p + W'p, |p_i| <= g_i``, (215) with its sign changed.
+    A prescribed force is an equality, its multiplier the unknown part of the shift. Of shifts
+    (214): ``min 1/2 u'A^-1 u + sum(g_i |W + u|_i)`` over displacements ``u = A p``; p, which
+    nothing bounds, turns out to be the tractions, and a prescribed force works against the unknown
+    part of the shift. Of both, also in steady rolling: ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E =
+    W + M p`` is never negative for admissible p and zero exactly at the solution; with ``t_i >=
+    |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is positive definite.
 
-    A flow within the bound costs ``s^2/(2 k)`` of the traction, with ``s + threshold >= |p|``. Of the shift its part e
-    comes off, which costs ``threshold t + k t^2/2`` with ``t >= |e|``: the least of that and ``g |E - e|`` is the
-    conjugate.
+    A flow within the bound costs ``s^2/(2 k)`` of the traction, with ``s + threshold >= |p|``. Of
+    the shift its part e comes off, which costs ``threshold t + k t^2/2`` with ``t >= |e|``: the
+    least of that and ``g |E - e|`` is the conjugate.
     """
     from scipy.sparse import bmat, csc_matrix, identity
 
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
-    most, carried, scale = bound.max(), problem.bound.sum(), float(np.abs(problem.rigid_shift).max())
-    if free or scale == 0:  # part of the shift is unknown: no less than the elastic one by full tractions
+    most, carried, scale = (
+        bound.max(),
+        problem.bound.sum(),
+        float(np.abs(problem.rigid_shift).max()),
+    )
+    # part of the shift is unknown: no less than the elastic one by full tractions
+    if free or scale == 0:
         scale = max(scale, float(np.abs(problem.operator.matrix @ bound).max()))
     scale = float(4.0 ** np.round(np.log(scale) / np.log(4)))
     weight, matrix = bound / most, problem.operator.matrix * (bound / scale)
@@ -138,14 +158,23 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
     limits: list[np.ndarray] = []
     cones = [("second_order", 1 + c)] * (n * (of_traction + of_shift))
     if of_shift:
-        moved = csc_matrix(vectors @ np.kron(np.eye(c)[:, free], -np.ones((n, 1)))) if free else None
-        rows, limits = [[csc_matrix(-(vectors @ matrix)), -radii, moved, None, None, None]], [vectors @ known]
+        moved = (
+            csc_matrix(vectors @ np.kron(np.eye(c)[:, free], -np.ones((n, 1)))) if free else None
+        )
+        rows, limits = (
+            [[csc_matrix(-(vectors @ matrix)), -radii, moved, None, None, None]],
+            [vectors @ known],
+        )
         squares, costs = [np.zeros(n + len(free))], [*costs, weight[:n], forces * (carried / most)]
     if of_traction:
         rows, limits = [*rows, [-vectors] + [None] * 5], [*limits, radii @ np.ones(n)]
         if free:
             sums = csc_matrix(np.kron(np.eye(c)[free], problem.bound / carried))
-            rows, limits, cones = [*rows, [sums] + [None] * 5], [*limits, forces], [*cones, ("zero", len(free))]
+            rows, limits, cones = (
+                [*rows, [sums] + [None] * 5],
+                [*limits, forces],
+                [*cones, ("zero", len(free))],
+            )
     flow = problem.potential.flow
     if flow is not None:
         k = flow.hardening
@@ -161,12 +190,21 @@ def tangential_program(problem: TangentialProblem, of_traction: bool, of_shift: 
         if of_shift:
             rows[0][5] = vectors @ flowing.T
             rows.append([None, None, None, None, -own_radii, -own_vectors])
-            squares, costs = [*squares, np.full(m, k * scale / most), np.zeros(c * m)], [*costs, threshold / most]
+            squares, costs = (
+                [*squares, np.full(m, k * scale / most), np.zeros(c * m)],
+                [*costs, threshold / most],
+            )
             costs, limits = [*costs, np.zeros(c * m)], [*limits, np.zeros((1 + c) * m)]
-    A = bmat([[row[j] for j in range(6) if any(r[j] is not None for r in rows)] for row in rows], format="csc")
-    # Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more than
-    # 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n entries) but not for the shifts
-    # (c n), and the order it then finds takes two to four times as long as with no row called dense. Spare variables,
+    A = bmat(
+        [[row[j] for j in range(6) if any(r[j] is not None for r in rows)] for row in rows],
+        format="csc",
+    )
+    # Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the
+    # rows with more than
+    # 15 sqrt(size) entries. Up to 500 elements that holds for the tractions (2 c n entries) but not
+    # for the shifts
+    # (c n), and the order it then finds takes two to four times as long as with no row called
+    # dense. Spare variables,
     # alone in the objective as x^2, enlarge the size and cost nothing.
     size, spare = 3 * (1 + c) * n, 0
     if of_traction and of_shift and c * n + 2 < 15 * np.sqrt(size):
@@ -196,7 +234,9 @@ def _quadratic(matrix: np.ndarray, *diagonals: np.ndarray) -> Any:
 
 
 def _in_cones(n: int, c: int) -> tuple[Any, Any]:
-    """Matrices that place radii (n) and vectors (c n, all x first) in the rows of n cones (radius, x, y)."""
+    """Matrices that place radii (n) and vectors (c n, all x first) in the rows of n cones (radius,
+    x, y).
+    """
     from scipy.sparse import hstack, identity, kron
 
     radii, *vectors = (kron(identity(n), part[:, None], format="csr") for part in np.eye(1 + c))

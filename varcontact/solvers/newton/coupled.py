@@ -32,17 +32,22 @@ MOST_STEPS = 60
 
 @dataclass(frozen=True, eq=False)
 class CoupledProblem:
-    """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid."""
+    """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of
+    a grid.
+    """
 
     operator: GridOperator  # displacements by tractions, (1 + c) of each, the normal ones first
-    blocks: tuple[GridOperator, GridOperator]  # of those, by pressures and by tangential tractions alone
+    # of those, by pressures and by tangential tractions alone
+    blocks: tuple[GridOperator, GridOperator]
     distance: np.ndarray  # (ny, nx) h, the undeformed distance
     rigid_shift: np.ndarray  # (c, ny, nx) W
     friction: np.ndarray  # (ny, nx) f, finite
     area: float  # of an element
     approach: float | None  # prescribed, or unknown
-    force: tuple[float | None, ...]  # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
-    along_normal: np.ndarray | None = None  # (1 + c, ny, 1) parts of the fields in the normal force, if not p_z alone
+    # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
+    force: tuple[float | None, ...]
+    # (1 + c, ny, 1) parts of the fields in the normal force, if not p_z alone
+    along_normal: np.ndarray | None = None
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
@@ -51,12 +56,17 @@ class CoupledProblem:
 
 
 def newton_coupled(
-    problem: CoupledProblem, settings: Settings, start: RawSolution, residual: Callable[[RawSolution], float]
+    problem: CoupledProblem,
+    settings: Settings,
+    start: RawSolution,
+    residual: Callable[[RawSolution], float],
 ) -> RawSolution:
-    """Solve for pressure and tractions together by an inexact Newton method with products by FFT only.
+    """Solve for pressure and tractions together by an inexact Newton method with products by FFT
+    only.
 
-    The start has pressures that bear something, and tractions (1 + c, ny, nx); less the approach, and rigid shifts
-    (1 + c,). So has the answer; where it is not "Solved" that is no more than a point on the way.
+    The start has pressures that bear something, and tractions (1 + c, ny, nx); less the approach,
+    and rigid shifts (1 + c,). So has the answer; where it is not "Solved" that is no more than a
+    point on the way.
     """
     scaled = ScaledCoupled.of(problem, start, residual)
     rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
@@ -76,19 +86,26 @@ class CoupledConditions(Conditions):
         return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        return np.concatenate([np.maximum(trial[:1], 0.0), self.under(trial[0]).projected(trial[1:])])
+        return np.concatenate(
+            [np.maximum(trial[:1], 0.0), self.under(trial[0]).projected(trial[1:])]
+        )
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        """Pressures, positive only where the natural map has contact, and tractions within their bound."""
+        """Pressures, positive only where the natural map has contact, and tractions within their
+        bound.
+        """
         pressure = self.normal.admissible(traction[:1], trial[:1])
         return np.concatenate([pressure, self.under(pressure[0]).projected(traction[1:])])
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> CoupledSystem:
+    def linearised(
+        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
+    ) -> CoupledSystem:
         normal = self.normal.linearised(traction[:1], shift[:1], trial[:1])
         under = self.under(trial[0])
         tangential = under.linearised(traction[1:], shift[1:], trial[1:])
         bound = self.friction * traction[0]
-        right = tangential.right + (bound - under.bound) * tangential.along  # the bound of the pressure to be found
+        # the bound of the pressure to be found
+        right = tangential.right + (bound - under.bound) * tangential.along
         right = np.where(under.contact, right, -traction[1:])
         apart = (~under.contact).astype(np.float32)
         tied = (self.friction * tangential.along).astype(np.float32)
@@ -99,8 +116,8 @@ class CoupledConditions(Conditions):
 class CoupledSystem(System):
     """Newton's equations of both problems; `right` (1 + c, ny, nx).
 
-    `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties tractions to
-    pressures, (c, ny, nx).
+    `apart`: ones out of contact, (ny, nx); `tied`: the slip's direction times friction, which ties
+    tractions to pressures, (c, ny, nx).
     """
 
     normal: TangentialSystem
@@ -109,7 +126,9 @@ class CoupledSystem(System):
     tied: np.ndarray
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        tangential = self.tangential.rows(image[1:], step[1:]) + self.apart * step[1:] - self.tied * step[0]
+        tangential = (
+            self.tangential.rows(image[1:], step[1:]) + self.apart * step[1:] - self.tied * step[0]
+        )
         return np.concatenate([self.normal.rows(image[:1], step[:1]), tangential])
 
     def border(self, component: int) -> np.ndarray:
@@ -124,13 +143,17 @@ class CoupledSystem(System):
         """Pressures first."""
         pressure = self.normal.precondition(right[:1])
         tractions = right[1:] + self.tied * pressure[0]
-        tangential = self.tangential.precondition((1 - self.apart) * tractions) + self.apart * tractions
+        tangential = (
+            self.tangential.precondition((1 - self.apart) * tractions) + self.apart * tractions
+        )
         return np.concatenate([pressure, tangential])
 
 
 @dataclass(frozen=True, eq=False)
 class ScaledCoupled(Problem[CoupledConditions]):
-    """A problem in its own units (1 + c, 1, 1): those of pressures and of tractions differ by friction."""
+    """A problem in its own units (1 + c, 1, 1): those of pressures and of tractions differ by
+    friction.
+    """
 
     problem: CoupledProblem
     load: np.ndarray
@@ -138,10 +161,14 @@ class ScaledCoupled(Problem[CoupledConditions]):
     residual: Callable[[RawSolution], float]
 
     @classmethod
-    def of(cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]) -> ScaledCoupled:
+    def of(
+        cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]
+    ) -> ScaledCoupled:
         """The units are the largest pressure, and the largest traction bound, of a start."""
         shape, weight = problem.distance.shape, 1 / np.sqrt(problem.distance.size)
-        load = np.full((len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max()))
+        load = np.full(
+            (len(start.traction), 1, 1), float((problem.friction * start.traction[0]).max())
+        )
         load[0] = float(start.traction[0].max())
         units = np.full(load.shape, unit(problem.blocks[1]))
         units[0] = unit(problem.blocks[0])
@@ -151,7 +178,10 @@ class ScaledCoupled(Problem[CoupledConditions]):
         free = [i for i, force in enumerate(problem.force) if force is not None]
         sums = np.array([(problem.force[i] or 0.0) / (problem.area * load[i, 0, 0]) for i in free])
         shares = None if problem.along_normal is None else problem.along_normal * load / load[0]
-        split, normal, tangential = int(0 in free), *(kernel(block, shape) for block in problem.blocks)
+        split, normal, tangential = (
+            int(0 in free),
+            *(kernel(block, shape) for block in problem.blocks),
+        )
         normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
         tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
         conditions = CoupledConditions(
@@ -159,7 +189,9 @@ class ScaledCoupled(Problem[CoupledConditions]):
             known,
             Forces(tuple(free), sums, weight, shares=shares),
             NormalConditions(normal, known[:1], normal_forces, within, normal),
-            TangentialConditions(tangential, known[1:], tangential_forces, within * 0.0, tangential),
+            TangentialConditions(
+                tangential, known[1:], tangential_forces, within * 0.0, tangential
+            ),
             problem.friction / part,
         )
         return cls(conditions, problem, load, displacement, residual)

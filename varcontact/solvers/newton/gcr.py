@@ -1,4 +1,6 @@
-"""GCR: generalised conjugate residuals, in single precision, for one Newton step and its missing rigid shifts."""
+"""GCR: generalised conjugate residuals, in single precision, for one Newton step and its missing
+rigid shifts.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ LEAST = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class System(ABC):
-    """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each element."""
+    """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each
+    element.
+    """
 
     right: np.ndarray
 
@@ -40,8 +44,8 @@ class System(ABC):
 class Forces:
     """Prescribed sums (k,) of traction components; a uniform rigid shift along each is unknown.
 
-    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one.
-    Where the first sum is that of parts of all components, `shares` (c, ny, nx) are these.
+    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts
+    as one. Where the first sum is that of parts of all components, `shares` (c, ny, nx) are these.
     """
 
     components: tuple[int, ...]
@@ -70,7 +74,9 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A Newton step: changes of the tractions and of the shift E (c, ny, nx), and of the rigid shifts (c, 1, 1)."""
+    """A Newton step: changes of the tractions and of the shift E (c, ny, nx), and of the rigid
+    shifts (c, 1, 1).
+    """
 
     traction: np.ndarray
     shift: np.ndarray
@@ -81,17 +87,24 @@ Room = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def room_for(size: int, forces: Forces) -> Room:
-    """Room for directions, M times them, and what the equations make of them: taken from memory only where used."""
-    most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)  # rounding may take more than the unknowns
+    """Room for directions, M times them, and what the equations make of them: taken from memory
+    only where used.
+    """
+    # rounding may take more than the unknowns
+    most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)
     directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
     return directions, products, np.empty((most, size + len(forces.components)), np.float32)
 
 
-def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
-    """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative residual.
+def gcr(
+    system: System, kernel: Product, forces: Forces, lacking: np.ndarray, enough: float, room: Room
+) -> Step:
+    """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative
+    residual.
 
-    Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
-    orthonormal, and M times each direction is kept: M times the step then costs no product.
+    Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the
+    directions are kept orthonormal, and M times each direction is kept: M times the step then costs
+    no product.
     """
     right = system.right
     shape, size, k = right.shape, right.size, len(lacking)
@@ -109,7 +122,11 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     borders = [system.border(i) for i in forces.components]
     steps = [system.precondition(border) for border in borders]
     complement = np.array([sums(step) for step in steps], dtype=float).reshape(k, k).T
-    inverse = np.linalg.pinv(complement) if np.isfinite(complement).all() else np.full_like(complement, np.nan)
+    inverse = (
+        np.linalg.pinv(complement)
+        if np.isfinite(complement).all()
+        else np.full_like(complement, np.nan)
+    )
     count = 0
     while count < most and float(np.linalg.norm(residual)) > enough:
         direction = system.precondition(residual[:size].reshape(shape))
@@ -137,4 +154,6 @@ def gcr(system: System, kernel: Product, forces: Forces, lacking: np.ndarray, en
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(traction, (single @ products[:count]).reshape(shape) + change * forces.scale, change)
+    return Step(
+        traction, (single @ products[:count]).reshape(shape) + change * forces.scale, change
+    )

@@ -16,7 +16,9 @@ PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 
 @dataclass(frozen=True, eq=False)
 class Conditions(ABC):
-    """A contact problem on a box, dimensionless: what Newton's method has to know of it. Fields are (c, ny, nx)."""
+    """A contact problem on a box, dimensionless: what Newton's method has to know of it. Fields are
+    (c, ny, nx).
+    """
 
     kernel: Product
     known: np.ndarray
@@ -41,7 +43,9 @@ class Conditions(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Tractions p and their shift E (c, ny, nx), rigid shifts (c, 1, 1), and the error of E by the largest p."""
+    """Tractions p and their shift E (c, ny, nx), rigid shifts (c, 1, 1), and the error of E by the
+    largest p.
+    """
 
     traction: np.ndarray
     shift: np.ndarray
@@ -58,7 +62,9 @@ def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def balanced(conditions: Conditions, at: Point) -> Point:
-    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces."""
+    """The point with the rigid shifts at which the tractions of its natural map have the prescribed
+    forces.
+    """
     from scipy.optimize import root
 
     forces, trial, components = conditions.forces, at.traction - at.shift, len(at.traction)
@@ -67,13 +73,17 @@ def balanced(conditions: Conditions, at: Point) -> Point:
         moved = trial - forces.spread(change, components) * forces.scale
         return forces.lacking(conditions.projected(moved))
 
-    rigid = forces.spread(root(lacking, np.zeros(len(forces.components)), method="lm").x, components)
+    rigid = forces.spread(
+        root(lacking, np.zeros(len(forces.components)), method="lm").x, components
+    )
     return replace(at, shift=at.shift + rigid * forces.scale, rigid=at.rigid + rigid)
 
 
 @dataclass(frozen=True, eq=False)
 class Measure:
-    """How far a point is from the solution: the largest error by the largest traction, and the size of all."""
+    """How far a point is from the solution: the largest error by the largest traction, and the size
+    of all.
+    """
 
     trial: np.ndarray
     residual: float
@@ -93,12 +103,17 @@ def measured(conditions: Conditions, at: Point) -> Measure:
     return Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
 
 
-def line_search(conditions: Conditions, at: Point, step: Step, now: Measure) -> tuple[Point, Measure]:
-    """After the first part of a step that lowers the merit enough, or the best of all; where none does, as it was."""
+def line_search(
+    conditions: Conditions, at: Point, step: Step, now: Measure
+) -> tuple[Point, Measure]:
+    """After the first part of a step that lowers the merit enough, or the best of all; where none
+    does, as it was.
+    """
     best, least = at, now
     for part in PARTS:
         traction, rigid = at.traction + part * step.traction, at.rigid + part * step.rigid
-        there = Point(traction, at.shift + part * step.shift, rigid, at.noise)  # E is linear, and no product needed
+        # E is linear, and no product needed
+        there = Point(traction, at.shift + part * step.shift, rigid, at.noise)
         then = measured(conditions, there)
         if then.merit <= least.merit:
             best, least = there, then

@@ -1,4 +1,6 @@
-"""Boxes of elements, and the way from a coarse grid to a fine one. Fields are (..., ny, nx), in any unit."""
+"""Boxes of elements, and the way from a coarse grid to a fine one. Fields are (..., ny, nx), in any
+unit.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,8 @@ from varcontact.discrete.contact_grid import on_parts
 from varcontact.elasticity.operators import RestrictedOperator
 
 LEAST_SIDE = 12
-"""Least number of elements along the smaller side of the coarsest grid, or along a line contact; it has less than
-twice as many."""
+"""Least number of elements along the smaller side of the coarsest grid, or along a line contact; it
+has less than twice as many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +41,14 @@ class Box:
 
 
 def halved(field: np.ndarray) -> np.ndarray:
-    """Means over two by two elements, or over two strips of a line contact; zero beyond the edge."""
+    """Means over two by two elements, or over two strips of a line contact; zero beyond the
+    edge.
+    """
     line = field.shape[-2] == 1
-    around = [(0, 0)] * (field.ndim - 2) + [(0, 0 if line else field.shape[-2] % 2), (0, field.shape[-1] % 2)]
+    around = [(0, 0)] * (field.ndim - 2) + [
+        (0, 0 if line else field.shape[-2] % 2),
+        (0, field.shape[-1] % 2),
+    ]
     field = np.pad(field, around)
     rows = field if line else (field[..., ::2, :] + field[..., 1::2, :]) / 2
     return (rows[..., ::2] + rows[..., 1::2]) / 2
@@ -53,7 +60,9 @@ def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A field on a grid (of that shape) of half the element size: bilinear, between elements in contact only."""
+    """A field on a grid (of that shape) of half the element size: bilinear, between elements in
+    contact only.
+    """
     values, weights = on_parts(field * contact, (2, 2)), on_parts(contact.astype(float), (2, 2))
     fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
     return fine[..., : shape[0], : shape[1]]

@@ -14,7 +14,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator, fields_of, spectrum_of, wrapped
+from varcontact.elasticity.operators import (
+    GridOperator,
+    RestrictedOperator,
+    fields_of,
+    spectrum_of,
+    wrapped,
+)
 from varcontact.system.process import lazy_property
 
 Product = Callable[[np.ndarray], np.ndarray]
@@ -25,7 +31,8 @@ KERNELS = 16
 WIDER = 1.125
 """Width of the periodic box of the preconditioner, divided by that of the contact."""
 CAUSAL = 0.03
-"""In rolling, particles carry displacements along: a weight that falls to this along x over one period."""
+"""In rolling, particles carry displacements along: a weight that falls to this along x over one
+period."""
 STICK_SHIFT = 0.05
 """Added to the symbol in the stick area."""
 SKEW = 0.3
@@ -40,7 +47,9 @@ def fast_box(rows: int, columns: int) -> tuple[int, int]:
 
 
 def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
-    """Product of a symmetric symbol (xx, xy, yy; or one) with the transform of two components (or of one)."""
+    """Product of a symmetric symbol (xx, xy, yy; or one) with the transform of two components (or
+    of one).
+    """
     if len(symbol) == 1:
         return symbol * transform
     xx, xy, yy = symbol
@@ -55,7 +64,8 @@ def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
 
 
 class Kernel:
-    """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for one component.
+    """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for
+    one component.
 
     `shape`: (ny, nx) of the box.
     """
@@ -72,19 +82,28 @@ class Kernel:
 
     @lazy_property
     def halved(self) -> Kernel:
-        """That of elements twice as large, in units of displacement that are so, too: means over the small ones."""
+        """That of elements twice as large, in units of displacement that are so, too: means over
+        the small ones.
+        """
         numbers = self.numbers
         for axis in (1, 2) if self.shape[0] > 1 else (2,):
             lines = np.moveaxis(numbers, axis, -1)
             last = lines.shape[-1] // 4 * 2  # even offset of small elements
-            padded, middle = np.pad(lines, ((0, 0), (0, 0), (1, 1)), "edge"), lines.shape[-1] // 2 + 1
-            before, same, after = (padded[..., middle - last + by : middle + last + by + 1 : 2] for by in (-1, 0, 1))
+            padded, middle = (
+                np.pad(lines, ((0, 0), (0, 0), (1, 1)), "edge"),
+                lines.shape[-1] // 2 + 1,
+            )
+            before, same, after = (
+                padded[..., middle - last + by : middle + last + by + 1 : 2] for by in (-1, 0, 1)
+            )
             numbers = np.moveaxis(same + (before + after) / 2, -1, axis)
         return Kernel(numbers / 2)
 
     @lazy_property
     def halved_in_rolling(self) -> Kernel:
-        """That of elements and a step of rolling twice as long: on half-spaces the numbers are the first of these."""
+        """That of elements and a step of rolling twice as long: on half-spaces the numbers are the
+        first of these.
+        """
         (ny, nx), (rows, columns) = self.shape, ((side + 1) // 2 for side in self.shape)
         return Kernel(self.numbers[:, ny - rows : ny + rows - 1, nx - columns : nx + columns - 1])
 
@@ -99,14 +118,17 @@ class Kernel:
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
-        return fields_of(symmetric_product(self.symbol, spectrum_of(traction, self._box)), self._box, self.shape)
+        return fields_of(
+            symmetric_product(self.symbol, spectrum_of(traction, self._box)), self._box, self.shape
+        )
 
 
 class SoftenedKernel:
-    """A kernel with numbers (c, ny, nx), float32, added to its diagonal: elements that give way to their own traction.
+    """A kernel with numbers (c, ny, nx), float32, added to its diagonal: elements that give way to
+    their own traction.
 
-    Tractions are divided by `scale` (ny, nx) and displacements multiplied by it, so that the diagonal is that of the
-    kernel: natural maps then treat a soft element as they treat the others.
+    Tractions are divided by `scale` (ny, nx) and displacements multiplied by it, so that the
+    diagonal is that of the kernel: natural maps then treat a soft element as they treat the others.
     """
 
     def __init__(self, kernel: Product, softening: np.ndarray) -> None:
@@ -138,11 +160,13 @@ class CurvedKernel:
 
 
 class Circulant:
-    """The windowed kernel on a periodic box, and its inverses: one for the stick area, one for the slip area.
+    """The windowed kernel on a periodic box, and its inverses: one for the stick area, one for the
+    slip area.
 
-    `rolling`: 1 or -1 where the bodies roll, by the direction; 0 in a shift. By how much more tractions act ahead of
-    them along x than behind: 0 in a shift, nearly all in steady rolling as long as a step is shorter than the box.
-    `growth`: the causal weight along x, (nx,), all ones in a shift. `symbol`: transform of the weighted kernel.
+    `rolling`: 1 or -1 where the bodies roll, by the direction; 0 in a shift. By how much more
+    tractions act ahead of them along x than behind: 0 in a shift, nearly all in steady rolling as
+    long as a step is shorter than the box. `growth`: the causal weight along x, (nx,), all ones in
+    a shift. `symbol`: transform of the weighted kernel.
     """
 
     def __init__(self, kernel: Kernel) -> None:
@@ -153,11 +177,15 @@ class Circulant:
         total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
         more = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
         self.rolling = 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
-        self.growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx)).astype(np.float32)
+        self.growth = np.exp(-self.rolling * np.log(CAUSAL) / columns * np.arange(nx)).astype(
+            np.float32
+        )
         y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
-        self.symbol = spectrum_of(wrapped(kernel.numbers * window.astype(np.float32), self._box), self._box)
+        self.symbol = spectrum_of(
+            wrapped(kernel.numbers * window.astype(np.float32), self._box), self._box
+        )
 
     @lazy_property
     def stick(self) -> np.ndarray:
@@ -165,10 +193,16 @@ class Circulant:
         return self.inverse(STICK_SHIFT)
 
     def inverse(self, shift: float) -> np.ndarray:
-        """Symbol (xx, xy, yy; or one) of the inverse of the kernel plus a number on its diagonal."""
+        """Symbol (xx, xy, yy; or one) of the inverse of the kernel plus a number on its
+        diagonal.
+        """
         if len(self.symbol) == 1:
             return 1 / (self.symbol + np.float32(shift))
-        xx, xy, yy = self.symbol[0] + np.float32(shift), self.symbol[1], self.symbol[2] + np.float32(shift)
+        xx, xy, yy = (
+            self.symbol[0] + np.float32(shift),
+            self.symbol[1],
+            self.symbol[2] + np.float32(shift),
+        )
         determinant = xx * yy - xy * xy
         inverse = np.array([yy, -xy, xx])
         inverse /= determinant
@@ -176,7 +210,11 @@ class Circulant:
 
     def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
         """Inverses (m, k, ...) times fields (c, k, ny, nx), both weighted by `growth`."""
-        return fields_of(symmetric_product(inverses, spectrum_of(fields, self._box)), self._box, self.kernel.shape)
+        return fields_of(
+            symmetric_product(inverses, spectrum_of(fields, self._box)),
+            self._box,
+            self.kernel.shape,
+        )
 
 
 def parzen(t: np.ndarray) -> np.ndarray:
@@ -198,8 +236,12 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     return kept[shape]
 
 
-def product_and_plain(operator: RestrictedOperator, shape: tuple[int, int]) -> tuple[Product, Kernel]:
-    """The operator on a box, and its kernel there; of a surface whose curvature varies that of the mean one."""
+def product_and_plain(
+    operator: RestrictedOperator, shape: tuple[int, int]
+) -> tuple[Product, Kernel]:
+    """The operator on a box, and its kernel there; of a surface whose curvature varies that of the
+    mean one.
+    """
     whole = operator.grid_operator
     plain = kernel(whole, shape)
     if whole.toeplitz:
@@ -210,8 +252,8 @@ def product_and_plain(operator: RestrictedOperator, shape: tuple[int, int]) -> t
 def unit(operator: GridOperator) -> float:
     """The influence that counts as one: that of an element on itself.
 
-    In steps of rolling shorter than half an element the neighbours have more: half of the influence of the nine
-    elements around then.
+    In steps of rolling shorter than half an element the neighbours have more: half of the influence
+    of the nine elements around then.
     """
     rows, columns = operator.shape
     own = operator.on(np.arange(1)).diagonal

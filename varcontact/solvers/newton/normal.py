@@ -23,8 +23,12 @@ from varcontact.solvers.newton.kernel import product_and_plain, unit
 from varcontact.solvers.newton.tangential import TangentialSystem
 
 
-def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
-    apart = RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
+def newton_normal(
+    problem: NormalProblem, settings: Settings, start: RawSolution | None = None
+) -> RawSolution:
+    apart = RawSolution(
+        np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved"
+    )
     if not np.isfinite(problem.distance).all():
         return replace(apart, status="NotANumber", solved=False)
     scaled = ScaledNormal.of(problem)
@@ -43,7 +47,8 @@ def _active_sets(problem: NormalProblem, settings: Settings, near: RawSolution) 
 class NormalConditions(GridConditions):
     """The normal problem on a box: `known` is h, less the approach where that is given (1, ny, nx).
 
-    Kernels of viscoelastic bodies are as skew as those of a step of rolling; their relaxation length stays as it is.
+    Kernels of viscoelastic bodies are as skew as those of a step of rolling; their relaxation
+    length stays as it is.
     """
 
     @property
@@ -57,11 +62,15 @@ class NormalConditions(GridConditions):
         """Positive only where the natural map has contact."""
         return np.where(trial > 0, np.maximum(traction, 0.0), 0.0)
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
+    def linearised(
+        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
+    ) -> TangentialSystem:
         """As of tractions that stick in contact, and elsewhere slip without a bound."""
         contact = (trial > 0) & self.contact
         right = np.where(contact, -shift, -traction)
-        return TangentialSystem(right, self, contact[0], 1.0 * ~contact, np.zeros(trial.shape), np.ones(trial[0].shape))
+        return TangentialSystem(
+            right, self, contact[0], 1.0 * ~contact, np.zeros(trial.shape), np.ones(trial[0].shape)
+        )
 
     def first(self) -> Point:
         """Without pressures; where a force is given, so near that all elements overlap."""
@@ -99,7 +108,9 @@ class ScaledNormal(GridProblem[NormalConditions]):
 
     def error(self, at: Point) -> float:
         pressure, approach = self.physical(at.traction, at.rigid)
-        elastic = self.box.values(at.shift)[0] * self.displacement - self.problem.distance + approach[0]
+        elastic = (
+            self.box.values(at.shift)[0] * self.displacement - self.problem.distance + approach[0]
+        )
         residual = normal_residual(self.problem, pressure, approach, elastic)
         return max(residual, normal_gap(self.problem, pressure, approach, elastic)[1])
 

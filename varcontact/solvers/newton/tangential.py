@@ -41,13 +41,17 @@ ACTIVE_SETS: TangentialSolver = counted(
 """The safeguarded TANG, from its own start."""
 
 
-def newton_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
+def newton_tangential(
+    problem: TangentialProblem, settings: Settings, start: RawSolution | None = None
+) -> RawSolution:
     """Solve the tangential problem by an inexact Newton method with products by FFT only.
 
     Memory is linear in the number of elements, and so, but for a small power, is the time.
     """
     assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
-    still = RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved")
+    still = RawSolution(
+        np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "Solved"
+    )
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return replace(still, status="NotANumber", solved=False)
     scaled = ScaledTangential.of(problem)
@@ -71,8 +75,12 @@ class TangentialConditions(GridConditions):
         return super().coarsens and self.flow is None
 
     def potential(self, trial: np.ndarray) -> Potential:
-        """The potential under trial tractions (c, ny, nx), which may raise the threshold of its flow."""
-        return Potential(self.bound, None if self.flow is None else self.flow.under(trial, self.bound))
+        """The potential under trial tractions (c, ny, nx), which may raise the threshold of its
+        flow.
+        """
+        return Potential(
+            self.bound, None if self.flow is None else self.flow.under(trial, self.bound)
+        )
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         return self.potential(trial).projected(trial, 1.0)
@@ -80,7 +88,9 @@ class TangentialConditions(GridConditions):
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
         return project(traction, self.bound)
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray) -> TangentialSystem:
+    def linearised(
+        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray
+    ) -> TangentialSystem:
         size = magnitude(trial)
         potential = self.potential(trial)
         slip = self.contact & potential.slips(trial, 1.0)
@@ -100,7 +110,9 @@ class TangentialConditions(GridConditions):
         stiff, turning = (stick * each for each in flow.tangent(image))
         grows = magnitude(image) > flow.threshold
         fields = stiff, turning, direction, grows
-        derivative = FlowDerivative(self.flow.columns, *(each.astype(np.float32) for each in fields))
+        derivative = FlowDerivative(
+            self.flow.columns, *(each.astype(np.float32) for each in fields)
+        )
         flowed = stick * flow.shift(image) + derivative(traction - image)
         return TangentialSystem(right - flowed, self, stick, along, across, held, derivative)
 
@@ -109,8 +121,8 @@ class TangentialConditions(GridConditions):
 class TangentialSystem(System):
     """Newton's equations at given tractions.
 
-    `along` and `across` are unit vectors (c, ny, nx) of the traction where it slips, else zero; `held` (ny, nx) is the
-    bound divided by the trial traction where it slips, else one.
+    `along` and `across` are unit vectors (c, ny, nx) of the traction where it slips, else zero;
+    `held` (ny, nx) is the bound divided by the trial traction where it slips, else one.
     """
 
     conditions: GridConditions
@@ -122,7 +134,9 @@ class TangentialSystem(System):
 
     @lazy_property
     def _single(self) -> list[np.ndarray]:
-        return [field.astype(np.float32) for field in (self.stick, self.along, self.across, self.held)]
+        return [
+            field.astype(np.float32) for field in (self.stick, self.along, self.across, self.held)
+        ]
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         stick, along, across, held = self._single
@@ -138,7 +152,9 @@ class TangentialSystem(System):
         return rows * self.conditions.forces.scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
+        """The two inverses of the circulant, blended by the slope, on what is not along slipping
+        tractions.
+        """
         stick, along, across, held = self._single
         inverses, weights, unweights = self._blend
         free = stick * right + (dot(across, right) / held) * across
@@ -148,7 +164,9 @@ class TangentialSystem(System):
 
     @lazy_property
     def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
+        """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and
+        of the results.
+        """
         contact, circulant = self.conditions.contact, self.conditions.plain.circulant
         slope = 1 / self.held - 1
         if self.flows is not None:
@@ -185,7 +203,11 @@ class ScaledTangential(GridProblem[TangentialConditions]):
         if moved == 0:
             return None
         load = min(moved, float(problem.bound.max()))
-        box, displacement, softening = Box.around(problem.operator), own * load, problem.operator.softening
+        box, displacement, softening = (
+            Box.around(problem.operator),
+            own * load,
+            problem.operator.softening,
+        )
         product, plain = product_and_plain(problem.operator, box.shape)
         scale: np.ndarray | float = 1.0
         if softening is not None:
@@ -194,8 +216,12 @@ class ScaledTangential(GridProblem[TangentialConditions]):
         sums = np.array([F for F in problem.force if F is not None]) / (problem.area * load)
         flow = problem.potential.flow
         if flow is not None:
-            threshold = np.where(box.field(problem.bound) > 0, box.field(flow.threshold) / load, np.inf)
-            flow = replace(flow, threshold=threshold, hardening=flow.hardening * displacement / load)
+            threshold = np.where(
+                box.field(problem.bound) > 0, box.field(flow.threshold) / load, np.inf
+            )
+            flow = replace(
+                flow, threshold=threshold, hardening=flow.hardening * displacement / load
+            )
         known = box.field(problem.rigid_shift) / displacement * scale
         forces = Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size), scale)
         bound = box.field(problem.bound) / load / scale
