@@ -5,7 +5,7 @@ gap.
 import numpy as np
 import pytest
 
-from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude
+from varcontact.interfaces.potential import Flow, FlowDerivative, Potential, magnitude, project
 
 N = 200
 
@@ -120,3 +120,17 @@ def test_both_of_two_potentials_have_the_smaller_bound():
     np.testing.assert_allclose(both, disk.projected(flow.projected(trial, 0.5), 1.0), rtol=1e-14)
     with pytest.raises(AssertionError):
         _ = flow & flow
+
+
+@pytest.mark.parametrize(("size", "kind"), [(1e200, float), (1e30, np.float32)])
+def test_lengths_whose_squares_overflow(size, kind):
+    """Of trial tractions by influence numbers that nearly vanish: 3, 4 and 5, and their
+    projection.
+    """
+    trial = np.array([[3.0, 3e-3], [4.0, 4e-3]]) * size
+    trial = trial.astype(kind)
+    with np.errstate(over="raise"):
+        np.testing.assert_allclose(magnitude(trial) / size, [5.0, 5e-3], rtol=1e-6)
+        np.testing.assert_allclose(
+            project(trial, np.array([1.0, 2.0])), [[0.6, 1.2], [0.8, 1.6]], rtol=1e-6
+        )

@@ -19,10 +19,13 @@ ROUNDING = 4 * float(np.finfo(float).eps)
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors (c, ...)."""
+    """Lengths of vectors (c, ...), with scaled components where their squares overflow."""
     if len(vectors) == 1:
         return np.abs(vectors[0])
-    return np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
+    with np.errstate(over="ignore"):
+        size = np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
+    overflows = not np.isfinite(size.max(initial=0.0))
+    return np.asarray(np.hypot(vectors[0], vectors[1])) if overflows else size
 
 
 def project(trial: np.ndarray, bound: np.ndarray) -> np.ndarray:
