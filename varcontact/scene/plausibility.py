@@ -238,13 +238,14 @@ def _pascals(units: Units | None) -> float | None:
 
 
 def _largest_friction(scene: Scene) -> float:
-    """The largest coefficient, static of a law, of all steps."""
-    given = (
-        each.static if isinstance(each, Law) else each
-        for each in scene.frictions
-        if each is not None
-    )
-    return max((float(np.max(each)) for each in given), default=0.0)
+    """The largest coefficient, static of a law, of all steps; those of other bounds are not known beforehand."""
+    largest = 0.0
+    for each in scene.frictions:
+        if isinstance(each, Law):
+            largest = max(largest, each.static)
+        elif isinstance(each, float | np.ndarray):
+            largest = max(largest, float(np.max(each)))
+    return largest
 
 
 def _largest(scene: Scene, name: str) -> float:
