@@ -294,6 +294,31 @@ def test_gravitational_stiffness_of_circles():
     assert found.gravitational_stiffness() == pytest.approx(-160e3 / (radius + wheel), rel=0.02)
 
 
+def test_wheel_sets_without_friction():
+    """Normal forces alone; with friction on one rail, its wheel rolls, and the other one slips
+    along.
+    """
+    found = wheel_set(3.0, friction=0.0).estimate()
+    for each in found.patches:
+        assert each.force[:2].tolist() == [0.0, 0.0]
+    assert found.power == 0
+    one_sided = wheel_set(3.0, friction=(0.0, 0.3)).estimate()
+    (patch,) = one_sided.right.patches
+    assert abs(patch.force[0]) < 1e-3 * 0.3 * 80e3
+    assert -ROLLING.speed / one_sided.velocity.pitch_rate == pytest.approx(
+        one_sided.right.case.locus.radii[one_sided.right.case.locus.gap.argmin()], rel=1e-3
+    )
+
+
+def test_wheel_sets_have_the_default_accuracy_and_its_error_bars():
+    """As wheels, though each exact solution of the balance follows another one."""
+    found = wheel_set(0.0, dx=None, dy=None, free=()).solve()
+    for wheel in found.wheels:
+        assert np.all(wheel.error[:2] > 0)
+        assert np.all(wheel.error[:2] < 0.02 * 0.3 * 80e3)
+    assert found.errors["z"] > 0
+
+
 def test_error_bars_come_with_the_grids_that_are_chosen():
     found = wheel_set(3.0, dx=None, dy=None).solve(accuracy=0.05)
     exact = wheel_set(3.0, dx=0.25, dy=0.25).solve()
@@ -384,7 +409,8 @@ test_what_is_refused = refusals(
     ({"torque": 1e6, "free": ("roll",)}, "torque: nothing is free to balance it"),
     ({"z": 0.1}, "vertical_force"),
     ({"friction": (0.3, -1.0)}, "friction"),
-    ({"friction": 0.0}, "without friction nothing else"),
+    ({"friction": 0.0, "free": ("yaw",)}, "nothing else is determined where friction = 0"),
+    ({"friction": 0.0, "torque": 1e6}, "torque .* 0 where friction = 0"),
     of=wheel_set,
 )
 

@@ -116,12 +116,25 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
                     f"{name}: nothing is free to balance it; add {' or '.join(balancing)} to free"
                 )
                 raise SceneError(name, getattr(self, name), message=reason)
-        for side in SIGN:
-            friction = self.wheel(side, 0.0).friction  # its entries are checked
-            if friction == 0 and not set(self.free) <= {"y", "roll"}:
+        self._check_frictionless()
+
+    def _check_frictionless(self) -> None:
+        """Without friction any pitch rate is that of free rolling; of the rest, y and roll alone
+        are determined.
+        """
+        # their entries are checked
+        without = [self.wheel(side, 0.0).friction == 0 for side in SIGN]
+        if any(without) and not set(self.free) <= {"y", "roll", "pitch_rate"}:
+            allowed = "y, roll or pitch_rate: nothing else is determined where friction = 0"
+            raise SceneError("free", self.free, allowed)
+        if all(without):
+            if self.torque != 0:
                 raise SceneError(
-                    "free", self.free, "y or roll: without friction nothing else is determined"
+                    "torque", self.torque, "0 where friction = 0: nothing else balances it"
                 )
+            object.__setattr__(
+                self, "free", tuple(name for name in self.free if name != "pitch_rate")
+            )
 
     @checks.named_options()
     def wheel(self, side: Side, z: float) -> WheelOnRail:
@@ -176,7 +189,8 @@ class WheelSetOnTrack(OnTrack, **dict.fromkeys(LOADS, checks.number)):
         certify : str, optional
             See `varcontact.solve`.
         **methods
-            See `WheelOnRail.solve`; a `time_budget` is refused, as wheels are
+            See `WheelOnRail.solve`: the default accuracy and its error bars
+            are those of wheels, too. A `time_budget` is refused, as wheels are
             solved as often as the balance asks for.
 
         Raises
