@@ -10,8 +10,9 @@ from tests.wheel_rail.conditions import DATA, WHEEL
 from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Velocity, case_file
-from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
+from varcontact.wheel_rail.case_file import read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
+from varcontact.wheel_rail.quantities import columns
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE
 
 CASE = """
@@ -159,7 +160,7 @@ def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
     assert told == [
         f"{done} of 3 wheels, y = {y} mm, right" for done, y in ((0, 1), (1, 2), (1, 2), (2, 900))
     ]
-    assert tuple(table.columns) == COLUMNS
+    assert tuple(table.columns) == columns(of_sets=False)
     assert table["outcome"].tolist() == ["solved", "solved", "refused"]
     assert "the wheel is beside the rail" in table["reason"][2]
     again = solve_cases(found, store, told.append)

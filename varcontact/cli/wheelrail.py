@@ -17,11 +17,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-PRINTED = (
-    "position", "side", "y", "on_rail", "on_wheel", "angle", "vx", "vy", "spin", "FN", "Fx", "Fs", "peak_pressure"
-)  # fmt: skip
-
-
 @opt.takes("tangential", *opt.TARGET)
 def wheelrail(
     case: Annotated[
@@ -82,9 +77,14 @@ def wheelrail(
 
 def _report(table: pd.DataFrame) -> str:
     from varcontact.study.csv_table import rows_of_text
+    from varcontact.wheel_rail.quantities import printed_columns
 
     solved = table[table["outcome"] == "solved"]
-    lines = rows_of_text(solved.to_dict("records"), PRINTED, "error_{}") if len(solved) else []
+    lines = (
+        rows_of_text(solved.to_dict("records"), printed_columns(), "error_{}")
+        if len(solved)
+        else []
+    )
     for row in table.to_dict("records"):
         words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
         if words:

@@ -38,12 +38,12 @@ from varcontact.wheel_rail.doubts import warn
 from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.quantities import WORDS, axle_values, columns, wheel_values
 from varcontact.wheel_rail.regions import FrictionByAngle
-from varcontact.wheel_rail.result import PatchWear, WheelForces, WheelRailSolution, wear
+from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.slices import SLICES, ProfileSlices
 from varcontact.wheel_rail.solve import SIDE_BY_SIDE, solve_wheels_on_rails
 from varcontact.wheel_rail.track import Side, Track, WheelSet
-from varcontact.wheel_rail.virtual_penetration import FastPatch
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 from varcontact.wheel_rail.wheel_set import LOADS, WheelSetOnTrack
@@ -66,28 +66,6 @@ SIDES: dict[str, tuple[Side, ...]] = {
     "both": ("left", "right"),
     "set": (),
 }
-WORDS = ("side", "outcome", "reason", "warnings", "identity")
-COLUMNS = (
-    *("position", "side", "patch", "outcome", "reason", "warnings"),
-    *("y", "roll", "yaw", "z"),
-    *("location_x", "location_y", "location_z", "angle", "on_rail", "on_wheel", "rolling_radius"),
-    *("vx", "vy", "spin"),
-    *("FN", "Fx", "Fs", "Mz", "track_Fx", "track_Fy", "track_Fz"),
-    *("peak_pressure", "area", "T_gamma", "power", "wear_depth", "wear_volume"),
-    *("error_Fx", "error_Fs", "error_FN"),
-    "identity",
-)
-"""Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
-OF_SETS = (
-    *COLUMNS[:-1],
-    "pitch_rate",
-    "imbalance",
-    "Y_over_Q",
-    "nadal",
-    "T_gamma_error",
-    "identity",
-)
-"""Columns where wheel sets are solved, a row for each patch of both wheels."""
 GROUP = 4 * SIDE_BY_SIDE
 """Wheels of a table at most that are solved side by side: 256 take 13 % longer than all at once.
 
@@ -258,9 +236,9 @@ def solve_cases(
     Returns
     -------
     DataFrame
-        A row for each patch, with the columns `COLUMNS` (of wheel sets
-        `OF_SETS`): outcome is "solved"; where a wheel of several is not, it has
-        one row without figures, "not converged" or "refused", and the reason.
+        A row for each patch, with the quantities of
+        `varcontact.wheel_rail.quantities.QUANTITIES`: outcome is "solved"; where a wheel of several
+        is not, it has one row without figures, "not converged" or "refused", and the reason.
 
     Raises
     ------
@@ -279,11 +257,13 @@ def solve_cases(
 
     report = checks.progress(progress)
     names = [_identity(case, file) for case in file.cases]
-    total, columns = len(names), OF_SETS if isinstance(file.cases[0], WheelSetOnTrack) else COLUMNS
+    total = len(names)
+    names_of_columns = columns(of_sets=isinstance(file.cases[0], WheelSetOnTrack))
+    what = "a table of wheels on rails"
 
     with (
         opened(executor, workers) as pool,
-        Table.opened(store, columns, WORDS, "a table of wheels on rails") as table,
+        Table.opened(store, names_of_columns, WORDS, what) as table,
     ):
         rows = _kept(table, names, file.numbers)
         left = [k for k in range(total) if not rows[k]]
@@ -316,11 +296,11 @@ def solve_cases(
                 ]
                 table.write(list(chain(*rows)))
         except KeyboardInterrupt:
-            finished = pd.DataFrame(chain(*rows), columns=list(columns))
+            finished = pd.DataFrame(chain(*rows), columns=list(names_of_columns))
             raise Interrupted(
                 finished, f" after {sum(map(bool, rows))} of {total} wheels"
             ) from None
-    return pd.DataFrame(chain(*rows), columns=list(columns))
+    return pd.DataFrame(chain(*rows), columns=list(names_of_columns))
 
 
 def _in_groups(
@@ -402,61 +382,14 @@ def _rows(
         return [{**row, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}]
     if solved is not None:
         solved(found)
-    rows, texts = [], [str(each.message) for each in caught]
-    row |= {"outcome": "solved", "reason": "", "z": found.z}
-    if isinstance(found, WheelSetSolution):
-        at = found.position
-        row |= {"y": at.y, "roll": at.roll, "yaw": at.yaw, "imbalance": found.imbalance}
-        rate = found.velocity.pitch_rate
-        row["pitch_rate"] = -found.velocity.speed / case.wheelset.radius if rate is None else rate
-    for wheel in found.wheels if isinstance(found, WheelSetSolution) else (found,):
-        row |= {"side": wheel.case.side}
-        if isinstance(found, WheelSetSolution):
-            row |= {
-                "Y_over_Q": found.y_over_q(wheel.case.side),
-                "nadal": found.nadal(wheel.case.side),
-            }
-        if isinstance(wheel, WheelRailSolution):
-            texts += wheel.warnings
-            figures = [_figures(each) for each in wear(wheel, file.archard).patches]
-        else:
-            figures = [_fast_figures(wheel, each) for each in wheel.patches]
-        for k, each in enumerate(figures, 1):
-            rows.append({**row, "patch": k, **dict(zip(FIGURES, map(float, each), strict=False))})
+    texts = [str(each.message) for each in caught]
+    of_sets = isinstance(case, WheelSetOnTrack)
+    row |= {"outcome": "solved", "reason": ""} | axle_values(found, of_sets)
+    rows = []
+    for wheel in found.wheels:
+        side = wheel.case.side
+        texts += wheel.warnings
+        of_wheel = row | {"side": side} | wheel_values(found, side, of_sets)
+        for k, figures in enumerate(wheel.quantities(file.archard), 1):
+            rows.append({**of_wheel, "patch": k, **figures})
     return [{**each, "warnings": "; ".join(dict.fromkeys(texts))} for each in rows]
-
-
-FIGURES = (*COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")], "T_gamma_error")
-"""The columns from the location to the errors."""
-
-
-def _figures(worn: PatchWear) -> Iterator[Any]:
-    solved, patch, rolled = worn.solved, worn.solved.patch, worn.solved.patch.creepage
-    yield from (
-        *patch.location,
-        patch.angle,
-        patch.on_rail[0],
-        patch.on_wheel[0],
-        patch.rolling_radius,
-    )
-    yield from (rolled.vx, rolled.vy, rolled.spin)
-    yield from (solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track)
-    yield from (solved.peak_pressure, worn.area, worn.t_gamma, worn.power)
-    yield from (np.nan, np.nan) if worn.archard is None else (worn.depth.max(), worn.volume)
-    yield from (*solved.error, worn.t_gamma_error)
-
-
-def _fast_figures(wheel: WheelForces, patch: FastPatch) -> Iterator[Any]:
-    """Of a patch by the fast way, which has no errors."""
-    rolled, force, ellipse, origin = patch.creepage, patch.force, patch.ellipse, patch.frame.origin
-    on_wheel, outwards = wheel.case.on_wheel(origin, wheel.case.body(wheel.z))
-    t_gamma = 0.0 - float(force[:2] @ [rolled.vx, rolled.vy]) - patch.moment * rolled.spin
-    yield from (*origin, patch.angle, wheel.case.track.on_rail(origin[1:], wheel.case.side)[0])
-    yield from (on_wheel, wheel.case.wheelset.radius + outwards, rolled.vx, rolled.vy, rolled.spin)
-    yield from (force[2], *force[:2], patch.moment, *patch.force_on_track)
-    yield from (
-        ellipse.peak_pressure,
-        np.pi * ellipse.a * ellipse.b,
-        t_gamma,
-        t_gamma * rolled.speed / 1e3,
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from varcontact.plotting.style import (
 from varcontact.plotting.unit_labels import measure
 from varcontact.results.solution import Panel
 from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.quantities import Quantity, panels_of
 from varcontact.wheel_rail.result import PatchSolution
 
 if TYPE_CHECKING:
@@ -38,30 +40,12 @@ STEP = 0.05
 """Between points of a drawn curve [mm]."""
 NORMAL = 12.0
 """Length of the arrow of the largest normal force [mm]."""
-Columns = tuple[tuple[str, float, str], ...]
-"""Columns of a table that are drawn, with the factor and the label of each."""
-OVER_POSITIONS: Columns = (
-    ("on_rail", 1.0, "Contact on the rail, y [mm]"),
-    ("on_wheel", 1.0, "Contact on the wheel, y [mm]"),
-    ("angle", 1e3, "Contact angle [mrad]"),
-    ("rolling_radius", 1.0, "Rolling radius [mm]"),
-    ("vx", 1e3, "Longitudinal creepage [10⁻³]"),
-    ("vy", 1e3, "Lateral creepage [10⁻³]"),
-    ("spin", 1e3, "Spin [1/m]"),
-    ("FN", 1e-3, "Normal force [kN]"),
-    ("Fx", 1e-3, "Longitudinal force [kN]"),
-    ("Fs", 1e-3, "Lateral force [kN]"),
-    ("peak_pressure", 1.0, "Peak pressure [MPa]"),
-    ("T_gamma", 1.0, "T-gamma [N]"),
-)
-OVER_SWEEP: Columns = (
-    ("track_Fx", 1e-3, "Longitudinal force [kN]"),
-    ("track_Fy", 1e-3, "Lateral force [kN]"),
-    ("track_Fz", 1e-3, "Vertical force [kN]"),
-    ("peak_pressure", 1.0, "Peak pressure [MPa]"),
-    ("T_gamma", 1.0, "T-gamma [N]"),
-    ("angle", 1e3, "Contact angle [mrad]"),
-)
+ACROSS = 3
+"""Panels beside each other in pictures of many positions."""
+ROW = 0.2625
+"""Height of a row of panels over positions, by the width of the page."""
+ROW_OF_SWEEP = 0.3
+"""The same over a sweep, where each panel has its own axis."""
 CONTACTS = ("on_rail", "on_wheel")
 TITLES: dict[Panel, str] = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
@@ -196,28 +180,34 @@ def plot_positions(table: pd.DataFrame) -> Figure:
         if solved["y"].nunique() > 1
         else ("position", "Position")
     )
+    panels = panels_of("positions")
+    rows = math.ceil(len(panels) / ACROSS)
     with styled():
-        figure, axes = new_figure(4, 3, (PAGE, 1.05 * PAGE), sharex=True)
-        _draw_columns(axes, solved, over, OVER_POSITIONS)
-        for ax in axes[-3:]:
+        figure, axes = new_figure(rows, ACROSS, (PAGE, rows * ROW * PAGE), sharex=True)
+        _draw_panels(axes, solved, over, panels)
+        for ax in axes[-ACROSS:]:
             ax.set_xlabel(words)
         legend_below(axes[-2], columns=4)
         figure.draw_without_rendering()
     return figure
 
 
-def _draw_columns(axes: Sequence[Axes], rows: pd.DataFrame, over: str, columns: Columns) -> None:
-    """Columns of rows over another one, with their error bars if there are any: a line for each
-    patch of each wheel.
+def _draw_panels(
+    axes: Sequence[Axes], rows: pd.DataFrame, over: str, panels: Sequence[Quantity]
+) -> None:
+    """Quantities over a column, with error bars if there are any: a line for each patch of each
+    wheel.
     """
-    for ax, (name, factor, label) in zip(axes, columns, strict=False):
+    for ax, quantity in zip(axes, panels, strict=False):
+        panel = quantity.panel
+        assert panel is not None
         for i, (side, of_side) in enumerate(rows.groupby("side")):
             for patch, each in of_side.groupby("patch"):
                 line = "o-" if patch == 1 else "^:"
                 which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
-                error = each.get(f"error_{name}")
-                bars = None if error is None or error.isna().all() else factor * error
-                at, values = each[over], factor * each[name]
+                error = each.get(quantity.error_column)
+                bars = None if error is None or error.isna().all() else panel.factor * error
+                at, values = each[over], panel.factor * each[quantity.name]
                 ax.errorbar(
                     at,
                     values,
@@ -228,7 +218,9 @@ def _draw_columns(axes: Sequence[Axes], rows: pd.DataFrame, over: str, columns: 
                     capsize=2,
                     label=which,
                 )
-        ax.set_ylabel(label)
+        ax.set_ylabel(panel.label)
+    for ax in axes[len(panels) :]:
+        ax.set_visible(False)
 
 
 def plot_wear(worn: Wear) -> Figure:
@@ -283,28 +275,38 @@ def plot_wheel_sets(swept: xr.Dataset, case: WheelSetOnTrack | None = None) -> F
     entries = [str(name) for name in swept["z"].dims]
     if len(entries) != 1:
         raise SceneError("swept", entries, "a sweep over one entry: take the others by sel(...)")
-    (entry,), axle = entries, 0 if case is None else 1
+    (entry,) = entries
     rows = swept.to_dataframe().reset_index().dropna(subset="FN")
     cosine, sine = np.abs(np.cos(rows["angle"])), np.abs(np.sin(rows["angle"]))
+    rows["error_track_Fx"] = rows["error_Fx"]
     rows["error_track_Fy"] = cosine * rows["error_Fs"] + sine * rows["error_FN"]
     rows["error_track_Fz"] = sine * rows["error_Fs"] + cosine * rows["error_FN"]
-    rows = rows.rename(columns={"error_Fx": "error_track_Fx", "T_gamma_error": "error_T_gamma"})
+    panels = panels_of("sweep")
+    height = math.ceil(len(panels) / ACROSS)
+    drawn = height * ACROSS
+    if case is not None:
+        height += 1
     with styled():
-        figure, axes = new_figure(2 + axle, 3, (PAGE, (2 + axle) * 0.3 * PAGE))
-        _draw_columns(axes, rows, entry, OVER_SWEEP)
-        for ax in axes[:6]:
+        figure, axes = new_figure(height, ACROSS, (PAGE, height * ROW_OF_SWEEP * PAGE))
+        _draw_panels(axes[:drawn], rows, entry, panels)
+        for ax in axes[:drawn]:
             ax.set_xlabel(entry)
         if case is not None:
-            for ax, profile, name in zip(
-                axes[6:], (case.track.profile, case.wheelset.profile), CONTACTS, strict=False
-            ):
-                shape = profile.running.points(profile.running.sampled(STEP))
-                ax.plot(*shape.T, color="0.4")
-                for i, (_, y) in enumerate(rows.groupby("side")[name]):
-                    ax.plot(y, profile.z_at(y), "o", color=colour(i), markersize=3)
-                ax.invert_yaxis()
-                ax.set(xlabel="y [mm]", ylabel="z [mm]", title=f"contacts on the {profile.kind}")
-            axes[8].set_visible(False)
-        legend_below(axes[4], columns=4)
+            _draw_contacts(axes[drawn:], rows, case)
+        legend_below(axes[drawn - 2], columns=4)
         figure.draw_without_rendering()
     return figure
+
+
+def _draw_contacts(axes: Sequence[Axes], rows: pd.DataFrame, case: WheelSetOnTrack) -> None:
+    """The contact points of a sweep on both profiles."""
+    profiles = (case.track.profile, case.wheelset.profile)
+    for ax, profile, name in zip(axes, profiles, CONTACTS, strict=False):
+        shape = profile.running.points(profile.running.sampled(STEP))
+        ax.plot(*shape.T, color="0.4")
+        for i, (_, y) in enumerate(rows.groupby("side")[name]):
+            ax.plot(y, profile.z_at(y), "o", color=colour(i), markersize=3)
+        ax.invert_yaxis()
+        ax.set(xlabel="y [mm]", ylabel="z [mm]", title=f"contacts on the {profile.kind}")
+    for ax in axes[len(profiles) :]:
+        ax.set_visible(False)

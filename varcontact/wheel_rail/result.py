@@ -20,6 +20,7 @@ from varcontact.scene.plausibility import warn
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.wheel_rail import plausibility
 from varcontact.wheel_rail.position import Position
+from varcontact.wheel_rail.quantities import exact_values, report_lines
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
@@ -159,11 +160,6 @@ class PatchSolution:
         return self.solution.plot()
 
 
-def _peak_in_words(solved: PatchSolution) -> str:
-    error = solved.peak_pressure_error
-    return with_bar(solved.peak_pressure, error) if error > 0 else f"{solved.peak_pressure:.4g}"
-
-
 def forces_in_words(names: str, values: np.ndarray, errors: np.ndarray) -> str:
     """Forces [N] in kN, with their error bars."""
     pairs = zip(names.split(), values / 1e3, errors / 1e3, strict=True)
@@ -190,6 +186,32 @@ class WheelForces:
         """Of the middle of the axle."""
         position: Position = self.case.position
         return position
+
+    @property
+    def wheels(self) -> tuple[WheelForces, ...]:
+        """The wheels, from left to right."""
+        return (self,)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Those of exact solutions; estimates have none."""
+        return ()
+
+    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+        """Quantities of each patch, as in tables of wheels.
+
+        Parameters
+        ----------
+        archard : Archard or ArchardMap, optional
+            For depth and volume of wear.
+
+        Returns
+        -------
+        list of dict of str to float
+            By the names in `varcontact.wheel_rail.quantities.QUANTITIES`, in
+            mm, N, rad, N/mm^2 and W; NaN where an estimate has none.
+        """
+        raise NotImplementedError
 
     @property
     def force(self) -> np.ndarray:
@@ -263,6 +285,33 @@ class WheelRailSolution(WheelForces, Reported):
         prescribed = self.case.vertical_force is not None and self.case.with_friction
         return np.asarray(np.where([False, False, prescribed], found * 0.0, found))
 
+    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+        """Quantities of each patch, as in tables of wheels.
+
+        Parameters
+        ----------
+        archard : Archard or ArchardMap, optional
+            For depth and volume of wear.
+
+        Returns
+        -------
+        list of dict of str to float
+            By the names in `varcontact.wheel_rail.quantities.QUANTITIES`, in
+            mm, N, rad, N/mm^2 and W; NaN where there is none.
+
+        Examples
+        --------
+        >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+        >>> case = WheelOnRail(
+        ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40),
+        ...     wheelset=WheelSet(wheel=Profile.s1002()),
+        ...     position=Position(y=3.0), vertical_force=80e3, dx=1.0, dy=1.0)
+        >>> patch, = case.solve().quantities()
+        >>> print(f"{patch['on_rail']:.1f} mm, {patch['FN']:.0f} N")
+        -12.4 mm, 79825 N
+        """
+        return [exact_values(each) for each in wear(self, archard).patches]
+
     def report(self) -> str:
         """Forces of the wheel and of its patches, with their estimated errors
         or guaranteed bounds, in words.
@@ -283,12 +332,11 @@ class WheelRailSolution(WheelForces, Reported):
             f"height of the axle {self.z:.6g} mm",
             f"forces on the rail: {forces_in_words('Fx Fy Fz', self.force, self.error)}",
         ]
-        for k, each in enumerate(self.patches, 1):
-            lines += [
-                f"patch {k} at y = {each.patch.location[1]:.6g} mm, angle {each.patch.angle:.4g}, "
-                f"largest pressure {_peak_in_words(each)} N/mm^2",
-                f"  {forces_in_words('Fx Fs FN', each.force, each.error)}",
-            ]
+        for k, worn in enumerate(wear(self).patches, 1):
+            heading, *rest = report_lines(worn)
+            lines.append(f"patch {k} {heading}")
+            lines += [f"  {words}" for words in rest]
+            each = worn.solved
             bound = each.solution.certificate.force_bound
             if np.isfinite(bound[:2]).all():
                 lines.append(

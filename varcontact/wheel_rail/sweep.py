@@ -14,29 +14,18 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.study.parameters import changed, varied_values
 from varcontact.system.process import imported
-from varcontact.wheel_rail.case_file import OF_SETS, WORDS, CaseFile, solve_cases
+from varcontact.wheel_rail import quantities
+from varcontact.wheel_rail.case_file import CaseFile, solve_cases
+from varcontact.wheel_rail.quantities import KEYS
 from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
-UNITS = {
-    "mm": "y z location_x location_y location_z on_rail on_wheel rolling_radius wear_depth",
-    "rad": "roll yaw angle",
-    "1/mm": "spin",
-    "N": "FN Fx Fs track_Fx track_Fy track_Fz T_gamma T_gamma_error error_Fx error_Fs error_FN",
-    "N mm": "Mz",
-    "N/mm2": "peak_pressure",
-    "mm2": "area",
-    "W": "power",
-    "mm3/mm": "wear_volume",
-    "rad/s": "pitch_rate",
-}
-KEYS = ("position", "side", "patch")
-OF_AXLE = ("outcome", "reason", "warnings", "y", "roll", "yaw", "z", "pitch_rate", "imbalance")
-"""Columns that both wheels share; y, roll and yaw in a dataset are those that were found."""
-OF_WHEEL = ("Y_over_Q", "nadal")
+KEYS_OF = {"axle": KEYS[:1], "wheel": KEYS[:2], "patch": KEYS}
+"""The columns that tell rows apart, by what a quantity is of."""
 
 
 def _of_wheel_sets(given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -131,27 +120,23 @@ def sweep_wheel_sets(
     patches = max(1, int(table["patch"].max()))
     places = {"side": ["left", "right"], "patch": np.arange(1, patches + 1)}
     whole: dict[str, Any] = {"position": file.numbers, **places}
-    columns = {}
-    for name in (each for each in OF_SETS if each not in (*KEYS, "identity")):
-        keys = KEYS[: 1 if name in OF_AXLE else 2 if name in OF_WHEEL else 3]
-        known = table if len(keys) == 1 else table[table["outcome"] == "solved"]
-        column = (
-            known.groupby(list(keys))[name]
-            .first()
-            .to_xarray()
-            .reindex({key: whole[key] for key in keys})
-        )
-        values = (
-            column.to_numpy()
-            .astype(str if name in WORDS else float)
-            .reshape(*shape, *column.shape[1:])
-        )
-        units = next(
-            ({"units": unit} for unit, names in UNITS.items() if name in names.split()), {}
-        )
-        columns[f"found_{name}" if name in coordinates else name] = (
-            (*coordinates, *keys[1:]),
-            values,
-            units,
-        )
+    columns: dict[str, Any] = {}
+    for name in quantities.TEXTS:
+        texts = _filled(table, name, {"position": file.numbers}).astype(str)
+        columns[name] = (tuple(coordinates), texts.reshape(shape))
+    solved = table[table["outcome"] == "solved"]
+    for quantity in quantities.QUANTITIES:
+        keys = KEYS_OF[quantity.of]
+        rows = table if quantity.of == "axle" else solved
+        column = _filled(rows, quantity.name, {key: whole[key] for key in keys}).astype(float)
+        name = f"found_{quantity.name}" if quantity.name in coordinates else quantity.name
+        units = {"units": quantity.unit} if quantity.unit else {}
+        dimensions = (*coordinates, *keys[1:])
+        columns[name] = (dimensions, column.reshape(*shape, *column.shape[1:]), units)
     return xr.Dataset(columns, coords=coordinates | places)
+
+
+def _filled(rows: pd.DataFrame, name: str, keys: Mapping[str, Any]) -> np.ndarray:
+    """A column over all values of the keys, missing where there is no row."""
+    column = rows.groupby(list(keys))[name].first().to_xarray()
+    return np.asarray(column.reindex(keys).to_numpy())

@@ -46,7 +46,9 @@ from varcontact.wheel_rail.locus import Overlap, overlap
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.position import Velocity
 from varcontact.wheel_rail.profile import check_sides
+from varcontact.wheel_rail.quantities import fast_values
 from varcontact.wheel_rail.result import WheelForces
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 EPSILON = 0.55
@@ -117,15 +119,16 @@ class FastPatch:
         return np.asarray(self.frame.axes @ self.force)
 
     @property
-    def friction_power(self) -> float:
-        """``-(Fx vx + Fs vy + Mz spin)`` at the rolling velocity [W]; NaN by a theory that has no
-        moment.
-        """
+    def t_gamma(self) -> float:
+        """``-(Fx vx + Fs vy + Mz spin)`` [N]; NaN by a theory that has no moment."""
         rolled = self.creepage
-        t_gamma = -(
-            self.force[0] * rolled.vx + self.force[1] * rolled.vy + self.moment * rolled.spin
-        )
-        return float(t_gamma) * rolled.speed / 1e3
+        sliding = float(self.force[:2] @ [rolled.vx, rolled.vy])
+        return 0.0 - sliding - self.moment * rolled.spin
+
+    @property
+    def friction_power(self) -> float:
+        """T-gamma at the rolling velocity [W]; NaN by a theory that has no moment."""
+        return self.t_gamma * self.creepage.speed / 1e3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,6 +146,18 @@ class FastWheel(WheelForces):
 
     case: WheelOnRail
     patches: tuple[FastPatch, ...]
+
+    def on_rail(self, patch: FastPatch) -> np.ndarray:
+        """(y, z) of a patch in the coordinates of the rail's profile [mm]."""
+        return self.case.track.on_rail(patch.frame.origin[1:], self.case.side)
+
+    def on_wheel(self, patch: FastPatch) -> np.ndarray:
+        """(y, z) of a patch in the coordinates of the wheel's profile [mm]."""
+        return self.case.on_wheel(patch.frame.origin, self.case.body(self.z))
+
+    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+        """See `WheelRailSolution.quantities`; an estimate has no wear and no errors: NaN."""
+        return [fast_values(each, self) for each in self.patches]
 
 
 def estimate_wheel_on_rail(

@@ -17,6 +17,7 @@ from varcontact.wheel_rail.position import Position, Velocity
 from varcontact.wheel_rail.profile import Profile, flange
 from varcontact.wheel_rail.result import WheelForces, WheelRailSolution, forces_in_words
 from varcontact.wheel_rail.track import SIGN, Side, Track
+from varcontact.wheel_rail.wear_laws import Archard, ArchardMap
 from varcontact.wheel_rail.wheel_set import WheelSetOnTrack
 
 if TYPE_CHECKING:
@@ -70,13 +71,16 @@ class WheelSetSolution(WheelForces):
         """Left and right."""
         return self.left, self.right
 
+    def quantities(self, archard: Archard | ArchardMap | None = None) -> list[dict[str, float]]:
+        """See `WheelRailSolution.quantities`; patches of the left wheel come first."""
+        return [*self.left.quantities(archard), *self.right.quantities(archard)]
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Those of the wheel set and of its wheels, each once; by `estimate` of the wheel set
         alone.
         """
-        wheels = (each for each in self.wheels if isinstance(each, WheelRailSolution))
-        texts = [text for each in wheels for text in each.warnings]
+        texts = [text for each in self.wheels for text in each.warnings]
         return tuple(dict.fromkeys([*doubts(self.case), *texts]))
 
     @property
