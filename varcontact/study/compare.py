@@ -127,8 +127,8 @@ def compare(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=10, ny=10))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=10, ny=10))
     >>> table = vc.compare(scene, ["clarabel", "tang", "fastsim"])
     >>> table["outcome"].tolist(), bool((table["force_distance"] < [1e-6, 1e-6, 0.15]).all())
     (['solved', 'solved', 'approximate'], True)
@@ -245,8 +245,8 @@ class Comparison(pd.DataFrame):  # type: ignore[misc]  # pandas has no types, my
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=8, ny=8))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=8, ny=8))
     >>> table = vc.compare(scene, ["tang", "fastsim"])
     >>> len(table[table["outcome"] == "solved"])
     1

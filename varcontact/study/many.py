@@ -5,14 +5,16 @@ one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
+from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -127,8 +129,8 @@ def solve_many(
     >>> from dataclasses import replace
     >>> import varcontact as vc
     >>> wheel = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
     >>> scenes = [replace(wheel, motion=vc.Steady(vx=vx)) for vx in (0.5e-3, 1e-3, 4e-3)]
     >>> found = vc.solve_many(scenes)
     >>> print((found.Fx / (0.33 * found.normal_force)).round(3).values, bool(found.ok.all()))
@@ -136,103 +138,145 @@ def solve_many(
     """
     import xarray as xr
 
-    given = _checked(scenes)
-    tol, report = checks.positive("tol", tol), checks.progress(progress)
+    many = _checked(scenes)
+    tol = checks.positive("tol", tol)
+    report = checks.progress(progress)
     checks.choice("failures", failures, ("raise", "keep"))
     checks.flag("fields", fields)
-    accuracy = None if accuracy is None else checks.positive("accuracy", accuracy)
+    if accuracy is not None:
+        accuracy = checks.positive("accuracy", accuracy)
     bounded = checks.choice("certify", certify, ("gap", "full")) == "full"
-    steps = _steps(given[0])
-    if (fields or start is not None) and (steps or any(scene.grid == "auto" for scene in given)):
-        name, value = ("fields", True) if fields else ("start", start)
-        why = "scenes are histories" if steps else "a scene has no grid of its own"
-        raise SceneError(name, value, f"left out: {why}")
-    errors: dict[int, str] = {}
+    steps = _steps(many[0])
+    if fields:
+        _check_lattices(many, "fields", True)
+    elif start is not None:
+        _check_lattices(many, "start", start)
+    failed = _Failures(kept=failures == "keep")
+    for i, scene in enumerate(many):
+        with failed.of_scene(i):
+            _check_scene(scene, accuracy)
+    accepted = [i for i in range(len(many)) if i not in failed.messages]
+    report(f"{len(accepted)} scenes in batches")
+    near = None
+    if start is not None:
+        near = _near(start, many)
+    table = _Table.empty(len(many), steps, fields or bounded, bounded)
+    # in batches, those that fit
+    if steps:
+        batched = [] if bounded else accepted
+        answers, solved = march_batches(many, tol, batched)
+    else:
+        # bounds are of tractions alone, whose creepages have to be prescribed
+        batched = [i for i in accepted if not (bounded and _has_forces(many[i]))]
+        answers, solved = solve_batches(many, tol, accuracy, table.fields, near, batched)
+    table.put_batched(answers, solved)
+    if bounded:
+        table.put_bounds(many)
+    # one by one, the others
+    for i in accepted:
+        if table.ok[i]:
+            continue
+        report(f"scenes[{i}]: by itself")
+        with failed.of_scene(i):
+            options: Any = {"accuracy": _accuracy(many[i], accuracy), "certify": certify}
+            table.put(i, solve(many[i], tol=tol, **options))
+    columns = table.columns(steps, failed.messages)
+    if fields and table.fields is not None:
+        columns |= _field_arrays(table.fields, len(many))
+    return xr.Dataset(columns)
+
+
+@dataclass(frozen=True)
+class _Failures:
+    """Errors by the number of their scene, which are raised or kept."""
+
+    kept: bool
+    messages: dict[int, str] = field(default_factory=dict)
 
     @contextmanager
-    def numbered(i: int) -> Iterator[None]:
-        """An error gets the number of its scene, and is raised or kept."""
+    def of_scene(self, i: int) -> Iterator[None]:
+        """Give an error the number of its scene, and raise or keep it."""
         try:
             yield
         except VarcontactError as error:
-            errors[i] = f"scenes[{i}]: {error.args[0]}"
-            error.args = (errors[i],)
-            if failures == "raise":
+            message = f"scenes[{i}]: {error.args[0]}"
+            self.messages[i] = message
+            error.args = (message,)
+            if not self.kept:
                 raise
 
-    for i, scene in enumerate(given):
-        with numbered(i):
-            if fits(scene):
-                check_saturation(scene)
-            else:
-                SolveOptions.checked(
-                    scene, accuracy=None if isinstance(scene.grid, Grid) else accuracy
-                )
-    kept: Fields | None = {} if fields or bounded else None
-    names = (*FIGURES, *BARS, *(BOUNDS if bounded else ()))
-    found = {name: np.full((len(given), steps or 1), math.nan) for name in names}
-    ok, by = np.zeros(len(given), bool), np.full(len(given), "solve", dtype="<U7")
-    sound = [i for i in range(len(given)) if i not in errors]
-    report(f"{len(sound)} scenes in batches")
-    near = None if start is None else _near(start, given)
-    batched = [] if bounded and steps else sound
-    if bounded:  # of tractions alone, whose creepages have to be given
-        batched = [
-            i
-            for i in batched
-            if all(getattr(given[i].motion, name, None) is None for name in ("Fx", "Fy"))
-        ]
-    if steps:
-        answers, solved = march_batches(given, tol, batched)
-    else:
-        answers, solved = solve_batches(given, tol, accuracy, kept, near, batched)
-    for name, values in answers.items():
-        found[name][solved] = values.reshape(len(given), -1)[solved]
-    ok[solved], by[solved] = True, "batched"
-    for i, (traction, *_) in kept.items() if kept is not None and bounded else ():
-        for name, bound in zip(BOUNDS, certificate(given[i], traction).force_bound, strict=True):
-            found[name][i] = bound
-    for i in sound:
-        if solved[i]:
-            continue
-        report(f"scenes[{i}]: by itself")
-        with numbered(i):
-            options: Any = {
-                "accuracy": None if isinstance(given[i].grid, Grid) else accuracy,
-                "certify": certify,
-            }
-            solution = solve(given[i], tol=tol, **options)
-            ok[i] = True
-            for k, each in enumerate([solution] if isinstance(solution, Solution) else solution):
-                for name, value in figures(each).items():
-                    known = SHIFTS.get(name, name)
-                    if known in found:
-                        found[known][i, k] = value
-            if kept is not None and isinstance(solution, Solution):
-                kept[i] = (
-                    solution.traction,
-                    solution.traction_bound,
-                    solution.grid.x,
-                    solution.grid.y,
-                )
-    found["gap"] = found.pop("relative_gap")
-    if steps:
-        del found["friction_work"]
-    over = ("scene", "step") if steps else ("scene",)
-    columns: dict[str, Any] = {
-        name: (over, values if steps else values[:, 0]) for name, values in found.items()
-    }
-    messages = np.array([errors.get(i, "") for i in range(len(given))])
-    columns |= {"ok": ("scene", ok), "by": ("scene", by), "message": ("scene", messages)}
-    return xr.Dataset(columns | (_shown(kept, len(given)) if kept is not None and fields else {}))
+
+@dataclass(frozen=True)
+class _Table:
+    """Results of scenes as they are solved; figures as arrays over (scene, step)."""
+
+    figures: dict[str, np.ndarray]
+    ok: np.ndarray
+    solved_by: np.ndarray
+    fields: Fields | None
+
+    @classmethod
+    def empty(cls, count: int, steps: int | None, with_fields: bool, bounded: bool) -> _Table:
+        names = [*FIGURES, *BARS]
+        if bounded:
+            names += BOUNDS
+        return cls(
+            figures={name: np.full((count, steps or 1), math.nan) for name in names},
+            ok=np.zeros(count, bool),
+            solved_by=np.full(count, "solve", dtype="<U7"),
+            fields={} if with_fields else None,
+        )
+
+    def put_batched(self, answers: Mapping[str, np.ndarray], solved: np.ndarray) -> None:
+        """Enter the figures of the scenes that were solved in batches."""
+        for name, values in answers.items():
+            self.figures[name][solved] = values.reshape(len(self.ok), -1)[solved]
+        self.ok[solved] = True
+        self.solved_by[solved] = "batched"
+
+    def put_bounds(self, scenes: list[Scene]) -> None:
+        """Enter the guaranteed bounds of the tractions that were solved in batches."""
+        for i, (traction, *_) in (self.fields or {}).items():
+            bounds = certificate(scenes[i], traction).force_bound
+            for name, bound in zip(BOUNDS, bounds, strict=True):
+                self.figures[name][i] = bound
+
+    def put(self, i: int, solution: Solution | History) -> None:
+        """Enter the figures and the fields of a scene that was solved by itself."""
+        self.ok[i] = True
+        solutions = [solution] if isinstance(solution, Solution) else solution
+        for step, each in enumerate(solutions):
+            for name, value in figures(each).items():
+                column = SHIFTS.get(name, name)
+                if column in self.figures:
+                    self.figures[column][i, step] = value
+        if self.fields is not None and isinstance(solution, Solution):
+            grid = solution.grid
+            self.fields[i] = (solution.traction, solution.traction_bound, grid.x, grid.y)
+
+    def columns(self, steps: int | None, messages: Mapping[int, str]) -> dict[str, Any]:
+        """The columns of the dataset, with their dimensions."""
+        named = dict(self.figures)
+        named["gap"] = named.pop("relative_gap")
+        columns: dict[str, Any]
+        if steps:
+            del named["friction_work"]
+            columns = {name: (("scene", "step"), values) for name, values in named.items()}
+        else:
+            columns = {name: (("scene",), values[:, 0]) for name, values in named.items()}
+        columns["ok"] = ("scene", self.ok)
+        columns["by"] = ("scene", self.solved_by)
+        every_message = np.array([messages.get(i, "") for i in range(len(self.ok))])
+        columns["message"] = ("scene", every_message)
+        return columns
 
 
 def _checked(scenes: Iterable[Scene]) -> list[Scene]:
-    given = list(scenes) if isinstance(scenes, Iterable) else []
-    if not given:
+    many = list(scenes) if isinstance(scenes, Iterable) else []
+    if not many:
         raise SceneError("scenes", scenes, "one scene or more")
-    steps = _steps(given[0])
-    for i, scene in enumerate(given):
+    steps = _steps(many[0])
+    for i, scene in enumerate(many):
         if not isinstance(scene, Scene) or not isinstance(
             scene.motion, Steady | Shift | Transient | None
         ):
@@ -245,19 +289,43 @@ def _checked(scenes: Iterable[Scene]) -> list[Scene]:
                 scene.motion,
                 "a history of as many steps, if one is a history",
             )
-    return given
+    return many
+
+
+def _check_lattices(scenes: list[Scene], name: str, value: Any) -> None:
+    """Refuse an argument that is for scenes of one problem, with grids of their own."""
+    if _steps(scenes[0]):
+        raise SceneError(name, value, "left out: scenes are histories")
+    if any(scene.grid == "auto" for scene in scenes):
+        raise SceneError(name, value, "left out: a scene has no grid of its own")
+
+
+def _check_scene(scene: Scene, accuracy: float | None) -> None:
+    if fits(scene):
+        check_saturation(scene)
+    else:
+        SolveOptions.checked(scene, accuracy=_accuracy(scene, accuracy))
+
+
+def _accuracy(scene: Scene, accuracy: float | None) -> float | None:
+    """The accuracy that a scene is solved to; None on a grid of its own."""
+    return None if isinstance(scene.grid, Grid) else accuracy
+
+
+def _has_forces(scene: Scene) -> bool:
+    """True where a motion has a prescribed tangential force."""
+    motion = scene.motion
+    return isinstance(motion, Steady | Shift) and (motion.Fx is not None or motion.Fy is not None)
 
 
 def _steps(scene: Scene) -> int | None:
-    """Of a history."""
-    return (
-        scene.motion.steps
-        if isinstance(scene, Scene) and isinstance(scene.motion, Transient)
-        else None
-    )
+    """The number of steps of a history."""
+    if isinstance(scene, Scene) and isinstance(scene.motion, Transient):
+        return scene.motion.steps
+    return None
 
 
-def _near(start: Any, given: list[Scene]) -> Near:
+def _near(start: Any, scenes: list[Scene]) -> Near:
     """Tractions by their bound, and creepages, of a dataset of as many scenes."""
     over = FIELDS | {"vx": ("scene",), "vy": ("scene",)}
     try:
@@ -267,21 +335,23 @@ def _near(start: Any, given: list[Scene]) -> Near:
         }
     except (AttributeError, KeyError, TypeError, ValueError):
         named = {}
-    if not named or len(named["vx"]) != len(given):
+    if not named or len(named["vx"]) != len(scenes):
         raise SceneError("start", start, START)
     bound = named["traction_bound"][:, None]
     part = named["traction"] / np.where(bound > 0, bound, 1.0)
     return Near(part, np.stack([named["vx"], named["vy"]], axis=-1))
 
 
-def _shown(kept: Fields, count: int) -> dict[str, Any]:
+def _field_arrays(fields: Fields, count: int) -> dict[str, Any]:
     """Fields as arrays over the scenes, NaN beyond each scene's own grid."""
-    ny, nx = (max((each[1].shape[k] for each in kept.values()), default=0) for k in (0, 1))
+    shapes = [bound.shape for _, bound, _, _ in fields.values()]
+    ny = max((shape[0] for shape in shapes), default=0)
+    nx = max((shape[1] for shape in shapes), default=0)
     sizes = {"scene": count, "component": 2, "y": ny, "x": nx}
     arrays = {
         name: np.full([sizes[dim] for dim in dims], math.nan) for name, dims in FIELDS.items()
     }
-    for i, own in kept.items():
+    for i, own in fields.items():
         for array, values in zip(arrays.values(), own, strict=True):
             array[i][tuple(slice(n) for n in values.shape)] = values
     return {name: (FIELDS[name], array) for name, array in arrays.items()}

@@ -36,8 +36,10 @@ from varcontact.theories.on_grid import why_not
 if TYPE_CHECKING:
     import xarray as xr
 
-ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
-"""The names of creepages, and of the shifts that take their place."""
+ROLLING = ("vx", "vy", "spin")
+"""Names of the creepages."""
+SHIFTING = ("ux", "uy", "rotation")
+"""Names of the shifts that take their place."""
 
 
 @checks.named_options()
@@ -99,22 +101,26 @@ def scan(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
     >>> curve = vc.scan(scene, [(vx, 0.0, 0.0) for vx in (0.5e-3, 1e-3, 4e-3)])
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
-    options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
-    options |= {
+    options: dict[str, Any] = {
+        "normal": normal,
+        "tangential": tangential,
+        "coupling": coupling,
         "formulation": formulation,
         "method": method,
         "tol": tol,
         "polish": polish,
         "certify": certify,
+        "accuracy": accuracy,
+        "time_budget": time_budget,
     }
-    options |= {"accuracy": accuracy, "time_budget": time_budget}
-    report, solutions = checks.progress(progress), scanned(scene, creepages, progress, **options)
+    report = checks.progress(progress)
+    solutions = scanned(scene, creepages, progress, **options)
     with opened(executor, workers) as pool:
         if pool is None:
             return list(solutions)
@@ -139,7 +145,7 @@ def scanned(
     motions = _motions(scene, creepages)
     scenes = [replace(scene, motion=each) for each in motions]
     checked = SolveOptions.checked(scenes[0], progress=progress, **{"certify": "gap", **options})
-    for each in scenes[1:]:  # what does not apply to one of them is refused
+    for each in scenes[1:]:  # refuses options that do not apply to one of them
         checked.plan_for(each)
     if checked.target is not None:
         return (cast(Solution, adaptive.solve(each, checked)) for each in scenes)
@@ -155,13 +161,14 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
         allowed = "Steady or Shift with no prescribed force: a scan sets the creepages"
         raise SceneError("motion", motion, allowed)
     names = ROLLING if isinstance(motion, Steady) else SHIFTING
-    given = checks.numbers("creepages", creepages)
-    if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
+    triples = checks.numbers("creepages", creepages)
+    if triples.ndim != 2 or triples.shape[1] != 3 or triples.size == 0:
         words = ", ".join(names)
-        meant = f"; a single solution is [[{words}]]" if given.shape == (3,) else ""
-        allowed = f"of shape (k, 3), a row of {words} for each solution{meant}"
-        raise checks.wrong_shape("creepages", given.shape, allowed)
-    return [replace(motion, **dict(zip(names, triple, strict=True))) for triple in given.tolist()]
+        allowed = f"of shape (k, 3), a row of {words} for each solution"
+        if triples.shape == (3,):
+            allowed += f"; a single solution is [[{words}]]"
+        raise checks.wrong_shape("creepages", triples.shape, allowed)
+    return [replace(motion, **dict(zip(names, each, strict=True))) for each in triples.tolist()]
 
 
 @checks.named_options()
@@ -212,133 +219,168 @@ def creep_curve(
     >>> import numpy as np
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
     >>> curve = vc.creep_curve(scene, ["fastsim", "newton"], vx=np.linspace(0.0, 6e-3, 4))
     >>> print((curve.Fx / curve.limit).round(2).values)
     [[ 0.   -0.63 -0.91 -0.99]
      [ 0.   -0.68 -0.97 -1.  ]]
     """
-    import xarray as xr
-
     motion = scene.motion if isinstance(scene, Scene) else None
     if not isinstance(motion, Steady) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("scene", scene, "a Scene in steady rolling, with no prescribed force")
-    names = (
-        [methods]
-        if isinstance(methods, str)
-        else list(methods)
-        if isinstance(methods, Iterable)
-        else []
-    )
-    if not names or len({str(name) for name in names}) < len(names):
-        raise SceneError("methods", methods, "at least one name, none of them twice")
+    names = _method_names(methods)
     triples = creepages_over(motion, {"vx": vx, "vy": vy, "spin": spin})
     report = checks.progress(progress)
-    known = methods if isinstance(methods, Mapping) else {}
-    ways: dict[Any, dict[str, Any] | None] = {}
-    for name in names:  # refused before anything is solved
-        given = known.get(name, {})
-        if not isinstance(given, Mapping):
-            raise SceneError(f"methods[{name!r}]", given, 'a dict of options, as {"k_A": 0.3}')
-        ways[name] = _scan_options(scene, name)
-        if given and ways[name] is not None:
-            raise SceneError(
-                "methods",
-                name,
-                f"without options: only theories by formula have them, not {name} here",
-            )
-    found = []
-    for name, options in ways.items():
+    theory_options = methods if isinstance(methods, Mapping) else {}
+    scan_options = {  # unsuitable methods are refused before anything is solved
+        name: _scan_options(scene, name, theory_options.get(name, {})) for name in names
+    }
+    forces = []
+    for name, options in scan_options.items():
         report(f"{name}: {len(triples)} points")
         if options is None:
-            found.append(_by_formula(scene, name, triples, known.get(name, {})))
+            forces.append(_by_formula(scene, name, triples, theory_options.get(name, {})))
         else:
-            found.append(_forces(scene, triples, options))
-    Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
-    units = scene.units
-    unit = {} if units is None else {name: units.of(name) for name in ("force", "moment", "spin")}
+            forces.append(_by_scan(scene, triples, options))
+    return _curves(scene, names, triples, np.array(forces) + 0.0)  # no negative zeros
+
+
+def _method_names(methods: Any) -> list[Any]:
+    names: list[Any] = []
+    if isinstance(methods, str):
+        names = [methods]
+    elif isinstance(methods, Iterable):
+        names = list(methods)
+    if not names or len({str(name) for name in names}) < len(names):
+        raise SceneError("methods", methods, "at least one name, none of them twice")
+    return names
+
+
+def _curves(scene: Scene, names: list[Any], triples: np.ndarray, forces: np.ndarray) -> xr.Dataset:
+    """Dataset of the forces (method, point, 3) over the creepages (point, 3)."""
+    import xarray as xr
+
+    def with_unit(dims: Any, values: Any, quantity: str) -> tuple[Any, ...]:
+        unit = {} if scene.units is None else {"units": scene.units.of(quantity)}
+        return dims, values, unit
+
+    Fx, Fy, Mz = np.moveaxis(forces, -1, 0)
+    vx, vy, spin = triples.T
     over = ("theory", "point")
-    fields = {"Fx": (Fx, "force"), "Fy": (Fy, "force"), "Mz": (Mz, "moment")}
     data = {
-        name: (over, values, {"units": unit[of]} if unit else {})
-        for name, (values, of) in fields.items()
+        "Fx": with_unit(over, Fx, "force"),
+        "Fy": with_unit(over, Fy, "force"),
+        "Mz": with_unit(over, Mz, "moment"),
     }
-    points = {
-        name: ("point", values, {"units": unit["spin"] if name == "spin" else "1"} if unit else {})
-        for name, values in zip(ROLLING, triples.T, strict=True)
+    coordinates = {
+        "theory": names,
+        "vx": with_unit("point", vx, "1"),
+        "vy": with_unit("point", vy, "1"),
+        "spin": with_unit("point", spin, "spin"),
     }
-    force, limit = scene.hertz.force if scene.hertz is not None else scene.normal_force, np.nan
-    if force is not None and isinstance(scene.friction, float) and np.isfinite(scene.friction):
-        limit = scene.friction * force
-    return xr.Dataset(data, {"theory": names, **points}, {"limit": float(limit)})
+    return xr.Dataset(data, coordinates, {"limit": _friction_limit(scene)})
 
 
-def _forces(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
-    """Fx, Fy and Mz, by batches where no method is named."""
-    found, left = np.empty(triples.shape), np.ones(len(triples), bool)
+def _friction_limit(scene: Scene) -> float:
+    """Coefficient times normal force; NaN without a single coefficient."""
+    force = scene.normal_force
+    if scene.hertz is not None:
+        force = scene.hertz.force
+    if force is None or not isinstance(scene.friction, float) or not np.isfinite(scene.friction):
+        return float(np.nan)
+    return float(scene.friction * force)
+
+
+def _by_scan(scene: Scene, triples: np.ndarray, options: dict[str, Any]) -> np.ndarray:
+    """Fx, Fy and Mz, in batches where no method is named."""
+    forces = np.empty(triples.shape)
+    left = np.ones(len(triples), bool)
     if set(options.values()) <= {"auto", None}:
         scenes = [replace(scene, motion=motion) for motion in _motions(scene, triples)]
         figures, solved = solve_batches(scenes, TOLERANCE)
-        found[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
+        forces[solved] = np.stack([figures[name][solved] for name in ("Fx", "Fy", "Mz")], axis=-1)
         left = ~solved
     if left.any():
-        found[left] = [
-            [*sol.force, sol.moment] for sol in scan(scene, triples[left], certify=None, **options)
-        ]
-    return found
+        solutions = scan(scene, triples[left], certify=None, **options)
+        forces[left] = [[*sol.force, sol.moment] for sol in solutions]
+    return forces
 
 
 def creepages_over(motion: Any, ranges: Mapping[str, Any], mark: str = "") -> np.ndarray:
     """Creepages (k, 3) over ranges of some, with the motion's own for the others; errors name them
     with a `mark`.
     """
-    given = {
+    ranged = {
         name: checks.numbers(f"{mark}{name}", each)
         for name, each in ranges.items()
         if each is not None
     }
-    own = dict(zip(ROLLING, getattr(motion, "rigid", (0.0, 0.0, 0.0)), strict=True))
+    own = motion.rigid if isinstance(motion, Steady | Shift) else (0.0, 0.0, 0.0)
     try:
-        columns = np.broadcast_arrays(*np.atleast_1d(*(own | given).values()))
+        values = dict(zip(ROLLING, own, strict=True)) | ranged
+        columns = np.broadcast_arrays(*np.atleast_1d(*values.values()))
     except ValueError:
         columns = ()
-    if not given or not columns or columns[0].ndim != 1:
+    if not ranged or not columns or columns[0].ndim != 1:
         fields = ", ".join(f"{mark}{name}" for name in ROLLING)
-        shapes = ", ".join(f"{mark}{name} {np.shape(each)}" for name, each in given.items())
-        message = "give a range or several values for at least one; further ranges must have the same length"
-        raise SceneError(fields, shapes, message=f"{fields}: {message}; given: {shapes or 'none'}")
+        shapes = ", ".join(f"{mark}{name} {np.shape(each)}" for name, each in ranged.items())
+        message = (
+            f"{fields}: give a range or several values for at least one; "
+            f"further ranges must have the same length; given: {shapes or 'none'}"
+        )
+        raise SceneError(fields, shapes, message=message)
     return np.stack(columns, axis=-1)
 
 
-def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
+def _scan_options(
+    scene: Scene, name: Any, theory_options: Mapping[str, Any]
+) -> dict[str, Any] | None:
     """The options of a scan by a method; None for a theory that is evaluated for all creepages at
     once.
     """
-    single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
-    layer = scene.third_body
-    in_formula = layer is not None and not layer.yields and name.startswith("fastsim")
-    bare = replace(scene, third_body=None) if in_formula else scene
-    if name in VECTORISED and (single or name == "linear") and why_not(name, bare) == "":
+    if not isinstance(theory_options, Mapping):
+        raise SceneError(f"methods[{name!r}]", theory_options, 'a dict of options, as {"k_A": 0.3}')
+    if _has_formula(scene, name):
         return None
     method = Method.named(name)
-    return {
-        "normal": "auto" if method.plan(scene).normal == "hertz" else method.normal,
+    closed_form = method.plan(scene).normal == "hertz"
+    options = {
+        "normal": "auto" if closed_form else method.normal,
         "tangential": method.tangential or "auto",
         "formulation": method.formulation,
         "method": method.method,
-        "polish": True if method.polish else None,
+        "polish": method.polish or None,
     }
+    if theory_options:
+        allowed = f"without options: only theories by formula have them, not {name} here"
+        raise SceneError("methods", name, allowed)
+    return options
+
+
+def _has_formula(scene: Scene, name: Any) -> bool:
+    """True for a theory whose formula applies to the scene."""
+    single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
+    layer = scene.third_body
+    if layer is not None and not layer.yields and name.startswith("fastsim"):
+        scene = replace(scene, third_body=None)  # its compliance is in the formula
+    return name in VECTORISED and (single or name == "linear") and why_not(name, scene) == ""
 
 
 def _by_formula(
     scene: Scene, name: Any, triples: np.ndarray, options: Mapping[str, Any]
 ) -> np.ndarray:
-    hertz, layer = scene.hertz, scene.third_body
+    hertz = scene.hertz
     assert hertz is not None
-    friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
-    contact: dict[str, Any] = {} if layer is None else {"layer": layer.compliance}
-    contact |= {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
+    contact: dict[str, Any] = {
+        "a": hertz.a,
+        "b": hertz.b,
+        "bodies": scene.bodies,
+        "normal_force": hertz.force,
+    }
+    if scene.third_body is not None:
+        contact["layer"] = scene.third_body.compliance
     contact |= zip(ROLLING, triples.T, strict=True)
-    found = creep_forces(name, friction=friction, **contact | dict(options))
-    return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)
+    friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
+    forces = creep_forces(name, friction=friction, **contact | dict(options))
+    return np.stack([forces.Fx, forces.Fy, forces.Mz], axis=-1)

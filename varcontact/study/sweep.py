@@ -188,8 +188,8 @@ def sweep(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    ...     normal_force=106.7e3, friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
     >>> swept = vc.sweep(scene, {"friction": [0.2, 0.4], "motion.vx": [0.5e-3, 1e-3, 4e-3]})
     >>> dict(swept.sizes), bool((swept["outcome"] == "solved").all())
     ({'friction': 2, 'motion.vx': 3}, True)
