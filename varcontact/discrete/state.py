@@ -48,6 +48,7 @@ class ContactState:
     reasons: dict[str, str] = field(default_factory=dict)
     # of each pass of a coupling loop: its change, and the residual of the whole after it
     passes: tuple[tuple[float, float], ...] = ()
+    pass_count: int = 0  # of all loops so far, those within others too
     bound_pressure: np.ndarray | None = None
     # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
     slips: np.ndarray | None = None

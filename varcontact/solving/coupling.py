@@ -28,6 +28,9 @@ HELD = 15
 just vanished, acceleration would hold them there."""
 MEMORY = 6
 """Passes that the acceleration combines."""
+PASSES_MAX = 3000
+"""Passes of all loops together, those within others too: under a law unlike bodies have a loop in
+each pass. Scenes that converge take some hundreds (docs/robustness.md)."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,8 @@ def settled(
     """The state of the least residual after passes `one` until the field `unknown` stays; its
     `passes` tell of all.
 
-    They also end where solvers give up twice in a row with nothing gained, and with an error, as of
-    an iterate that is no contact any more.
+    They also end where solvers give up twice in a row with nothing gained, after `PASSES_MAX` in all
+    loops, and with an error, as of an iterate that is no contact any more.
     """
     state = best = replace(first, passes=((1.0, residual),))
     lost = failures = held = 0
@@ -69,7 +72,7 @@ def settled(
     found: list[np.ndarray] = []
     while len(state.passes) < limits.passes and lost < limits.patience and failures < 2:
         before, least = state.passes, best.passes[-1][1]
-        if least <= limits.tol or np.isnan(least):
+        if least <= limits.tol or np.isnan(least) or state.pass_count >= PASSES_MAX:
             break
         try:
             after, residual = one(state)
@@ -81,7 +84,8 @@ def settled(
             break
         given = [*given, state.unknown(unknown)][-MEMORY:]
         found = [*found, after.unknown(unknown)][-MEMORY:]
-        state = after = replace(after, passes=(*before, (distance(found[-1], given[-1]), residual)))
+        passes = (*before, (distance(found[-1], given[-1]), residual))
+        state = after = replace(after, passes=passes, pass_count=after.pass_count + 1)
         gained = residual < least
         best, lost = (after, 0) if gained else (best, lost + 1)
         failures = 0 if gained or all(after.solved.values()) else failures + 1
@@ -97,7 +101,7 @@ def settled(
             state = after.with_unknown(
                 unknown, np.clip(_mixed(found, changes), limits.least, limits.greatest)
             )
-    return replace(best, passes=state.passes)
+    return replace(best, passes=state.passes, pass_count=state.pass_count)
 
 
 def _mixed(found: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:

@@ -30,6 +30,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solving.contact_solver import ContactSolver, contact, with_normal_force
+from varcontact.solving.coupling import PASSES_MAX
 from varcontact.solving.friction_law import coefficient, weakening
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.surface_noise import noise_warning
@@ -436,9 +437,10 @@ def finish(
             words.append(no_guarantee(solution))
         if state.passes:
             change = state.passes[-1][0]
-            words = [
-                f"this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
-            ]
+            best = f"this is the best of {len(state.passes)} passes"
+            words = [f"{best}, the last of which changed {change:.1e}"]
+            if state.pass_count >= PASSES_MAX:
+                words.append(f"no more than {PASSES_MAX} passes are made in all loops together")
         why = "".join(f"; {word}" for word in words if word)
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{why}", residual, solution)
     return solution
