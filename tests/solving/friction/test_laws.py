@@ -273,27 +273,3 @@ def test_following_a_branch(line, holds):
         holds(after)
         assert part(after) > part(vc.solve(scene, start="slip")) + 1e-5
         sol = after
-
-
-@pytest.mark.slow
-def test_passes_of_all_loops_together_have_a_limit():
-    """Unlike bodies under a falling law in steps of 1e-4 elements have loops within loops."""
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=(1.0, 0.0909065276646415), nu=(0.36183813, 0.4044219)),
-        surface=vc.Paraboloids(1.0, 1.101838621988947),
-        normal_force=1e-3,
-        friction=vc.LinearFalling(
-            static=0.5, kinetic=0.2936375139277393, half_velocity=0.004957340621212248
-        ),
-        motion=vc.Steady(
-            vx=-0.006360391050488211,
-            vy=0.0030699653123443045,
-            spin=-0.011967077271925705,
-            dq=8.396265176676186e-07,
-        ),
-        grid=vc.Grid(nx=14, ny=14),
-    )
-    words = "no more than 1000 passes are made in all loops"
-    with pytest.raises(vc.NotConverged, match=words) as error:
-        vc.solve(scene)
-    assert error.value.solution.pressure.any()
