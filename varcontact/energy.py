@@ -42,8 +42,8 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 
 __all__ = [
-    "Certificate", "Posed", "complementary_energy", "gap", "normal_gap", "normal_residual", "posed",
-    "potential_energy", "tangential_residual"
+    "Certificate", "Posed", "complementary_energy", "gap", "normal_gap", "normal_residual",
+    "posed", "potential_energy", "tangential_residual"
 ]  # fmt: skip
 
 

@@ -23,12 +23,12 @@ from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.reference.creepage_coefficients import END, coefficient_splines
 from varcontact.system.files import check_replaceable, reading, write_whole
-from varcontact.theories.table import NEAR, book_of
+from varcontact.theories.table import NU_TOL, book_of
 from varcontact.theories.table_book import (
     AT_FULL,
+    FULL_SLIP_FACTOR,
     HALFWAY,
     KNEE,
-    MORE,
     ROOM,
     SPIN,
     TableBook,
@@ -161,8 +161,8 @@ def _entries(book: TableBook | None) -> dict[str, object]:
         "KNEE": KNEE,
         "ROOM": ROOM,
         "SPIN": SPIN,
-        "MORE": MORE,
-        "near": NEAR,
+        "MORE": FULL_SLIP_FACTOR,
+        "near": NU_TOL,
         "end": END,
     }
     constants |= {"nu": book.nu, "least": least, "greatest": greatest}

@@ -18,6 +18,6 @@ from varcontact.kinematics.rigid import (
 from varcontact.kinematics.wheel_set import WheelSetMotion, ball_between_planes, klingel_wavelength
 
 __all__ = [
-    "Creepages", "Frame", "RigidBody", "WheelSetMotion", "ball_between_planes", "creepages", "distance",
-    "klingel_wavelength", "rigid_slip", "rotation", "spin_pole"
+    "Creepages", "Frame", "RigidBody", "WheelSetMotion", "ball_between_planes", "creepages",
+    "distance", "klingel_wavelength", "rigid_slip", "rotation", "spin_pole"
 ]  # fmt: skip

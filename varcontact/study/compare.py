@@ -24,10 +24,10 @@ from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures
 from varcontact.study.parameters import named_scenes
 
 COLUMNS = (
-    "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach", "gap",
-    "relative_gap", "residual", "force_bound", "force_distance", "traction_distance", "misclassified",
-    "iterations", "normal_seconds", "tangential_seconds", "certificate_seconds", "setup_seconds",
-    "repeat_seconds", "total_seconds", "calls", "identity"
+    "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach",
+    "gap", "relative_gap", "residual", "force_bound", "force_distance", "traction_distance",
+    "misclassified", "iterations", "normal_seconds", "tangential_seconds", "certificate_seconds",
+    "setup_seconds", "repeat_seconds", "total_seconds", "calls", "identity"
 )  # fmt: skip
 STAGES = ("normal", "tangential", "certificate", "total")
 WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTITIES = (
-    "normal_force", "Fx", "Fy", "Mz", "vx", "vy", "approach", "contact_area", "stick_area", "slip_area",
-    "pressure_norm", "traction_norm"
+    "normal_force", "Fx", "Fy", "Mz", "vx", "vy", "approach", "contact_area", "stick_area",
+    "slip_area", "pressure_norm", "traction_norm"
 )  # fmt: skip
 """What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are
 ux and uy."""
 STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
 COLUMNS = (
-    "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual", *BOUNDS,
-    "iterations", "seconds", "memory", *STAIRCASE, "identity"
+    "method", "cells", "offset", "outcome", "reason", *QUANTITIES, "spin", "elements", "residual",
+    *BOUNDS, "iterations", "seconds", "memory", *STAIRCASE, "identity"
 )  # fmt: skip
 """What the table of solves says of each."""
 WORDS = ("method", "outcome", "reason", "identity")

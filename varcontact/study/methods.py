@@ -25,8 +25,8 @@ from varcontact.solving.warm_start import solve_in_turn
 from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
-    "convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "fastsim",
-    "fastsim-weighted", "linear", "vermeulen-johnson"
+    "convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL",
+    "tang", "fastsim", "fastsim-weighted", "linear", "vermeulen-johnson"
 )  # fmt: skip
 BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
 """Columns of the guaranteed bounds on the errors of forces and moment."""

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "scene", "kind", "way", "family", "cells", "outcome", "reason", "error", "bar", "seconds",
-    "processor_seconds", "setup_seconds", "repeat_seconds", "memory", "residual", "relative_gap", "identity"
+    "processor_seconds", "setup_seconds", "repeat_seconds", "memory", "residual", "relative_gap",
+    "identity"
 )  # fmt: skip
 WORDS = ("scene", "kind", "way", "family", "outcome", "reason", "identity")
 TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)

@@ -34,10 +34,10 @@ from varcontact.theories.vermeulen_johnson import (
 )
 
 __all__ = [
-    "CreepForces", "FastsimField", "Resultants", "TableBook", "VermeulenJohnsonCoefficients", "creep_forces",
-    "creepage_for_force", "equivalent_ellipse", "fastrip", "fastsim", "fastsim_field", "fastsim_on_grid",
-    "fastsim_under_law", "flexibilities", "flexibility", "linear_creepage", "linear_forces", "polach",
-    "simplified_force", "simplified_linear_force", "simplified_traction", "strip", "table_forces",
-    "vermeulen_johnson", "vermeulen_johnson_coefficients", "vermeulen_johnson_creepage",
-    "vermeulen_johnson_traction"
+    "CreepForces", "FastsimField", "Resultants", "TableBook", "VermeulenJohnsonCoefficients",
+    "creep_forces", "creepage_for_force", "equivalent_ellipse", "fastrip", "fastsim",
+    "fastsim_field", "fastsim_on_grid", "fastsim_under_law", "flexibilities", "flexibility",
+    "linear_creepage", "linear_forces", "polach", "simplified_force", "simplified_linear_force",
+    "simplified_traction", "strip", "table_forces", "vermeulen_johnson",
+    "vermeulen_johnson_coefficients", "vermeulen_johnson_creepage", "vermeulen_johnson_traction"
 ]  # fmt: skip

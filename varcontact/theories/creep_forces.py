@@ -137,7 +137,8 @@ def creep_forces(
     Examples
     --------
     >>> import varcontact as vc
-    >>> contact = dict(a=6e-3, b=4e-3, bodies=vc.Bodies(G=82e9, nu=0.28), normal_force=1e5, friction=0.3)
+    >>> steel = vc.Bodies(G=82e9, nu=0.28)
+    >>> contact = dict(a=6e-3, b=4e-3, bodies=steel, normal_force=1e5, friction=0.3)
     >>> for theory in ("linear", "vermeulen-johnson", "polach", "fastsim", "fastrip"):
     ...     found = vc.creep_forces(theory, **contact, vx=[1e-4, 1e-3, 1e-2])
     ...     print(f"{theory:18}", (found.Fx / 3e4).round(4))
@@ -149,13 +150,15 @@ def creep_forces(
     """
     formula = formula_of(theory, options)
     G, nu = elastic(bodies, G, nu)
-    a, b = positive_or_array("a", a), positive_or_array("b", b)
+    a = positive_or_array("a", a)
+    b = positive_or_array("b", b)
     limit = 1.0
     if theory != "linear":
-        limit = positive_or_array("friction", friction) * positive_or_array(
-            "normal_force", normal_force
-        )
-    vx, vy, spin = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
+        friction = positive_or_array("friction", friction)
+        limit = friction * positive_or_array("normal_force", normal_force)
+    vx = _finite("vx", vx)
+    vy = _finite("vy", vy)
+    spin = _finite("spin", spin)
     shapes = {
         "a": a,
         "b": b,
@@ -172,12 +175,10 @@ def creep_forces(
     contact = Contact(a, b, G, nu, limit, vx, vy, spin, slope, coefficients_of(a / b, nu, slope))
     Fx, Fy, Mz = formula(contact, **options)
     # in the common shape of all arguments, single numbers as floats
-    parts = Fx, Fy, Mz, vx, vy, spin
-    shape = (
-        ()
-        if all(isinstance(part, float) for part in parts)
-        else np.broadcast_shapes(*map(np.shape, parts))
-    )
+    parts = (Fx, Fy, Mz, vx, vy, spin)
+    shape: tuple[int, ...] = ()
+    if not all(isinstance(part, float) for part in parts):
+        shape = np.broadcast_shapes(*map(np.shape, parts))
     if shape == ():
         return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
     return CreepForces(*(np.broadcast_to(part, shape).copy() for part in (Fx, Fy, Mz)))
@@ -185,30 +186,25 @@ def creep_forces(
 
 def formula_of(theory: str, options: dict[str, Any]) -> Callable[..., Forces]:
     """The formula of a theory, which has these options; else they are refused."""
-    formula, known = (
-        VECTORISED[checks.choice("theory", theory, VECTORISED)],
-        OPTIONS.get(theory, ()),
-    )
-    for name in options:
-        if name not in known:
-            allowed = (
-                f"one of {', '.join(known)}{checks.nearest(name, known)}" if known else "left out"
-            )
-            raise SceneError(
-                name, options[name], message=f"{name} is no option of {theory}: must be {allowed}"
-            )
+    formula = VECTORISED[checks.choice("theory", theory, VECTORISED)]
+    names = OPTIONS.get(theory, ())
+    for name, value in options.items():
+        if name in names:
+            continue
+        allowed = "left out"
+        if names:
+            allowed = f"one of {', '.join(names)}{checks.nearest(name, names)}"
+        raise SceneError(name, value, message=f"{name} is no option of {theory}: must be {allowed}")
     return formula
 
 
 def elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
+    """Combined G and nu, checked: of bodies, or as they are."""
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
-        nu = (
-            float(nu)
-            if type(nu) is float and -1 < nu <= 0.5
-            else float_or_array(checks.poisson(nu))
-        )
+        if not (type(nu) is float and -1 < nu <= 0.5):  # single calls are frequent
+            nu = float_or_array(checks.poisson(nu))
         return positive_or_array("G", G), nu
     checks.elastic(bodies)
     if G is not None or nu is not None:
@@ -254,9 +250,14 @@ VECTORISED: dict[str, Callable[..., Forces]] = {
     "table": table_resultants,
 }
 """The theories of `creep_forces` by name."""
-OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book", "outside")} | {
-    name: ("m", "n", *(("layer",) if name.startswith("fastsim") else ()))
-    for name in VECTORISED
-    if name[:4] in ("stri", "fast")
+OPTIONS: dict[str, tuple[str, ...]] = {
+    "polach": ("k_A", "k_S"),
+    "table": ("book", "outside"),
+    "strip": ("m", "n"),
+    "fastrip": ("m", "n"),
+    "fastsim": ("m", "n", "layer"),
+    "fastsim-elliptic": ("m", "n", "layer"),
+    "fastsim-weighted": ("m", "n", "layer"),
+    "fastsim-weighted-elliptic": ("m", "n", "layer"),
 }
 """Further arguments that a theory takes."""

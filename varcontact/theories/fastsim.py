@@ -145,9 +145,8 @@ def fastsim_forces(
     layer = at_least_zero("layer", layer, "zero or positive: a compliance")
     strips = divided(m, n, bound, division)
     steps = fastsim_steps(strips, c, flexibilities_of(c, flexibility) + layer)
-    Fx, Fy, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (
-        PEAK[bound] * c.limit
-    )
+    sums = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape)
+    Fx, Fy, by_x, by_y = sums * (PEAK[bound] * c.limit)
     return Fx, Fy, c.a * by_y - c.b * by_x
 
 
@@ -232,7 +231,8 @@ def fastsim_field(
     Examples
     --------
     >>> from varcontact.reference import creepage_coefficients
-    >>> field = fastsim_field(6.8, 6.5, 8e4, 45000.0, (0, 0, 0.00054), creepage_coefficients(6.8, 6.5, 0.25), n=3, m=6)
+    >>> table = creepage_coefficients(6.8, 6.5, 0.25)
+    >>> field = fastsim_field(6.8, 6.5, 8e4, 45000.0, (0, 0, 0.00054), table, n=3, m=6)
     >>> field.state
     array([[2, 2, 1, 1, 1],
            [1, 1, 1, 1, 1],
@@ -296,9 +296,11 @@ def fastsim_under_law(
 
     >>> import varcontact as vc
     >>> table = vc.reference.creepage_coefficients(1.0, 1.0, 0.25)
-    >>> law, creepage = vc.StaticKinetic(static=0.36, kinetic=0.3), (1.0, 0.0, 0.0)
+    >>> law = vc.StaticKinetic(static=0.36, kinetic=0.3)
+    >>> creepage = (1.0, 0.0, 0.0)
     >>> for start in ("stick", "slip"):
-    ...     field = fastsim_under_law(1.0, 1.0, 1.0, 10.0, law, creepage, table, m=50, n=50, start=start)
+    ...     field = fastsim_under_law(
+    ...         1.0, 1.0, 1.0, 10.0, law, creepage, table, m=50, n=50, start=start)
     ...     print(f"{field.force[0] / 3.0:.3f}")
     -0.840
     -0.829
@@ -323,18 +325,26 @@ def _field(
     """The field under Coulomb's law, or under another, with the normal force in place of the
     limit.
     """
-    strips, creepage = divided(m, n, bound, "printed"), np.array([c.vx, c.vy, c.spin])
-    L, peak = flexibilities_of(c, flexibility), PEAK[bound] * c.limit / (c.a * c.b)
+    strips = divided(m, n, bound, "printed")
+    creepage = np.array([c.vx, c.vy, c.spin])
+    L = flexibilities_of(c, flexibility)
+    peak = PEAK[bound] * c.limit / (c.a * c.b)
     edges = c.a * strips.edge[::-1, None]
-    x, y, dx = edges * strips.along, c.b * strips.across[::-1], strips.step * edges
+    x = edges * strips.along
+    y = c.b * strips.across[::-1]
+    dx = strips.step * edges
     bounds = peak * strips.peak[::-1, None] * strips.bounds
+    points = _Points(x, y, np.broadcast_to(dx, x.shape), bounds)
     mean = slip_flexibility(c.a, c.b, L, creepage)
-    traction, slip = _travel(
-        x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L, mean, law, start
-    )
-    state = np.where(np.any(slip != 0, axis=0), 2, 1)
+    traction, slip = _travel(points, creepage / L, mean, law, start)
     return FastsimField(
-        x[:, ::-1], y, dx[:, 0], c.b * float(strips.width[0]), traction, slip, state
+        x=x[:, ::-1],
+        y=y,
+        dx=dx[:, 0],
+        dy=c.b * float(strips.width[0]),
+        traction=traction,
+        slip=slip,
+        state=np.where(np.any(slip != 0, axis=0), 2, 1),
     )
 
 
@@ -381,20 +391,22 @@ def fastsim_on_grid(
     >>> print(fastsim_on_grid(grid, 1.0, 1.0, 1.0, [[0.4, 0.9, 0.9, 0.4]], (1.0, 0.0, 0.0))[0])
     [[-0.4  -0.9  -0.75 -0.25]]
     """
-    a, b, creepage = positive("a", a), positive("b", b), creepage_triple(creepage)
+    a = positive("a", a)
+    b = positive("b", b)
+    creepage = creepage_triple(creepage)
     L = numbers("flexibility", flexibility)
     if L.shape not in ((), (3,)):
         raise wrong_shape("flexibility", L.shape, "one number, or three for vx, vy and spin")
-    positives("flexibility", L if L.ndim == 0 or creepage[2] != 0 else L[:2])
+    without_spin = L.ndim == 1 and creepage[2] == 0
+    positives("flexibility", L[:2] if without_spin else L)
     bound = array("bound", bound, shape=grid.shape)
     require_all("bound", bound, bound >= 0, "zero or positive")
-    return marched_on_grid(grid, a, b, L, bound, creepage)[0]
+    return marched_on_grid(grid, (a, b), L, bound, creepage)[0]
 
 
 def marched_on_grid(
     grid: Grid,
-    a: float,
-    b: float,
+    semi_axes: tuple[float, float],
     L: np.ndarray,
     bound: np.ndarray,
     creepage: np.ndarray,
@@ -404,48 +416,57 @@ def marched_on_grid(
     """Tractions and relative slip, (2, ny, nx) each, as `fastsim_on_grid`; under a law `bound` is
     the pressure.
     """
+    a, b = semi_axes
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
     interval = np.clip(edge - x, 0.0, grid.sides[0])  # ahead of the edge nothing builds up
     inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
     mean = slip_flexibility(a, b, np.broadcast_to(L, 3), creepage)
-    return _travel(x, grid.y, interval, inside, creepage / L, mean, law, start)
+    return _travel(_Points(x, grid.y, interval, inside), creepage / L, mean, law, start)
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points in order of travel, and their bounds, which under a law are the pressures."""
+
+    x: np.ndarray  # (ny, k)
+    y: np.ndarray  # (ny,)
+    interval: np.ndarray  # ahead of each point (ny, k)
+    bound: np.ndarray  # (ny, k)
 
 
 def _travel(
-    x: np.ndarray,
-    y: np.ndarray,
-    interval: np.ndarray,
-    bound: np.ndarray,
-    gradient: np.ndarray,
-    L: float,
-    law: Law | None,
-    start: str,
+    points: _Points, gradient: np.ndarray, L: float, law: Law | None, start: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip, (2, ny, k) each, in order of rising x, of points that are in
-    order of travel.
+    """Tractions and relative slip, (2, ny, k) each, in order of rising x.
 
-    `gradient` has vx, vy and spin by their flexibilities, `L` is that by which tractions give the
-    slip. Under a law `bound` is the pressure.
+    `gradient`: vx, vy and spin over their flexibilities; `L`: the ratio of slip to tractions.
     """
     vx, vy, spin = gradient
+    x, y = points.x, points.y
     traction, slip = np.zeros((2, 2, *x.shape))
-    present, slid = np.zeros((2, y.size)), np.zeros(y.size, dtype=bool)
+    present = np.zeros((2, y.size))
+    slides = np.zeros(y.size, dtype=bool)
     for i in range(x.shape[1]):
-        step, pz = interval[:, i], bound[:, i]
+        step = points.interval[:, i]
+        bound = points.bound[:, i]
+        # the traction without slip in the interval
         free = present - step * np.array([vx - spin * y, vy + spin * (x[:, i] + step / 2)])
         size = np.hypot(*free)
-        limit = pz
+        # slip, and the bound there
         if law is None:
-            slid = size > pz
+            slides = size > bound
+            limit = bound
         else:
-            may_slip = (size > law.static * pz) | slid | (start == "slip")
-            speed = np.where(may_slip, _largest_slip(size, step / L, pz, law), 0.0)
-            slid, limit = speed > 0, law(speed) * pz
-        part = np.where(slid, limit / np.where(slid, size, 1.0), 1.0)
-        present = np.where(pz > 0, free * part, 0.0)  # nothing builds up ahead of the contact
+            may_slip = (size > law.static * bound) | slides | (start == "slip")
+            speed = np.where(may_slip, _largest_slip(size, step / L, bound, law), 0.0)
+            slides = speed > 0
+            limit = law(speed) * bound
+        # the traction with slip
+        part = np.where(slides, limit / np.where(slides, size, 1.0), 1.0)
+        present = np.where(bound > 0, free * part, 0.0)  # nothing builds up ahead of the contact
         traction[:, :, i] = present
-        slip[:, :, i] = np.where(slid, (present - free) * L / np.where(step > 0, step, 1.0), 0.0)
+        slip[:, :, i] = np.where(slides, (present - free) * L / np.where(step > 0, step, 1.0), 0.0)
     return traction[:, :, ::-1], slip[:, :, ::-1]
 
 
@@ -462,8 +483,8 @@ def _largest_slip(
         slope = stiffness + law.slope(slip) * pressure
         rises = (slip > 0) & (slope > 0)
         after = np.where(rises, np.maximum(slip - height / np.where(rises, slope, 1.0), 0.0), 0.0)
-        still = np.abs(after - slip) <= 4 * np.finfo(float).eps * slip
+        converged = np.abs(after - slip) <= 4 * np.finfo(float).eps * slip
         slip = after
-        if still.all():
+        if converged.all():
             break
     return slip

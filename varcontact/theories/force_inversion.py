@@ -16,6 +16,7 @@ from varcontact.theories.linear import creepage_or_force
 FARTHEST = 1e12
 """Farthest creepage looked for, in units of the one where friction is used up without spin."""
 HYBRID = {"maxfev": 60}
+"""Options of Powell's hybrid method: most evaluations of the forces."""
 
 
 def creepage_for_force(
@@ -74,14 +75,12 @@ def creepage_for_force(
     >>> print(fastsim(*contact, creepage, table).force.round(3) + 0.0)
     [20000.     0.]
     """
-    given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
-    given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
+    vx, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    vy, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
-    a, b, friction_force = (
-        positive("a", a),
-        positive("b", b),
-        positive("friction_force", friction_force),
-    )
+    a = positive("a", a)
+    b = positive("b", b)
+    friction_force = positive("friction_force", friction_force)
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
     options: dict[str, Any] = {"m": m, "n": n, "bound": bound, "flexibility": flexibility}
 
@@ -89,7 +88,7 @@ def creepage_for_force(
         return fastsim(a, b, G, friction_force, creepage, coefficients, **options).force
 
     carried = -float(force(np.array([FARTHEST * unit, 0.0, 0.0]))[0])
-    return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, carried)
+    return creepage_carrying(force, np.array([vx, vy, spin]), (Fx, Fy), unit, carried)
 
 
 def creepage_carrying(
@@ -114,23 +113,31 @@ def creepage_carrying(
         return force(np.array([x, y, spin]))
 
     def lateral(x: float) -> float:
-        return vy if Fy is None else _root(lambda y: float(at(x, y)[1]) - Fy, unit)
+        """vy for the prescribed Fy, at a vx."""
+        if Fy is None:
+            return vy
+        return _root(lambda y: float(at(x, y)[1]) - Fy, unit)
 
+    # both at once by Powell's hybrid method, which may fail near saturation
     if Fx is not None and Fy is not None:
         from scipy.optimize import root
 
-        # both at once by Powell's hybrid method, which may fail near saturation
-        quick = root(
-            lambda v: (at(*(unit * v)) - (Fx, Fy)) / carried, np.zeros(2), tol=1e-13, options=HYBRID
-        )
-        if np.all(np.abs(quick.fun) < 1e-11):
-            return np.array([*(unit * quick.x), spin])
-    x = vx if Fx is None else _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
+        def excess(scaled: np.ndarray) -> np.ndarray:
+            return (at(*(unit * scaled)) - (Fx, Fy)) / carried
+
+        hybrid = root(excess, np.zeros(2), tol=1e-13, options=HYBRID)
+        if np.all(np.abs(hybrid.fun) < 1e-11):
+            return np.array([*(unit * hybrid.x), spin])
+    # one inside the other
+    x = vx
+    if Fx is not None:
+        x = _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
     y = lateral(x)
-    found = at(x, y)
-    miss = max((abs(found[i] - F) for i, F in enumerate(prescribed) if F is not None), default=0.0)
-    if miss > 1e-9 * carried:
-        raise NotConverged("no creepages found for the prescribed force", miss / carried)
+    forces = at(x, y)
+    errors = [abs(forces[i] - F) for i, F in enumerate(prescribed) if F is not None]
+    error = max(errors, default=0.0)
+    if error > 1e-9 * carried:
+        raise NotConverged("no creepages found for the prescribed force", error / carried)
     return np.array([x, y, spin])
 
 

@@ -79,11 +79,9 @@ class Contact:
 
 def positive_or_array(field: str, value: Any) -> Any:
     """A positive number as a float, or several as an array; single calls are frequent."""
-    return (
-        value
-        if type(value) is float and SMALL <= value <= LARGE
-        else float_or_array(positives(field, value))
-    )
+    if type(value) is float and SMALL <= value <= LARGE:
+        return value
+    return float_or_array(positives(field, value))
 
 
 def float_or_array(value: np.ndarray) -> Any:
@@ -98,7 +96,9 @@ def checked_contact(
     """
     triples = creepage_triples(creepages)
     vx, vy, spin = triples.tolist() if triples.ndim == 1 else np.moveaxis(triples, -1, 0)
-    a, b, G = positive_or_array("a", a), positive_or_array("b", b), positive_or_array("G", G)
+    a = positive_or_array("a", a)
+    b = positive_or_array("b", b)
+    G = positive_or_array("G", G)
     limit = positive_or_array("friction_force", friction_force)
     others = {"nu": nu} if table is None else {"coefficients": table.C11}
     broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, **others})
@@ -126,7 +126,7 @@ def creepage_or_force(
 ) -> tuple[float, float | None]:
     """A creepage, 0 if not given, and the force prescribed in its place, checked by their names."""
     if prescribed is None:
-        return (0.0 if given is None else number(creepage, given)), None
+        return number(creepage, 0.0 if given is None else given), None
     if given is not None:
         message = f"{creepage} and {force} are both given: give one of them"
         raise SceneError(
@@ -137,10 +137,14 @@ def creepage_or_force(
 
 def linear_resultants(c: Contact) -> Forces:
     """Fx, Fy and Mz of `linear_forces`."""
-    ab, table = c.a * c.b, c.table
-    unit, by_spin = -c.G * ab, ab**0.5 * table.C23
-    Fx, Fy = (unit * table.C11) * c.vx, (unit * table.C22) * c.vy + (unit * by_spin) * c.spin
-    return Fx, Fy, (-unit * by_spin) * c.vy + (unit * ab * table.C33) * c.spin
+    ab = c.a * c.b
+    table = c.table
+    unit = -c.G * ab
+    by_spin = ab**0.5 * table.C23
+    Fx = (unit * table.C11) * c.vx
+    Fy = (unit * table.C22) * c.vy + (unit * by_spin) * c.spin
+    Mz = (-unit * by_spin) * c.vy + (unit * ab * table.C33) * c.spin
+    return Fx, Fy, Mz
 
 
 def linear_forces(
@@ -178,7 +182,8 @@ def linear_forces(
     Examples
     --------
     >>> from varcontact.reference import creepage_coefficients
-    >>> result = linear_forces(1.0, 1.0, 1.0, (0.0, 0.001, 0.0), creepage_coefficients(1.0, 1.0, 0.0))
+    >>> table = creepage_coefficients(1.0, 1.0, 0.0)
+    >>> result = linear_forces(1.0, 1.0, 1.0, (0.0, 0.001, 0.0), table)
     >>> print(f"{result.force[1]:.5f} {result.moment:.5f}")
     -0.00340 0.00133
     """
@@ -231,18 +236,18 @@ def linear_creepage(
     0.001000 -0.000393 0.001000
     """
     size = math.sqrt(positive("a", a) * positive("b", b))
-    pairs = ("vx", vx, "Fx", Fx), ("vy", vy, "Fy", Fy), ("spin", spin, "Mz", Mz)
-    given, prescribed = zip(*(creepage_or_force(*pair) for pair in pairs), strict=True)
+    vx, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    vy, Fy = creepage_or_force("vy", vy, "Fy", Fy)
+    spin, Mz = creepage_or_force("spin", spin, "Mz", Mz)
+    prescribed = (Fx, Fy, Mz)
     # F/(G ab) = -matrix @ (vx, vy, size * spin), and the moment divided by size too
     c = coefficients
     matrix = np.array([[c.C11, 0.0, 0.0], [0.0, c.C22, c.C23], [0.0, -c.C23, c.C33]])
     units = np.array([1.0, 1.0, size])
-    creepage = np.array(given) * units
+    creepage = np.array([vx, vy, spin]) * units
     unknown = [i for i, value in enumerate(prescribed) if value is not None]
-    force = np.array([0.0 if value is None else value for value in prescribed]) / (
-        positive("G", G) * size**2 * units
-    )
-    creepage[unknown] = np.linalg.solve(
-        matrix[np.ix_(unknown, unknown)], (-force - matrix @ creepage)[unknown]
-    )
+    force = np.array([0.0 if value is None else value for value in prescribed])
+    force = force / (positive("G", G) * size**2 * units)
+    right_side = (-force - matrix @ creepage)[unknown]
+    creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], right_side)
     return creepage / units

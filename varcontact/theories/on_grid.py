@@ -34,15 +34,23 @@ from varcontact.theories.vermeulen_johnson import (
 Theory = Callable[[Discretisation, ContactState], ContactState]
 """From the state with a pressure, dimensionless as the discretisation has it, to that with
 tractions and slip area."""
-MAX_CORRECTIONS, MISSED = 100, 1e-12
-"""Corrections of the tractions at most, and what of f Fz they may miss of the table book's
-forces."""
+MAX_CORRECTIONS = 100
+"""Most corrections of the tractions by which they carry the table book's forces."""
+RESULTANT_TOL = 1e-12
+"""Tolerance on the difference from the table book's forces, relative to f Fz."""
+GRADIENT_MAX = 1e9
+"""Gradient of Polach's formula that stands for full slip."""
 
 
 def why_not(name: str, scene: Scene) -> str:
-    """Why a theory of `THEORIES` cannot treat a scene, as the end of a sentence about it; empty
-    where it can.
+    """Reason why a theory of `THEORIES` cannot treat a scene, as the end of a sentence about it;
+    empty where it can.
     """
+    return _why_not_contact(scene) or _why_not_friction(name, scene) or _why_not_theory(name, scene)
+
+
+def _why_not_contact(scene: Scene) -> str:
+    """Reason for all theories: bodies, surface and motion."""
     if not isinstance(scene.bodies, Bodies):
         return "it is for half-spaces, and the bodies are none"
     if scene.third_body is not None:
@@ -53,27 +61,44 @@ def why_not(name: str, scene: Scene) -> str:
         return "it is for elliptic contacts"
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
-    if isinstance(scene.friction, Law):
-        if scene.friction.local:
-            return "it is for friction by slip alone, not by temperature, pressure or place"
-        if name in ("vermeulen-johnson", "strip", "fastrip", "polach", "table"):
-            return "it is for one finite coefficient of friction, not for a law"
-        if scene.friction.memory_distance > 0:
-            return "it is for friction without memory"
-        if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
-            return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
-    elif name != "linear" and not (
-        isinstance(scene.friction, float) and 0 < scene.friction < np.inf
-    ):
-        return "it is for one finite coefficient of friction"
+    return ""
+
+
+def _why_not_friction(name: str, scene: Scene) -> str:
+    friction = scene.friction
+    if isinstance(friction, Law):
+        return _why_not_law(name, friction, scene.motion)
+    if name == "linear" or (isinstance(friction, float) and 0 < friction < np.inf):
+        return ""
+    return "it is for one finite coefficient of friction"
+
+
+def _why_not_law(name: str, law: Law, motion: Any) -> str:
+    if law.local:
+        return "it is for friction by slip alone, not by temperature, pressure or place"
+    if name in ("vermeulen-johnson", "strip", "fastrip", "polach", "table"):
+        return "it is for one finite coefficient of friction, not for a law"
+    if law.memory_distance > 0:
+        return "it is for friction without memory"
+    if name != "linear" and (motion.Fx is not None or motion.Fy is not None):
+        return (
+            "under a law of friction the force may fall with creepage, "
+            "so that creepages are needed, not forces"
+        )
+    return ""
+
+
+def _why_not_theory(name: str, scene: Scene) -> str:
+    """Reason by the grid's edge, the table book's range, and spin."""
     if name != "linear" and scene.edge != "centres":
         return (
             f'its tractions are those at the centres of elements, and grid.edge is "{scene.edge}"'
         )
-    if name == "table" and scene.hertz is not None:
-        return why_not_in_book(scene.hertz.a / scene.hertz.b, scene.bodies.combined_nu)
-    if name == "vermeulen-johnson" and scene.motion.spin != 0:
-        return f"it is for rolling without spin, and spin is {scene.motion.spin:.3g}"
+    bodies, hertz, motion = scene.bodies, scene.hertz, scene.motion
+    if name == "table" and hertz is not None and isinstance(bodies, Bodies):
+        return why_not_in_book(hertz.a / hertz.b, bodies.combined_nu)
+    if name == "vermeulen-johnson" and isinstance(motion, Steady) and motion.spin != 0:
+        return f"it is for rolling without spin, and spin is {motion.spin:.3g}"
     return ""
 
 
@@ -83,21 +108,28 @@ class _Contact:
     """
 
     def __init__(self, disc: Discretisation, state: ContactState) -> None:
-        hertz, motion, law = disc.hertz, disc.loading.motion, disc.loading.law
+        hertz = disc.hertz
+        motion = disc.loading.motion
+        law = disc.loading.law
         friction = disc.loading.coefficient if law is None else law.static
         assert hertz is not None
         assert isinstance(motion, Steady)
         assert isinstance(friction, float)
-        self.disc, self.state, self.grid, self.motion = disc, state, disc.grid, motion
-        self.a, self.b, self.limit = hertz.a, hertz.b, friction * hertz.force
-        self.G, self.nu = disc.bodies.combined_G, disc.bodies.combined_nu
+        self.disc = disc
+        self.state = state
+        self.grid = disc.grid
+        self.motion = motion
+        self.a = hertz.a
+        self.b = hertz.b
+        self.limit = friction * hertz.force
+        self.G = disc.bodies.combined_G
+        self.nu = disc.bodies.combined_nu
         self.table = creepage_coefficients(hertz.a, hertz.b, self.nu)
-        # friction times Hertz's pressure, and times a parabolic one with the same total
         self.x, self.y = np.meshgrid(disc.grid.x, disc.grid.y)
+        # friction times Hertz's pressure, and times a parabolic one with the same total
         elliptic = friction * disc.scales.pressure * state.pressure
-        height = np.maximum(1 - (self.x / self.a) ** 2 - (self.y / self.b) ** 2, 0.0) * (
-            elliptic > 0
-        )
+        height = np.maximum(1 - (self.x / self.a) ** 2 - (self.y / self.b) ** 2, 0.0)
+        height = height * (elliptic > 0)
         self.bounds = {"elliptic": elliptic, "parabolic": elliptic.sum() * height / height.sum()}
 
     def at(self, creepage: Sequence[float] | np.ndarray) -> Contact:
@@ -113,15 +145,17 @@ class _Contact:
         self, creepage: np.ndarray, bound: str, flexibility: str = "separate"
     ) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slip by FASTSIM at the element centres."""
-        L, law = flexibilities_of(self.at(creepage), flexibility), self.disc.loading.law
-        limits = self.bounds[bound] / (1.0 if law is None else law.static)
-        return marched_on_grid(
-            self.grid, self.a, self.b, L, limits, creepage, law, self.state.branch
-        )
+        L = flexibilities_of(self.at(creepage), flexibility)
+        law = self.disc.loading.law
+        limits = self.bounds[bound]
+        if law is not None:
+            limits = limits / law.static
+        axes = (self.a, self.b)
+        return marched_on_grid(self.grid, axes, L, limits, creepage, law, self.state.branch)
 
 
-Found = tuple[np.ndarray, np.ndarray]
-"""Tractions (2, ny, nx), and where it slips."""
+Tractions = tuple[np.ndarray, np.ndarray]
+"""Tractions (2, ny, nx), and True for elements that slip (ny, nx)."""
 
 
 def _closed_form(
@@ -141,7 +175,7 @@ def _linear(disc: Discretisation, state: ContactState) -> ContactState:
 
 
 def _of(
-    tractions: Callable[..., Found],
+    tractions: Callable[..., Tractions],
     formula: Callable[[Contact], Forces] | None = None,
     **options: Any,
 ) -> Theory:
@@ -151,7 +185,9 @@ def _of(
     """
 
     def theory(disc: Discretisation, state: ContactState) -> ContactState:
-        contact, scales, step = _Contact(disc, state), disc.scales, disc.step
+        contact = _Contact(disc, state)
+        scales = disc.scales
+        step = disc.step
         assert step is not None
 
         def force(creepage: np.ndarray) -> np.ndarray:
@@ -160,16 +196,15 @@ def _of(
             return np.array(formula(contact.at(creepage))[:2])
 
         motion = contact.motion
-        limit = (
-            float(contact.bounds["elliptic"].sum()) * contact.grid.area
-            if formula is None
-            else contact.limit
-        )
+        limit = contact.limit
+        if formula is None:
+            limit = float(contact.bounds["elliptic"].sum()) * contact.grid.area
         unit = 3 * limit / (contact.G * contact.a * contact.b * contact.table.C11)
-        given, prescribed = np.array(motion.rigid), (motion.Fx, motion.Fy)
-        creepage = creepage_carrying(force, given, prescribed, unit, limit)
+        prescribed = np.array(motion.rigid)
+        creepage = creepage_carrying(force, prescribed, (motion.Fx, motion.Fy), unit, limit)
         traction, slips = tractions(contact, creepage, **options)
-        rigid = np.asarray((creepage - given)[:2] * step * scales.length / scales.displacement)
+        change = (creepage - prescribed)[:2]
+        rigid = np.asarray(change * step * scales.length / scales.displacement)
         return _closed_form(state, traction / scales.pressure, rigid, slips & (state.pressure > 0))
 
     return theory
@@ -177,58 +212,61 @@ def _of(
 
 def _fastsim(
     contact: _Contact, creepage: np.ndarray, bound: str = "parabolic", flexibility: str = "separate"
-) -> Found:
+) -> Tractions:
     """FASTSIM at the element centres."""
     traction, slip = contact.marched(creepage, bound, flexibility)
     return traction, np.any(slip, axis=0)
 
 
-def _strip(contact: _Contact, creepage: np.ndarray, kalker: bool) -> Found:
+def _strip(contact: _Contact, creepage: np.ndarray, kalker: bool) -> Tractions:
     """Strip theory; with Kalker's slopes FaStrip, whose tractions in the slip area point as those
     of FASTSIM.
     """
-    bound, peak = (
-        contact.bounds["elliptic"],
-        PEAK["elliptic"] * contact.limit / (contact.a * contact.b),
-    )
-    across, place = contact.grid.y[:, None] / contact.b, contact.grid.x[None, :] / contact.a
+    bound = contact.bounds["elliptic"]
+    peak = PEAK["elliptic"] * contact.limit / (contact.a * contact.b)
+    across = contact.grid.y[:, None] / contact.b
+    place = contact.grid.x[None, :] / contact.a
     edge = np.sqrt(np.maximum(1 - across**2, 0.0))
     X, Y, x_by_place, turn = strip_creepages(contact.at(creepage), kalker)
     x = X - across * x_by_place
     y = np.full_like(x, Y)
     d = slip_depth(x, y, turn, edge)
+    # the stick area: two circles
     outer = np.sqrt(np.maximum(edge**2 - place**2, 0.0))
     inner = np.sqrt(np.maximum((edge - d) ** 2 - (place - d) ** 2, 0.0))
     # the difference of the circles' heights by that of the squares
     less = 2 * (edge - place) / np.maximum(outer + inner, SMALLEST)
     sticking = -peak * np.stack([less * x, less * (y + turn * d) + turn * inner])
+    # the slip area: the bound in the direction of the rigid slip, or of FASTSIM
     toward = np.stack(np.broadcast_arrays(x, y + turn * place))
     if kalker:
         toward = -contact.marched(creepage, "parabolic")[0]
     size = np.hypot(*toward)
     slips = (place <= 2 * d - edge) & (bound > 0)
-    traction = np.where(
-        slips, -bound * toward / np.where(size > 0, size, 1.0), np.where(bound > 0, sticking, 0.0)
-    )
+    slipping = -bound * toward / np.where(size > 0, size, 1.0)
+    traction = np.where(slips, slipping, np.where(bound > 0, sticking, 0.0))
     size = np.hypot(*traction)
     return traction * np.minimum(1.0, bound / np.where(size > 0, size, 1.0)), slips
 
 
-def _vermeulen_johnson(contact: _Contact, creepage: np.ndarray) -> Found:
+def _vermeulen_johnson(contact: _Contact, creepage: np.ndarray) -> Tractions:
     """Tractions of the form that Vermeulen and Johnson assume, scaled to carry the force of
     Kalker's line exactly.
     """
-    a, b, limit, x, y = contact.a, contact.b, contact.limit, contact.x, contact.y
+    a, b = contact.a, contact.b
+    x, y = contact.x, contact.y
+    limit = contact.limit
     force = np.hypot(*vermeulen_johnson_forces(contact.at(creepage))[:2])
     traction = vermeulen_johnson_traction(x, y, a, b, contact.G, limit, creepage, contact.table)
     traction *= contact.state.pressure > 0
     carried = np.hypot(*contact.total(traction))
     r = max(1 - force / limit, 0.0) ** (1 / 3)
     stick = (x / a - (1 - r)) ** 2 + (y / b) ** 2 < r**2
-    return traction * (force / carried if carried > 0 else 0.0), ~stick
+    scale = force / carried if carried > 0 else 0.0
+    return traction * scale, ~stick
 
 
-def _polach(contact: _Contact, creepage: np.ndarray) -> Found:
+def _polach(contact: _Contact, creepage: np.ndarray) -> Tractions:
     """The force of Polach's formula, by the tractions he assumes: linear in x up to Hertz's bound.
 
     They have the direction of the force, are sampled at the element centres and scaled to carry
@@ -236,45 +274,51 @@ def _polach(contact: _Contact, creepage: np.ndarray) -> Found:
     """
     from scipy.optimize import brentq
 
-    a, b, limit = contact.a, contact.b, contact.limit
+    a, b = contact.a, contact.b
+    limit = contact.limit
     carried = np.array(polach_forces(contact.at(creepage))[:2])
     part = float(np.hypot(*carried)) / limit
-    gradient = 1e9  # e of the formula that carries this part of f Fz without spin
+
+    def excess(e: float) -> Any:
+        return 2 / np.pi * (e / (1 + e * e) + np.arctan(e)) - part
+
+    # e of the formula that carries this part of f Fz without spin
+    gradient = GRADIENT_MAX
     if part < 1 - 1e-9:
-        gradient = brentq(
-            lambda e: 2 / np.pi * (e / (1 + e * e) + np.arctan(e)) - part, 0.0, 1e9, xtol=1e-14
-        )
+        gradient = brentq(excess, 0.0, GRADIENT_MAX, xtol=1e-14)
     slope = gradient * PEAK["elliptic"] * limit / (a**2 * b)
     shape = -simplified_traction(contact.x, contact.y, a, b, 1.0, limit, slope, 0.0, "elliptic")[0]
     shape *= contact.state.pressure > 0
     total = shape.sum() * contact.grid.area
-    traction = np.multiply.outer(carried / total if total > 0 else np.zeros(2), shape)
+    per_shape = carried / total if total > 0 else np.zeros(2)
+    traction = np.multiply.outer(per_shape, shape)
     return traction, shape >= contact.bounds["elliptic"] * (1 - 1e-3)
 
 
-def _table(contact: _Contact, creepage: np.ndarray) -> Found:
+def _table(contact: _Contact, creepage: np.ndarray) -> Tractions:
     """Tractions that carry forces and moment of the table book, within the traction bound.
 
     A book has no tractions. To those of FASTSIM fields in proportion to the traction bound are
     added until all three resultants are met, or the bound is reached everywhere.
     """
-    limit, bound = contact.limit, contact.bounds["elliptic"]
+    limit = contact.limit
+    bound = contact.bounds["elliptic"]
     traction = contact.marched(creepage, "elliptic")[0]
-    size = float(np.sqrt(contact.a * contact.b))
-    wanted = np.array(table_resultants(contact.at(creepage))) / (1.0, 1.0, size)
-    x, y = contact.x / size, contact.y / size
-    zero, one = np.zeros_like(x), np.ones_like(x)
+    length = float(np.sqrt(contact.a * contact.b))
+    wanted = np.array(table_resultants(contact.at(creepage))) / (1.0, 1.0, length)
+    x, y = contact.x / length, contact.y / length
+    zero = np.zeros_like(x)
+    one = np.ones_like(x)
     moments = np.stack([[one, zero], [zero, one], [-y, x]]) * contact.grid.area
     fields = moments * bound
     matrix = np.einsum("icyx,jcyx->ij", moments, fields)
     for _ in range(MAX_CORRECTIONS):
         missing = wanted - np.einsum("icyx,cyx->i", moments, traction)
-        if np.abs(missing).max() < MISSED * limit:
+        if np.abs(missing).max() < RESULTANT_TOL * limit:
             break
         traction = traction + np.tensordot(np.linalg.solve(matrix, missing), fields, 1)
-        traction = traction * np.minimum(
-            1.0, bound / np.maximum(np.hypot(*traction), np.finfo(float).tiny)
-        )
+        size = np.maximum(np.hypot(*traction), np.finfo(float).tiny)
+        traction = traction * np.minimum(1.0, bound / size)
     return traction, np.hypot(*traction) >= bound * (1 - 1e-9)
 
 

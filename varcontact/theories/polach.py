@@ -57,12 +57,14 @@ def polach(
     With ``c^2 = ((C11 vx)^2 + (C22 vy)^2)/(vx^2 + vy^2)``, ``s^2 = vx^2 + s_y^2``, where s_y is the
     larger in size of vy and ``vy + spin a``, and ``e = pi G ab c s/(4 f Fz)``,
 
-        F = 2/pi f Fz [k_A e/(1 + (k_A e)^2) + arctan(k_S e)],    Fx = -F vx/s,    Fy = -F vy/s + F_s.
+        F = 2/pi f Fz [k_A e/(1 + (k_A e)^2) + arctan(k_S e)],
+        Fx = -F vx/s,    Fy = -F vy/s + F_s.
 
     For ``k_A = k_S = 1`` without spin that is the simplified theory under the
     elliptic bound. The part of spin is
 
-        F_s = 9/16 a f Fz q K spin/s,    q = 1 + 6.3 (1 - exp(-a/b)),    e_s = 8/3 G b (ab)^(1/2) C23 abs(s_y)/(f Fz q),
+        F_s = 9/16 a f Fz q K spin/s,    q = 1 + 6.3 (1 - exp(-a/b)),
+        e_s = 8/3 G b (ab)^(1/2) C23 abs(s_y)/(f Fz q),
         K = e_s (d^3/3 - d^2/2 + 1/6) - (1 - d^2)^(3/2)/3,    d = (e_s^2 - 1)/(e_s^2 + 1),
 
     with the sign that gives pure spin Kalker's slope. A total beyond f Fz is
@@ -73,7 +75,8 @@ def polach(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.25)
-    >>> print(polach(1.0, 1.0, 1.0, 1.0, [(0.1, 0, 0), (0, 0, 0.1), (1e3, 0, 0)], table).round(4) + 0.0)
+    >>> creepages = [(0.1, 0, 0), (0, 0, 0.1), (1e3, 0, 0)]
+    >>> print(polach(1.0, 1.0, 1.0, 1.0, creepages, table).round(4) + 0.0)
     [[-0.3851  0.    ]
      [ 0.     -0.1448]
      [-1.      0.    ]]
@@ -84,25 +87,30 @@ def polach(
 
 def polach_forces(c: Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
     """Fx and Fy of `polach`, which has no Mz; `k_A` and `k_S` are checked here."""
-    k_A, k_S = number("k_A", k_A), number("k_S", k_S)
+    k_A = number("k_A", k_A)
+    k_S = number("k_S", k_S)
     if not 0 < k_S <= k_A <= 1:
         raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
-    a, b, G, limit, vx, vy, spin, table = c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table
-    ab, slip = a * b, np.hypot(vx, vy)
+    a, b = c.a, c.b
+    vx, vy, spin = c.vx, c.vy, c.spin
+    G = c.G
+    limit = c.limit
+    table = c.table
+    ab = a * b
+    slip = np.hypot(vx, vy)
     front = vy + spin * a
     across = np.where(np.abs(front) > np.abs(vy), front, vy)
     total = np.hypot(vx, across)
     stiff = np.hypot(table.C11 * vx, table.C22 * vy)  # c |(vx, vy)|
     with np.errstate(divide="ignore", invalid="ignore"):
+        # the force by creepage
         gradient = np.pi * ab * G / (4 * limit) * (stiff / slip * total)
-        force = (
-            2
-            / np.pi
-            * limit
-            * (k_A * gradient / (1 + (k_A * gradient) ** 2) + np.arctan(k_S * gradient))
-        )
+        adhesion = k_A * gradient / (1 + (k_A * gradient) ** 2)
+        force = 2 / np.pi * limit * (adhesion + np.arctan(k_S * gradient))
         by_creepage = np.where(slip > 0, force / total, 0.0)
-        Fx, Fy = -by_creepage * vx, -by_creepage * vy
+        Fx = -by_creepage * vx
+        Fy = -by_creepage * vy
+        # the force by spin
         q = 1 - 6.3 * np.expm1(-a / b)
         e = 8 / 3 * G * b * np.sqrt(a * b) * table.C23 * np.abs(across) / (limit * q)
         rest = 2 / (e * e + 1)  # 1 - d, so that nothing cancels for large e

@@ -56,8 +56,11 @@ def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) ->
     >>> print(flexibilities(1.0, 1.0, 1.0, creepage_coefficients(1.0, 1.0, 0.25)).round(3))
     [0.648 0.727 0.536]
     """
-    a, b, G = positives("a", a), positives("b", b), positives("G", G)
-    L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
+    a = positives("a", a)
+    b = positives("b", b)
+    G = positives("G", G)
+    L1 = 8 * a / (3 * G * coefficients.C11)
+    L2 = 8 * a / (3 * G * coefficients.C22)
     L3 = np.pi * a**2 / (4 * G * np.sqrt(a * b) * coefficients.C23)
     return np.stack(np.broadcast_arrays(L1, L2, L3), axis=-1)
 
@@ -95,7 +98,8 @@ def flexibility(
     G L3 / a at a/b = 1; Table 4 has .534, from three digits of C23.
 
     >>> from varcontact.reference import creepage_coefficients
-    >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), creepage_coefficients(1.0, 1.0, 0.25)):.3f}")
+    >>> table = creepage_coefficients(1.0, 1.0, 0.25)
+    >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), table):.3f}")
     0.536
     """
     vx, vy, spin = np.abs(np.moveaxis(creepage_triples(creepages), -1, 0))
@@ -109,9 +113,7 @@ def flexibility(
 
 
 def flexibilities_of(c: Contact, kind: str) -> np.ndarray:
-    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three
-    times.
-    """
+    """Divisors of vx, vy and spin: the three flexibilities, or the weighted one three times."""
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
         creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
         weighted = flexibility(c.a, c.b, c.G, creepages, c.table)
@@ -171,12 +173,16 @@ def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarra
     >>> print(simplified_linear_force(1.0, 1.0, 8.0, (0.003, 0.0, 0.0)))
     [-0.001  0.   ]
     """
-    a, b, L = positives("a", a), positives("b", b), positives("L", L)
+    a = positives("a", a)
+    b = positives("b", b)
+    L = positives("L", L)
     vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
-    by_creepage, by_spin = 8 * a**2 * b / (3 * L), np.pi * a**3 * b / (4 * L)
+    by_creepage = 8 * a**2 * b / (3 * L)
+    by_spin = np.pi * a**3 * b / (4 * L)
     # 0 - 0 is no negative zero
-    along_x, along_y = 0.0 - by_creepage * vx, 0.0 - by_creepage * vy - by_spin * spin
-    return np.stack(np.broadcast_arrays(along_x, along_y), axis=-1)
+    Fx = 0.0 - by_creepage * vx
+    Fy = 0.0 - by_creepage * vy - by_spin * spin
+    return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
 
 
 def simplified_traction(
@@ -212,13 +218,17 @@ def simplified_traction(
 
     Examples
     --------
-    >>> print(simplified_traction([0.99, 0.0, -0.9], 0.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0)[0].round(4))
+    >>> tractions = simplified_traction([0.99, 0.0, -0.9], 0.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0)
+    >>> print(tractions[0].round(4))
     [-0.005 -0.5   -0.121]
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
-    a, b, L = positive("a", a), positive("b", b), positive("L", L)
+    a = positive("a", a)
+    b = positive("b", b)
+    L = positive("L", L)
     friction_force = positive("friction_force", friction_force)
-    vx, vy = number("vx", vx), number("vy", vy)
+    vx = number("vx", vx)
+    vy = number("vy", vy)
     peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
     inside = np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0)
     limit = peak * (inside if bound == "parabolic" else np.sqrt(inside))
@@ -274,10 +284,14 @@ def simplified_force(
 
     Examples
     --------
-    >>> print(f"{simplified_force(1.0, 1.0, 1.0, 1.0, 0.5, 0.0)[0]:.6f} {simplified_force(1, 1, 1, 1, 2, 0)[0]}")
-    -0.818490 -1.0
+    >>> for vx in (0.5, 2.0):
+    ...     print(f"{simplified_force(1.0, 1.0, 1.0, 1.0, vx, 0.0)[0]:.6f}")
+    -0.818490
+    -1.000000
     """
-    a, b, L = positive("a", a), positive("b", b), positive("L", L)
+    a = positive("a", a)
+    b = positive("b", b)
+    L = positive("L", L)
     friction_force = positive("friction_force", friction_force)
     vx, vy = np.broadcast_arrays(numbers("vx", vx), numbers("vy", vy))
     peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
@@ -287,7 +301,8 @@ def simplified_force(
         part = 2 / np.pi * (np.arctan(t) + t / (1 + t * t))
     else:  # with d = pi/2 - arccos(t) nothing of first order cancels
         t = np.minimum(t / 2, 1.0)
-        d, sine = np.arcsin(t), np.sqrt(1 - t * t)
+        d = np.arcsin(t)
+        sine = np.sqrt(1 - t * t)
         # int cos^4, less the 3 pi / 16 at t = 0
         fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32
         third = sine - sine**3 / 3

@@ -83,8 +83,8 @@ def strip(
     and the traction in it, in units of the bound's peak, is the difference of
     two circles (Kalker 1967)
 
-        p = -(n S - n' s),    S^2 = a(y)^2 - x^2,    s^2 = (a(y) - d)^2 - (x - d)^2,    d n = (X, Y + P d),
-        n' = n - (0, P).
+        p = -(n S - n' s),    S^2 = a(y)^2 - x^2,    s^2 = (a(y) - d)^2 - (x - d)^2,
+        d n = (X, Y + P d),    n' = n - (0, P).
 
     With spin the slip is then opposite to the traction n S only nearly. In the
     slip area the traction is given the direction of ``(X, Y + P x)``, the rigid
@@ -103,9 +103,8 @@ def strip(
     -1.0000
     -1.0000
     """
-    return as_resultants(
-        strip_forces(checked_contact(a, b, G, friction_force, creepages, nu=poisson(nu)), m, n)
-    )
+    contact = checked_contact(a, b, G, friction_force, creepages, nu=poisson(nu))
+    return as_resultants(strip_forces(contact, m, n))
 
 
 def fastrip(
@@ -156,9 +155,8 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    return as_resultants(
-        fastrip_forces(checked_contact(a, b, G, friction_force, creepages, coefficients), m, n)
-    )
+    contact = checked_contact(a, b, G, friction_force, creepages, coefficients)
+    return as_resultants(fastrip_forces(contact, m, n))
 
 
 def strip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
@@ -174,14 +172,18 @@ def fastrip_forces(c: Contact, m: int = 10, n: int = 10) -> Forces:
 
 
 def strip_creepages(c: Contact, kalker: bool = False) -> tuple[Any, Any, Any, Any]:
-    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P; of `fastrip` with
-    Kalker's slopes.
+    """X and Y of `strip` in the middle, the difference of X by spin at y = b, and P; of `fastrip`
+    with Kalker's slopes.
     """
-    if kalker:  # the first with the 1/(1 - nu) of strip theory
-        by_x, by_y = 4 / np.pi**2 * c.table.C11, 4 / np.pi**2 * c.table.C22
+    by_x: Any
+    by_y: Any = 1.0
+    by_turn: Any = 1.0
+    if kalker:
+        by_x = 4 / np.pi**2 * c.table.C11  # with the 1/(1 - nu) of strip theory
+        by_y = 4 / np.pi**2 * c.table.C22
         by_turn = 3 / np.pi * np.sqrt(c.b / c.a) * c.table.C23
     else:
-        by_x, by_y, by_turn = 1 / (1 - np.asarray(c.nu)), 1.0, 1.0
+        by_x = 1 / (1 - np.asarray(c.nu))
     k = c.G * np.pi * c.a * c.b / (3 * c.limit)  # G/(2 f p0)
     return by_x * k * c.vx, by_y * k * c.vy, by_x * k * c.b * c.spin, by_turn * k * c.a * c.spin
 
@@ -191,14 +193,15 @@ def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray)
     slips.
     """
     rest = (1 - turn) * (1 + turn)
-    some = rest > 0
-    rest = np.where(some, rest, 1.0)
-    x2, y2, helps = x * x, y * y, y * turn
-    root = np.sqrt(x2 * rest + y2)
-    size, root = x2 + y2, root + np.abs(helps)
+    sticks = rest > 0  # somewhere
+    rest = np.where(sticks, rest, 1.0)
+    x2 = x * x
+    y2 = y * y
+    mixed = y * turn
+    root = np.sqrt(x2 * rest + y2) + np.abs(mixed)
     # the one root that is positive, in the form in which nothing cancels
-    depth = np.where(helps > 0, root / rest, size / np.maximum(root, SMALLEST))
-    return np.where(some, np.minimum(depth, edge), edge)
+    depth = np.where(mixed > 0, root / rest, (x2 + y2) / np.maximum(root, SMALLEST))
+    return np.where(sticks, np.minimum(depth, edge), edge)
 
 
 def fastsim_steps(strips: Strips, c: Contact, L: np.ndarray) -> np.ndarray:
@@ -207,11 +210,9 @@ def fastsim_steps(strips: Strips, c: Contact, L: np.ndarray) -> np.ndarray:
     """
     step = strips.step * c.a * c.a * c.b / (PEAK[strips.bound] * strips.by_bound * c.limit)
     turn = step / L[..., 2] * c.spin
-    return np.stack(
-        np.broadcast_arrays(
-            step / L[..., 0] * c.vx, step / L[..., 1] * c.vy, turn * c.b, turn * c.a
-        )
-    )
+    by_vx = step / L[..., 0] * c.vx
+    by_vy = step / L[..., 1] * c.vy
+    return np.stack(np.broadcast_arrays(by_vx, by_vy, turn * c.b, turn * c.a))
 
 
 def _forces(
@@ -247,13 +248,14 @@ def by_chunks(
     """Integrals (4, k), a few columns at once; one alone twice: a sum over axis 0 of it would be in
     another order.
     """
-    sums, size = np.empty((4, columns.shape[1])), max(CHUNK_POINTS // strips.width.size, 2)
+    sums = np.empty((4, columns.shape[1]))
+    size = max(CHUNK_POINTS // strips.width.size, 2)
     for start in range(0, columns.shape[1], size):
         chunk = columns[:, start : start + size]
         count = chunk.shape[1]
-        sums[:, start : start + count] = integrals(
-            np.repeat(chunk, 2, axis=1) if count == 1 else chunk
-        )[:, :count]
+        if count == 1:
+            chunk = np.repeat(chunk, 2, axis=1)
+        sums[:, start : start + count] = integrals(chunk)[:, :count]
     return sums
 
 
@@ -263,33 +265,40 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
     Columns are creepages, as `strip_creepages` scales them, and below these steps of `march` over
     `directions`.
     """
-    across, edge, width = strips.across[:, None], strips.edge[:, None], strips.width[:, None]
+    across = strips.across[:, None]
+    edge = strips.edge[:, None]
+    width = strips.width[:, None]
     x, y, by_place, turn = columns[:4]
-    x, y = x - across * by_place, np.broadcast_to(y, (edge.size, y.size))
+    x = x - across * by_place
+    y = np.broadcast_to(y, (edge.size, y.size))
     d = slip_depth(x, y, turn, edge)
     stick = edge - d
     # the two circles, each in closed form, as if the whole strip had the direction n
     half = np.pi / 2 * (2 * edge - d)
     whole = d >= edge
-    some = ~whole & (d > 0)
-    length = np.where(some, d, 1.0)
+    both = ~whole & (d > 0)
+    length = np.where(both, d, 1.0)
     # n; 0 where the strip slips, or sticks, as a whole
-    direction_x = np.where(some, x / length, 0.0)
-    direction_y = np.where(some, (y + turn * d) / length, 0.0)
+    direction_x = np.where(both, x / length, 0.0)
+    direction_y = np.where(both, (y + turn * d) / length, 0.0)
     inner = np.pi / 2 * stick * stick
     sum_x = np.where(whole, 0.0, half * x)
     sum_y = np.where(whole, 0.0, half * (y + turn * d) + inner * turn)
     moment = np.where(whole, 0.0, -inner * y)
     if directions is not None or np.any(turn) or np.any(whole):
-        turned = edge * turn
-        rigid = ((x, y + place * turned) for place in strips.along)
-        toward, sign = (
-            (rigid, 1.0) if directions is None else (march(directions, columns[4:]), -1.0)
-        )
+        toward: Iterator[tuple[np.ndarray, np.ndarray]]
+        if directions is None:
+            turned = edge * turn
+            toward = ((x, y + place * turned) for place in strips.along)
+            sign = 1.0
+        else:
+            toward = march(directions, columns[4:])
+            sign = -1.0
         # up to where the slip area reaches: (2 d - a)/a
         share = half_circle_area(1 - 2 * stick / edge)
         slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, share, toward)
-        area, part = edge * edge, share + np.pi / 4
+        area = edge * edge
+        part = share + np.pi / 4
         sum_x += area * (sign * slip_x - part * direction_x)
         sum_y += area * (sign * slip_y - part * direction_y)
         moment += area * edge * (sign * slip_moment - lever * direction_y)
@@ -299,11 +308,8 @@ def _integrals(strips: Strips, columns: np.ndarray, directions: Strips | None) -
 def _slip_area(
     along: np.ndarray, share: np.ndarray, toward: Iterator[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Integrals over the slip area of the bound: times a direction, that by its place along x, and
-    by place alone.
-
-    `toward` are vectors of this direction at each place, `share` areas under a half circle, to the
-    slip area's end.
+    """Integrals over the slip area of the bound: times a direction, times that and x, and times x
+    alone; `toward` are vectors of this direction, `share` areas under a half circle, to its end.
     """
     sum_x, sum_y, moment, lever = np.zeros((4, *share.shape))
     ends = half_circle_area(np.linspace(1.0, -1.0, along.size + 1))
@@ -371,16 +377,26 @@ def _strips(m: int, n: int, bound: str, division: str) -> Strips:
         bounds = inside if bound == "parabolic" else np.sqrt(inside)
         return Strips(across, np.full(n, 2 / n), along, bounds, 2 / m, 1.0, bound)
     angle = np.pi * np.arange(1, n + 1) / (n + 1)
-    across, edge = np.cos(angle), np.sin(angle)
+    across = np.cos(angle)
+    edge = np.sin(angle)
     width = np.pi / (n + 1) * edge
     along = 1 - (2 * np.arange(m) + 1) / m
     ends = np.linspace(1.0, -1.0, m + 1)
     whole_strip = ends - ends**3 / 3 if bound == "parabolic" else half_circle_area(ends)
     bounds = -np.diff(whole_strip) * m / 2
-    square, cube = 4 / 3 / np.sum(width * edge**2), 3 * np.pi / 8 / np.sum(width * edge**3)
-    by_bound = cube if bound == "parabolic" else square
+    square = 4 / 3 / np.sum(width * edge**2)
+    cube = 3 * np.pi / 8 / np.sum(width * edge**3)
     return Strips(
-        across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2)
+        across=across,
+        width=width,
+        along=along,
+        bounds=bounds,
+        step=2 / m,
+        first=0.5,
+        bound=bound,
+        by_bound=cube if bound == "parabolic" else square,
+        by_creepage=square,
+        by_spin=cube / (1 + 0.5 / m**2),
     )
 
 
@@ -396,16 +412,17 @@ def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.nd
     `steps` (4, k) are what a step in the middle strip adds: by vx, by vy, by spin at y = b, and by
     spin at x = a. The same two arrays every time: fresh ones would cost as much as the arithmetic.
     """
-    edge, peak = strips.edge[:, None], strips.peak[:, None]
+    edge = strips.edge[:, None]
+    peak = strips.peak[:, None]
     # squares must not overflow
-    vx, vy, spin_y, spin_x = steps * np.minimum(
-        1.0, LARGEST_STEP / np.abs(steps).max(axis=0, initial=1.0)
-    )
+    largest = np.abs(steps).max(axis=0, initial=1.0)
+    vx, vy, spin_y, spin_x = steps * np.minimum(1.0, LARGEST_STEP / largest)
     step_x = -(edge / peak) * (vx - strips.across[:, None] * spin_y)
     by_place = -(edge / peak) * edge * spin_x
     middle = 1 - strips.first * strips.step / 2  # of the interval ahead of the first point
     plain_y = -(edge / peak) * vy
-    px, py = strips.first * step_x, strips.first * (plain_y + middle * by_place)
+    px = strips.first * step_x
+    py = strips.first * (plain_y + middle * by_place)
     step_y = plain_y + (strips.along[0] - strips.step / 2) * by_place
     by_place *= strips.step
     for i, limit in enumerate(strips.bounds):
@@ -423,9 +440,10 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of
     the peak.
     """
-    by_creepage, by_spin = strips.by_creepage, strips.by_spin
-    steps = steps * np.array([by_creepage, by_creepage, by_spin, by_spin])[:, None]
-    across, edge = strips.across[:, None], strips.edge[:, None]
+    factors = [strips.by_creepage, strips.by_creepage, strips.by_spin, strips.by_spin]
+    steps = steps * np.array(factors)[:, None]
+    across = strips.across[:, None]
+    edge = strips.edge[:, None]
     weight = strips.width[:, None] * strips.step * edge * strips.peak[:, None] * strips.by_bound
 
     def integrals(chunk: np.ndarray) -> np.ndarray:
@@ -435,8 +453,7 @@ def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
             sum_x += px
             sum_y += py
             moment += place * py
-        return np.asarray(
-            (weight * np.stack([sum_x, sum_y, across * sum_x, edge * moment])).sum(axis=1)
-        )
+        sums = np.stack([sum_x, sum_y, across * sum_x, edge * moment])
+        return np.asarray((weight * sums).sum(axis=1))
 
     return by_chunks(strips, steps, integrals)

@@ -27,9 +27,9 @@ from varcontact.theories.linear import (
 from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 OUTSIDE = ("refuse", "clamp")
-NEAR = 0.01
-"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less
-than 1 % over it."""
+NU_TOL = 0.01
+"""Tolerance on the Poisson's ratio of a contact, against that of a book: coefficients change by
+less than 1 % over it."""
 
 
 def table_forces(
@@ -84,7 +84,8 @@ def table_forces(
 
     Examples
     --------
-    >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]], nu=0.28).force
+    >>> creepages = [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, creepages, nu=0.28).force
     >>> print((force[:, 0] / 30e3).round(2))
     [-0.28 -1.  ]
     """
@@ -99,37 +100,54 @@ def table_resultants(c: Contact, book: TableBook | None = None, outside: str = "
     """Fx, Fy and Mz of `table_forces`."""
     book = book_of(book)
     check_nu(book, c.nu)
-    ratio, (least, greatest) = c.a / c.b, book.range
     clamps = checks.choice("outside", outside, OUTSIDE) == "clamp"
-    if not (isinstance(ratio, float) and least <= ratio <= greatest):
-        given, hint = np.asarray(ratio), 'outside="clamp" takes the nearest'
-        within = (given >= least * (1 - 1e-12)) & (given <= greatest * (1 + 1e-12))
-        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
-        checks.require_all("a/b", given, within | clamps, allowed)
-        ratio = float_or_array(np.clip(given, least, greatest))
+    ratio = _ratio_in_book(book, c.a / c.b, clamps)
     table = c.table
     if table is None or clamps:
         table = coefficients_of(ratio, c.nu, c.slope)
-    ab, limit = c.a * c.b, c.limit
-    size, unit, (by_x, by_y, by_spin) = ab**0.5, c.G * ab / limit, reduced_scales(table, ratio)
-    x, y, z = unit * (by_x * c.vx), unit * (by_y * c.vy), unit * size * (by_spin * c.spin)
+    # reduced creepages
+    ab = c.a * c.b
+    limit = c.limit
+    size = ab**0.5
+    unit = c.G * ab / limit
+    by_x, by_y, by_spin = reduced_scales(table, ratio)
+    x = unit * (by_x * c.vx)
+    y = unit * (by_y * c.vy)
+    z = unit * size * (by_spin * c.spin)
     if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
         Fx, Fy, Mz = book.normalised(x, y, z, ratio, table)
         return limit * Fx, limit * Fy, limit * size * Mz
+    # arrays of one common shape, as vectors
     shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
 
-    def each(value: Any) -> Any:
-        """One for each place, or one for all."""
-        return (
-            float(np.ravel(value)[0])
-            if np.size(value) == 1
-            else np.broadcast_to(value, shape).ravel()
-        )
+    def single_or_each(value: Any) -> Any:
+        """A number for all places, or a vector of numbers for each."""
+        if np.size(value) == 1:
+            return float(np.ravel(value)[0])
+        return np.broadcast_to(value, shape).ravel()
 
-    table = CreepageCoefficients(each(table.C11), each(table.C22), each(table.C23), each(table.C33))
+    table = CreepageCoefficients(
+        C11=single_or_each(table.C11),
+        C22=single_or_each(table.C22),
+        C23=single_or_each(table.C23),
+        C33=single_or_each(table.C33),
+    )
     x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
-    Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), table)
+    Fx, Fy, Mz = book.normalised(x, y, z, single_or_each(ratio), table)
     return limit * Fx.reshape(shape), limit * Fy.reshape(shape), limit * size * Mz.reshape(shape)
+
+
+def _ratio_in_book(book: TableBook, ratio: Any, clamps: bool) -> Any:
+    """Ratios a/b within the range of a book: others are refused, or clamped."""
+    least, greatest = book.range
+    if isinstance(ratio, float) and least <= ratio <= greatest:
+        return ratio
+    ratios = np.asarray(ratio)
+    within = (ratios >= least * (1 - 1e-12)) & (ratios <= greatest * (1 + 1e-12))
+    hint = 'outside="clamp" takes the nearest'
+    allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
+    checks.require_all("a/b", ratios, within | clamps, allowed)
+    return float_or_array(np.clip(ratios, least, greatest))
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -174,34 +192,36 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
     sides = np.array(grid.sides)
     # each is a rectangle
     spread = np.array([grid.x[columns].var(), grid.y[rows].var()]) + sides**2 / 12
-    area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
+    area = contact.sum() * grid.area
+    ratio = math.sqrt(spread[0] / spread[1])
     return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
 
 
 def book_of(book: Any) -> TableBook:
-    """The book that is asked for, or that of the package."""
-    return (
-        shipped()
-        if book is None
-        else checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
-    )
+    """A book, checked; that of the package for none."""
+    if book is None:
+        return shipped()
+    return checks.kind("book", book, TableBook, more=", as TableBook.read gives it")
 
 
 def check_nu(book: TableBook, nu: Any) -> None:
     """Refuse contacts whose Poisson's ratio is not that of the book."""
-    if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
+    if isinstance(nu, float) and abs(nu - book.nu) <= NU_TOL:
         return
-    given = np.asarray(nu)
-    allowed = f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own"
-    checks.require_all("nu", given, np.abs(given - book.nu) <= NEAR, allowed)
+    ratios = np.asarray(nu)
+    allowed = f"within {NU_TOL:g} of the book's, {book.nu:g}; make a book of your own"
+    checks.require_all("nu", ratios, np.abs(ratios - book.nu) <= NU_TOL, allowed)
 
 
 def why_not_in_book(ratio: float, nu: float) -> str:
-    """Why the book of the package does not serve a contact, or nothing where it does."""
+    """Reason why the book of the package does not serve a contact; empty where it does."""
     book = shipped()
     least, greatest = book.range
-    if abs(nu - book.nu) > NEAR:
-        return f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; theories.table_forces takes books for others"
+    if abs(nu - book.nu) > NU_TOL:
+        return (
+            f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; "
+            "theories.table_forces takes books for others"
+        )
     if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
         return f"its book has a/b from {least:.4g} to {greatest:.4g}, and a/b is {ratio:.4g}"
     return ""

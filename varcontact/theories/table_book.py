@@ -23,22 +23,25 @@ from varcontact.system.process import lazy_property
 FORMAT = "varcontact table 3"
 AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
-AT_FULL, MORE = 3, 2.0**15
-"""B-splines of t that are not zero at full slip, and by what part finer than the others a file has
-them."""
+AT_FULL = 3
+"""Number of B-splines of t that are not zero at full slip."""
+FULL_SLIP_FACTOR = 2.0**15
+"""Ratio of the units of the others, in a file, to those of these splines."""
 HALFWAY = 1.5
 """The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their
 full slip."""
-KNEE, ROOM = 1.8, 0.35
-"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those
-about it."""
+KNEE = 1.8
+"""A magnitude about which full slip begins."""
+ROOM = 0.35
+"""Part of the way to full slip that is kept for the magnitudes about `KNEE`."""
 SPIN = 0.5
-"""Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
+"""Weight of spin: part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 TINY = 1e-200
+"""Least unit of a file's splines."""
 NearSplines = tuple[Any, tuple[Any, ...]]
 """The first of the splines that are not zero at a place, and their values there."""
-_SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
-"""The same functions, of floats and of arrays."""
+FLOAT_FUNCTIONS = (math.sqrt, math.atan2, max)
+ARRAY_FUNCTIONS = (np.sqrt, np.arctan2, np.maximum)
 
 
 def reduced_scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
@@ -53,13 +56,17 @@ def linear_part(
     """Normalised Fx, Fy and Mz of the linear theory for reduced creepages along vx, vy and the
     spin.
     """
-    C, by_spin = coefficients, reduced_scales(coefficients, ratio)[2]
-    return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
+    C = coefficients
+    _, _, by_spin = reduced_scales(coefficients, ratio)
+    Fx = -x
+    Fy = -y - (C.C23 / by_spin) * z
+    Mz = (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
+    return Fx, Fy, Mz
 
 
 def places(t: Any) -> Any:
-    """Where ``t = r/(r + 1.5)`` of a magnitude r stands among the splines, from 0, no slip, to 1,
-    full slip.
+    """Place of ``t = r/(r + 1.5)`` of a magnitude r among the splines, from 0, no slip, to 1, full
+    slip.
 
     It has more room than t for the magnitudes about `KNEE`, where full slip begins.
     """
@@ -126,23 +133,26 @@ class TableBook:
         linear = linear_part(x, y, z, ratio, coefficients)
         if isinstance(x, float):
             return self._normalised(x, y, z, linear, self._rows, self._near(ratio))
-        several, found = isinstance(ratio, np.ndarray), np.empty((3, len(x)))
+        several = isinstance(ratio, np.ndarray)
         rows = self._rows if several else _rows_of(self, ratio)
+        forces = np.empty((3, len(x)))
         for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
-            there = self._near(ratio[part]) if several else (0, (1.0,))
-            found[:, part] = self._normalised(
-                x[part], y[part], z[part], [line[part] for line in linear], rows, there
-            )
-        return tuple(found)
+            near: NearSplines = self._near(ratio[part]) if several else (0, (1.0,))
+            linear_forces = [values[part] for values in linear]
+            forces[:, part] = self._normalised(x[part], y[part], z[part], linear_forces, rows, near)
+        return tuple(forces)
 
     def _normalised(
         self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: NearSplines
     ) -> tuple[Any, ...]:
-        sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
+        functions: tuple[Any, ...] = FLOAT_FUNCTIONS if isinstance(x, float) else ARRAY_FUNCTIONS
+        sqrt, atan2, greater = functions
+        # places among the splines, and their values there
         across = y * y + z * z
         rest = HALFWAY / (sqrt(x * x + across) + HALFWAY)
-        t, angle = 1 - rest, atan2(z, y)
+        t = 1 - rest
+        angle = atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
         turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
         steps, polar, half_turn = (n - 3 for n in self.splines.shape[1:4])
@@ -151,29 +161,33 @@ class TableBook:
         j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
         k, in_angle = near_splines(turned * half_turn, half_turn)
         first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
+        # the sum of coefficients times values
         count = 16 * len(in_ratio)
-        found = (
-            rows[np.asarray(first)[..., None] + self._offsets[:count]]
-            .view(float)
-            .reshape(-1, count, 12)
-        )
+        items = rows[np.asarray(first)[..., None] + self._offsets[:count]]
+        coefficients = items.view(float).reshape(-1, count, 12)
         weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
         weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(count, -1)
-        found = np.ascontiguousarray(weights.T)[:, None] @ found
-        found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
-        Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
-        tt, rr, along, turn = t * t, rest * rest, 1 - 2 * (x < 0), 1 - 2 * other
-        Fx, Fy = along * tt * Sx + rr * linear[0], turn * tt * Sy + rr * linear[1]
+        by_angle = np.ascontiguousarray(weights.T)[:, None] @ coefficients
+        S = np.array(in_angle).T[..., None, :] @ by_angle.reshape(-1, 4, 3)
+        Sx, Sy, Sz = S.reshape(*np.shape(x), 3).T
+        # forces, by symmetry of all directions, cut at full slip
+        tt = t * t
+        rr = rest * rest
+        along = 1 - 2 * (x < 0)
+        turn = 1 - 2 * other
+        Fx = along * tt * Sx + rr * linear[0]
+        Fy = turn * tt * Sy + rr * linear[1]
+        Mz = turn * tt * Sz + rr * linear[2]
         cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
-        return Fx / cut, Fy / cut, turn * tt * Sz + rr * linear[2]
+        return Fx / cut, Fy / cut, Mz
 
     def _near(self, ratio: Any) -> NearSplines:
         """The splines in log(a/b) that are not zero there."""
         least, greatest = self.range
-        log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
-        return near_splines(
-            log(ratio / least) * (intervals / math.log(greatest / least)), intervals
-        )
+        intervals = len(self.splines) - 3
+        log: Any = math.log if isinstance(ratio, float) else np.log
+        place = log(ratio / least) * (intervals / math.log(greatest / least))
+        return near_splines(place, intervals)
 
     @lazy_property
     def _rows(self) -> np.ndarray:
@@ -181,13 +195,12 @@ class TableBook:
 
     @lazy_property
     def _offsets(self) -> np.ndarray:
-        """Of the rows that a place needs: for each of four ratios four by t, for each of these four
-        by the angle.
+        """Offsets of the rows that a place needs: for each of four ratios four by t, for each of
+        these four by the angle.
         """
         t, polar, angle = self.splines.shape[1:4]
-        return np.asarray(
-            (((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel()
-        )
+        by_t = FOUR[:, None, None] * t + FOUR[:, None]
+        return np.asarray(((by_t * polar + FOUR) * angle).ravel())
 
     @lazy_property
     def range(self) -> tuple[float, float]:
@@ -196,7 +209,7 @@ class TableBook:
 
     @property
     def entries(self) -> int:
-        """How many exact solutions it holds."""
+        """Number of exact solutions that it holds."""
         return int(self.accuracy.size)
 
     def to_bytes(self) -> bytes:
@@ -205,20 +218,19 @@ class TableBook:
 
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
-        file.format, file.nu, file.provenance, file.digest = (
-            FORMAT,
-            repr(self.nu),
-            self.provenance,
-            self.digest(),
-        )
-        names = ("ratio", "magnitude", "direction", "component", *_SPLINE, "spline at full slip")
-        for name, size in zip(
-            names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True
-        ):
+        file.format = FORMAT
+        file.nu = repr(self.nu)
+        file.provenance = self.provenance
+        file.digest = self.digest()
+        dimensions = dict(zip((*_ENTRY, "component"), self.values.shape, strict=True))
+        dimensions |= zip(_SPLINE, self.splines.shape[:4], strict=True)
+        dimensions["spline at full slip"] = AT_FULL
+        for name, size in dimensions.items():
             file.createDimension(name, size)
         for name, (kind, dims, words) in _VARIABLES.items():
             variable = file.createVariable(name, kind, dims)
-            variable[:], variable.long_name = self._packed(name), words
+            variable[:] = self._packed(name)
+            variable.long_name = words
         file.flush()
         return buffer.getvalue()
 
@@ -235,12 +247,11 @@ class TableBook:
             reading(path, "cannot be read as a table book"),
             netcdf_file(path, "r", mmap=False) as file,
         ):
-            found = getattr(file, "format", b"").decode()
-            if found != FORMAT:
-                kind = f"a {found!r} file" if found else "another netCDF file"
-                raise OutputError(
-                    "path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew"
-                )
+            file_format = getattr(file, "format", b"").decode()
+            if file_format != FORMAT:
+                kind = f"a {file_format!r} file" if file_format else "another netCDF file"
+                reason = f"is {kind}, not a {FORMAT!r} one; make the book anew"
+                raise OutputError("path", path, reason)
             arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
             arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
             book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
@@ -255,7 +266,7 @@ class TableBook:
         return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
 
     def digest(self) -> str:
-        """SHA-256 of its numbers, by which a file, or an export, is known to hold this book."""
+        """SHA-256 of its numbers, which identifies the book in files and exports."""
         content = [self._packed(name).tobytes() for name in _VARIABLES]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
@@ -281,7 +292,7 @@ _VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
         "to be added, in units by 2^15",
     ),
 }
-"""By name: kind of number (d, f: floating; h: whole), dimensions, and what they are."""
+"""Kind of number (d, f: floating; h: whole), dimensions and description, by name."""
 
 
 def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
@@ -297,14 +308,14 @@ def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
     return {
         "units": units,
         "splines": whole,
-        "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * MORE),
+        "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * FULL_SLIP_FACTOR),
     }
 
 
 def unpacked(units: np.ndarray, splines: np.ndarray, full_slip: np.ndarray) -> np.ndarray:
     """Coefficients from what `packed` gives."""
     multiples = np.array(splines)
-    multiples[:, -AT_FULL:] += full_slip / MORE
+    multiples[:, -AT_FULL:] += full_slip / FULL_SLIP_FACTOR
     return multiples * units[:, None, None]
 
 
@@ -320,9 +331,8 @@ def _in_rows(splines: np.ndarray) -> np.ndarray:
     copied at once.
     """
     each = np.ascontiguousarray(splines).reshape(-1, 3)
-    return np.ndarray(
-        len(each) - 3, np.dtype((np.void, 4 * each.strides[0])), each.data, strides=each.strides[:1]
-    )
+    row = np.dtype((np.void, 4 * each.strides[0]))
+    return np.ndarray(len(each) - 3, row, each.data, strides=each.strides[:1])
 
 
 @lru_cache(maxsize=32)

@@ -84,12 +84,13 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     g = positive("b", b) / positive("a", a)
     nu = poisson_ratio("nu", nu)
     # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the
-    # trapezoidal rule with
-    # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many
-    # times as many.
-    step, end = 0.1875, 40.0 + max(0.0, -math.log(g))
+    # trapezoidal rule with a step of 3/16 is exact to rounding, and a slender contact takes a few
+    # points more, not many times as many.
+    step = 0.1875
+    end = 40.0 + max(0.0, -math.log(g))
     u = np.arange(-20.0, end, step)
-    sine, cosine = np.exp(-0.5 * np.logaddexp(0.0, -2 * u)), np.exp(-0.5 * np.logaddexp(0.0, 2 * u))
+    sine = np.exp(-0.5 * np.logaddexp(0.0, -2 * u))
+    cosine = np.exp(-0.5 * np.logaddexp(0.0, 2 * u))
     root = np.hypot(g * sine, cosine)  # N^(1/2)
     weight = step * sine * cosine * (g / root)  # g N^(-1/2) ds
     along = np.sum(weight * sine**2 * (1 - 3 * nu * cosine**2))
@@ -198,11 +199,12 @@ def vermeulen_johnson_creepage(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> print((table.C11 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
+    >>> creepage = vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)
+    >>> print((table.C11 / 3 * creepage).round(12))
     [0.5 0.  0. ]
     """
-    given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
-    given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
+    vx, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    vy, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     limit = positive("friction_force", friction_force)
     contact = checked_contact(
         positive("a", a), positive("b", b), positive("G", G), limit, np.zeros(3), coefficients
@@ -210,10 +212,10 @@ def vermeulen_johnson_creepage(
     unit = 3 * limit / (a * b * G * coefficients.C11)
 
     def force(creepage: np.ndarray) -> np.ndarray:
-        vx, vy, _ = creepage.tolist()
-        return np.array(vermeulen_johnson_forces(replace(contact, vx=vx, vy=vy))[:2])
+        along, across, _ = creepage.tolist()
+        return np.array(vermeulen_johnson_forces(replace(contact, vx=along, vy=across))[:2])
 
-    return creepage_carrying(force, np.array([given_x, given_y, 0.0]), (Fx, Fy), unit, limit)
+    return creepage_carrying(force, np.array([vx, vy, 0.0]), (Fx, Fy), unit, limit)
 
 
 def vermeulen_johnson_traction(
@@ -260,14 +262,17 @@ def vermeulen_johnson_traction(
     --------
     >>> table = vermeulen_johnson_coefficients(1.0, 1.0, 0.0)
     >>> points = [0.9, 0.0, -0.5]
-    >>> print(vermeulen_johnson_traction(points, 0.0, 1, 1, 1.0, 1.0, (0.375, 0, 0), table)[0].round(4))
+    >>> traction = vermeulen_johnson_traction(points, 0.0, 1, 1, 1.0, 1.0, (0.375, 0, 0), table)
+    >>> print(traction[0].round(4))
     [-0.0649 -0.4775 -0.4135]
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
-    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    xi, eta = _normalised(
-        checked_contact(a, b, positive("G", G), limit, creepage_triple(creepage), coefficients)
-    )
+    a = positive("a", a)
+    b = positive("b", b)
+    limit = positive("friction_force", friction_force)
+    G = positive("G", G)
+    contact = checked_contact(a, b, G, limit, creepage_triple(creepage), coefficients)
+    xi, eta = _normalised(contact)
     w = math.hypot(xi, eta)
     part = min(w, 1.0)
     # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part
@@ -279,6 +284,5 @@ def vermeulen_johnson_traction(
     # for small creepage
     squares = np.where(inner > 0, 2 * part * (1 - x / a), np.maximum(outer, 0.0))
     size = squares / np.where(heights > 0, heights, 1.0)
-    return (
-        1.5 * limit / (math.pi * a * b) * np.multiply.outer(np.array([xi, eta]) / (w or 1.0), size)
-    )
+    peak = 1.5 * limit / (math.pi * a * b)
+    return peak * np.multiply.outer(np.array([xi, eta]) / (w or 1.0), size)
