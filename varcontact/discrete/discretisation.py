@@ -27,23 +27,23 @@ from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import FrictionBound, Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Motion, Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 from varcontact.scene.units import Scales
 from varcontact.system.process import lazy_property
 from varcontact.transports import SteadyRolling, Step, Transport
 
-LEAST_STEP = 1e-6
+STEP_MIN = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
 
-LARGEST_STEP = 1e9
+STEP_MAX = 1e9
 """Greatest step in elements: by then particles have long left the influence of the contact."""
 
-RANGE = 280
+EXPONENT_MAX = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
 
-LARGEST_SHIFT = 1e100
+SHIFT_MAX = 1e100
 """Greatest rigid shift by the scale of displacements: squares of products with it stay in the
 range."""
 
@@ -104,19 +104,21 @@ class Discretisation:
         too short ones.
         """
         motion = self.loading.motion
-        if motion is None or motion.rolls == 0:
+        if motion is None or isinstance(motion, Shift) or motion.rolls == 0:
             return None
         dx = self.grid.sides[0]
-        dq = getattr(motion, "dq", None)
-        if dq is not None and dq > LARGEST_STEP * dx:
+        dq = motion.dq
+        if dq is None:
+            return dx / self.scales.length
+        if dq > STEP_MAX * dx:
             raise SceneError(
-                "motion.dq", dq, f"at most {LARGEST_STEP:g} times the element's dx, {dx:.6g}"
+                "motion.dq", dq, f"at most {STEP_MAX:g} times the element's dx, {dx:.6g}"
             )
-        if self.loading.steady and dq is not None and dq < LEAST_STEP * dx:
+        if self.loading.steady and dq < STEP_MIN * dx:
             raise SceneError(
-                "motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}"
+                "motion.dq", dq, f"at least {STEP_MIN:g} of the element's dx, {dx:.6g}"
             )
-        return (dx if dq is None else dq) / self.scales.length
+        return dq / self.scales.length
 
     @property
     def transport(self) -> Transport:
@@ -145,24 +147,27 @@ class Discretisation:
         """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for
         elements alone.
         """
-        rows, columns = self.grid.shape if self.subgrid is None else self.subgrid.pressure.shape
+        if self.subgrid is None:
+            return 1, 1
+        rows, columns = self.subgrid.pressure.shape
         return rows // self.grid.rows, columns // self.grid.nx
 
     @lazy_property
     def edge_compliance(self) -> np.ndarray | None:
-        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx),
+        """Addition to the diagonal of M for elements that the contact covers in part, (2, ny, nx),
         or None.
         """
         if self.grid.edge != "softened":
             return None
+        ny, nx = self.grid.shape
         if self.subgrid is not None:
-            (ny, nx), (rows, columns) = self.grid.shape, self.cells
+            rows, columns = self.cells
             covered = (self.subgrid.pressure > 0).reshape(ny, rows, nx, columns).mean(axis=(1, 3))
         elif self.hertz is not None:
             covered = self.hertz.covered(*self.grid.lines)
         else:
             return None
-        (ny, nx), table = self.grid.shape, self.tangential_operator.table
+        table = self.tangential_operator.table
         own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
         return own[:, None, None] * edge_compliance(covered)
 
@@ -173,11 +178,13 @@ class Discretisation:
 
     @property
     def surroundings(self) -> Surroundings:
-        """What interfaces find: the transport, what particles brought along, the implicit fields of
-        this pass.
+        """Surroundings of the interfaces: transport, fields carried by particles, implicit fields
+        of this pass.
         """
-        before = self.loading.previous_step
-        arrived: Fields = {} if before is None else before.arrived
+        previous = self.loading.previous_step
+        arrived: Fields = {}
+        if previous is not None:
+            arrived = previous.arrived
         return Surroundings(self.transport, arrived, self.loading.implicit)
 
     @property
@@ -187,20 +194,26 @@ class Discretisation:
         assert friction is not None
         if isinstance(friction, FrictionBound):
             return BoundByPressure(friction, self.scales, *np.meshgrid(self.grid.x, self.grid.y))
-        return FrictionLaw(friction) if isinstance(friction, Law) else Coulomb(friction)
+        if isinstance(friction, Law):
+            return FrictionLaw(friction)
+        return Coulomb(friction)
 
     @property
     def interface(self) -> Interface:
-        """All that acts between the bodies."""
+        """Friction and layer between the bodies."""
         layer = self.loading.layer
-        return self.frictional if layer is None else Several((self.frictional, layer))
+        if layer is None:
+            return self.frictional
+        return Several((self.frictional, layer))
 
     @property
     def implicit(self) -> tuple[Quantity, ...]:
         """The fields of the interfaces that the contact itself determines; none: its problem is
         convex.
         """
-        return () if self.loading.frictionless else self.interface.implicit(self.transport)
+        if self.loading.frictionless:
+            return ()
+        return self.interface.implicit(self.transport)
 
     def potential(self, pressure: np.ndarray) -> Potential:
         """The potential of the tractions on the grid, under a dimensionless pressure (ny, nx)."""
@@ -213,19 +226,15 @@ class Discretisation:
     @lazy_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
-        motion, scales, (x, y) = self.loading.motion, self.scales, self.points
+        motion = self.loading.motion
+        scales = self.scales
+        x, y = self.points
         assert motion is not None
         with np.errstate(over="ignore"):
             shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
             shift = (shift + self.slip_of_elements) / scales.displacement
-        if np.abs(shift).max() > LARGEST_SHIFT:
-            names = ("vx", "vy", "spin", "ux", "uy", "rotation")
-            given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
-            largest = max(given, key=lambda name: abs(given[name]), default="dq")
-            allowed = f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most"
-            raise SceneError(
-                f"motion.{largest}", given.get(largest, getattr(motion, "dq", None)), allowed
-            )
+        if np.abs(shift).max() > SHIFT_MAX:
+            raise _shift_too_large(motion)
         return shift
 
     @property
@@ -233,26 +242,34 @@ class Discretisation:
         """Rigid shift in a step that is given element by element, beside creepages, (2, ny, nx)
         [length].
         """
-        given = self.loading.motion.rigid_slip if isinstance(self.loading.motion, Steady) else None
-        if given is None or not isinstance(self.surface, SampledDistance):
+        motion = self.loading.motion
+        if not isinstance(motion, Steady) or motion.rigid_slip is None:
             return 0.0
-        return (self.step or 0.0) * self.scales.length * self.surface.sampled(given, self.grid)
+        if not isinstance(self.surface, SampledDistance):
+            return 0.0
+        slip = self.surface.sampled(motion.rigid_slip, self.grid)
+        return (self.step or 0.0) * self.scales.length * slip
 
     @lazy_property
     def known_shift(self) -> np.ndarray:
-        """What of the local shift the tractions do not change: W, or W - u' in a step of a history;
-        (2, ny, nx).
+        """Part of the local shift that the tractions do not change: W, or W - u' in a step of a
+        history; (2, ny, nx).
         """
-        before = self.loading.previous_step
-        return self.rigid_shift if before is None else self.rigid_shift - before.displacement
+        previous = self.loading.previous_step
+        if previous is None:
+            return self.rigid_shift
+        return self.rigid_shift - previous.displacement
 
     @property
     def known_distance(self) -> np.ndarray | float:
-        """What past tractions add to the distance, dimensionless (ny, nx): of viscoelastic
-        bodies.
-        """
-        known = getattr(self.loading.previous_step, "distance", None)
-        return 0.0 if known is None else known[:, 1:-1] if self.grid.line else known[1:-1, 1:-1]
+        """Distance added by past tractions, dimensionless (ny, nx): of viscoelastic bodies."""
+        previous = self.loading.previous_step
+        if previous is None or previous.distance is None:
+            return 0.0
+        # without the elements around the grid
+        if self.grid.line:
+            return previous.distance[:, 1:-1]
+        return previous.distance[1:-1, 1:-1]
 
     def with_loading(self, **changes: Any) -> Discretisation:
         """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient`
@@ -279,16 +296,20 @@ class Discretisation:
         less 1.
         """
         assert self.loading.normal_force is not None
-        borne = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
-        return borne * self.scales.force / self.loading.normal_force - 1
+        force = float(np.sum(self.along_normal * [*traction, pressure])) * self.lattice.area
+        return force * self.scales.force / self.loading.normal_force - 1
 
     def at_step(self, scene: Scene, previous_step: PreviousStep | None) -> Discretisation:
         """The same bodies in the scene of a step, on the same grid and in the same scales."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
-        distance = self.distance if surface is self.surface else surface.distance(self.grid)
+        distance = self.distance
+        if surface is not self.surface:
+            distance = surface.distance(self.grid)
+        operators = self.operators
+        if isinstance(scene.motion, TimeStep):
+            operators = operators.at_end(scene.motion.dt)
         loading = replace(Loading.of(scene, self.scales), previous_step=previous_step)
-        operators = self.operators.at_end(getattr(scene.motion, "dt", None))
         at_step = replace(self, loading=loading, operators=operators)
         return replace(at_step, surface=surface, hertz=scene.hertz, distance=distance)
 
@@ -300,13 +321,18 @@ class Discretisation:
         distance = ((self.distance - self.base) / displacement + self.known_distance).ravel()
         if traction is not None:
             distance = distance + self.operators.traction_to_distance.apply(traction).ravel()
-        force, approach = self.loading.normal_force, self.loading.approach
+        force = self.loading.normal_force
+        if force is not None:
+            force = force / self.scales.force
+        approach = self.loading.approach
+        if approach is not None:
+            approach = (approach - self.base) / displacement
         return NormalProblem(
             operator=self.operators.normal.on(np.arange(distance.size)),
             distance=distance,
             area=self.lattice.area,
-            force=None if force is None else force / self.scales.force,
-            approach=None if approach is None else (approach - self.base) / displacement,
+            force=force,
+            approach=approach,
             symmetric=self.operators.medium.even,
         )
 
@@ -326,32 +352,31 @@ class Discretisation:
         they act. Elements with friction that are `possible` (ny, nx) enter with a bound of 0
         without pressure. For `marching` it keeps A too.
         """
-        motion = self.loading.motion
-        assert motion is not None
-        pressing = pressure if bound_pressure is None else bound_pressure
-        potential = self.potential(pressing)
-        bears = (pressing > 0) & (potential.bound > 0)
+        # elements with a traction bound
+        if bound_pressure is None:
+            bound_pressure = pressure
+        potential = self.potential(bound_pressure)
+        has_bound = (bound_pressure > 0) & (potential.bound > 0)
         if possible is not None:
-            bears |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
-        elements = np.flatnonzero(bears)
+            has_bound |= possible & (self.potential(np.ones(pressure.shape)).bound > 0)
+        elements = np.flatnonzero(has_bound)
+        # shift that the tractions do not change
         shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
-        forces = [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
-        directions: tuple[int, ...] = (0, 1)
-        # elasticity does not couple them: those that move
-        if not self.tangential_operator.table[0, 1].any():
-            acts = [False, False] if acting is None else [each.any() for each in acting]
-            moves = [shift[i].any() or forces[i] is not None or acts[i] for i in (0, 1)]
-            # where nothing moves, one is enough to say so
-            directions = tuple(i for i in (0, 1) if moves[i]) or (0,)
-        soft, instant = self.edge_compliance, None
-        soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
-        operator = self.tangential_operator.between(directions, directions).on(elements, soft)
+        # directions in which anything moves, and the operators between them
+        forces = self._tangential_forces
+        directions = self._directions(shift, forces, acting)
+        softening = None
+        if self.edge_compliance is not None:
+            softening = self.edge_compliance.reshape(2, -1)[list(directions)][:, elements]
+        table = self.tangential_operator.between(directions, directions)
+        instant = None
         if marching:
-            instant = self.operators.tangential().between(directions, directions).on(elements, soft)
+            at_once = self.operators.tangential().between(directions, directions)
+            instant = at_once.on(elements, softening)
         return TangentialProblem(
-            operator=operator,
+            operator=table.on(elements, softening),
             rigid_shift=shift[list(directions)],
             potential=potential.on(elements),
             points=self.points.reshape(2, -1)[:, elements],
@@ -362,6 +387,42 @@ class Discretisation:
             directions=directions,
         )
 
+    @property
+    def _tangential_forces(self) -> list[float | None]:
+        """Prescribed Fx and Fy, dimensionless; None where there is none."""
+        motion = self.loading.motion
+        assert motion is not None
+        return [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
+
+    def _directions(
+        self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None
+    ) -> tuple[int, ...]:
+        """Directions of a tangential problem: both where elasticity couples them, else those in
+        which anything moves.
+        """
+        if self.tangential_operator.table[0, 1].any():
+            return 0, 1
+        moving = [
+            i
+            for i in (0, 1)
+            if shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any())
+        ]
+        # where nothing moves, one direction is enough to say so
+        return tuple(moving) or (0,)
+
+
+def _shift_too_large(motion: Motion) -> SceneError:
+    """The error for a rigid shift beyond `SHIFT_MAX`: names its largest entry."""
+    names = ("vx", "vy", "spin", "ux", "uy", "rotation")
+    entries = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
+    largest = max(entries, key=lambda name: abs(entries[name]), default="dq")
+    allowed = (
+        f"smaller: the shift in a step may be {SHIFT_MAX:g} times the elastic displacements at most"
+    )
+    return SceneError(
+        f"motion.{largest}", entries.get(largest, getattr(motion, "dq", None)), allowed
+    )
+
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
     """A scene of one problem on an explicit grid, with the `known` operators where they are those
@@ -370,47 +431,17 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
     A `SceneError` is raised if the grid cannot hold the contact (elements larger than it, or a
     distance beyond the approach all over), or for a reference depth within the potential contact.
     """
-    hertz, (dx, dy) = scene.hertz, grid.sides
-    along_x, depth = grid.nx * dx, scene.reference_depth
-    lengths = {"the length of the potential contact": along_x}
-    if scene.bodies.relaxes:
-        passed = (scene.speed or 0.0) * scene.bodies.longest_relaxation
-        lengths["the longest relaxation length, motion.speed times tau"] = passed
-    for name, least in lengths.items():
-        if depth is not None and depth < least:
-            raise SceneError("surface.reference_depth", depth, f"at least {name}, {least:.6g}")
-    if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
-        size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
-        if not scene.line:
-            size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
-        message = f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}"
-        raise TooCoarse("grid", dx if scene.line else (dx, dy), message=message)
+    hertz = scene.hertz
+    _check_depth(scene, grid)
+    _check_element_size(scene, grid)
     distance = undeformed_distance(scene.surface, hertz, grid)
-    length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
-    if hertz is not None:
-        pressure = hertz.peak_pressure
-    elif scene.normal_force is not None:
-        pressure = scene.normal_force / (length if scene.line else length**2)
-    else:
-        assert scene.approach is not None
-        overlap = scene.approach - float(distance.min())
-        if overlap <= 0:
-            raise no_element_in_contact(scene.surface, scene.approach, grid)
-        pressure = scene.bodies.combined_G * overlap / length
-    scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
-    with np.errstate(divide="ignore"):
-        L, p, G = np.log10([length, pressure, scales.modulus])
-    force = p + (1 if scales.line else 2) * L
-    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
-    if not largest < RANGE:
-        sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scales.modulus:.3g}"
-        raise SceneError(
-            "scene",
-            sizes,
-            f"in units in which forces and their work are within 1e-{RANGE} and 1e{RANGE}",
-        )
-    free = None if depth is None else depth / length
-    operators = Operators(grid.scaled(length), medium_on(scene, grid, length, free, scene.speed))
+    scales = _scales(scene, grid, distance)
+    _check_range(scales)
+    depth = scene.reference_depth
+    if depth is not None:
+        depth = depth / scales.length
+    medium = medium_on(scene, grid, scales.length, depth, scene.speed)
+    operators = Operators(grid.scaled(scales.length), medium)
     if known == operators:
         operators = known
     return Discretisation(
@@ -423,6 +454,84 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
         Loading.of(scene, scales),
         operators,
     )
+
+
+def _check_depth(scene: Scene, grid: Grid) -> None:
+    """Refuse a reference depth within the potential contact or the relaxation length."""
+    depth = scene.reference_depth
+    if depth is None:
+        return
+    lengths = {"the length of the potential contact": grid.nx * grid.sides[0]}
+    if scene.bodies.relaxes:
+        relaxation = (scene.speed or 0.0) * scene.bodies.longest_relaxation
+        lengths["the longest relaxation length, motion.speed times tau"] = relaxation
+    for name, least in lengths.items():
+        if depth < least:
+            raise SceneError("surface.reference_depth", depth, f"at least {name}, {least:.6g}")
+
+
+def _check_element_size(scene: Scene, grid: Grid) -> None:
+    """Refuse elements larger than a Hertzian contact."""
+    hertz = scene.hertz
+    dx, dy = grid.sides
+    if hertz is None or not (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        return
+    contact = f"{2 * hertz.a:.6g}"
+    element = f"{dx:.6g}"
+    value: float | tuple[float, float] = dx
+    if not scene.line:
+        contact += f" by {2 * hertz.b:.6g}"
+        element += f" by {dy:.6g}"
+        value = (dx, dy)
+    message = (
+        "grid is too coarse to hold one contact element: "
+        f"the contact is {contact}, an element {element}"
+    )
+    raise TooCoarse("grid", value, message=message)
+
+
+def _scales(scene: Scene, grid: Grid, distance: np.ndarray) -> Scales:
+    """Scales of a problem: the size of the potential contact and a typical pressure."""
+    dx, dy = grid.sides
+    modulus = scene.bodies.combined_G
+    # size of the potential contact
+    length = grid.nx * dx
+    if not scene.line:
+        length = math.sqrt(length * grid.rows * dy)
+    # typical pressure: Hertz's peak, the mean, or that of the overlap
+    if scene.hertz is not None:
+        pressure = scene.hertz.peak_pressure
+    elif scene.normal_force is not None and scene.line:
+        pressure = scene.normal_force / length
+    elif scene.normal_force is not None:
+        pressure = scene.normal_force / length**2
+    else:
+        assert scene.approach is not None
+        overlap = scene.approach - float(distance.min())
+        if overlap <= 0:
+            raise no_element_in_contact(scene.surface, scene.approach, grid)
+        pressure = modulus * overlap / length
+    return Scales(length, pressure, modulus, scene.line)
+
+
+def _check_range(scales: Scales) -> None:
+    """Refuse units in which forces or their work leave the range of floating point."""
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
+    force = p + 2 * L
+    if scales.line:
+        force = p + L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < EXPONENT_MAX:
+        sizes = (
+            f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, "
+            f"combined modulus {scales.modulus:.3g}"
+        )
+        allowed = (
+            "in units in which forces and their work are within "
+            f"1e-{EXPONENT_MAX} and 1e{EXPONENT_MAX}"
+        )
+        raise SceneError("scene", sizes, allowed)
 
 
 def undeformed_distance(
