@@ -40,10 +40,12 @@ LEVELS = ("full", "gap", "none")
 FULL_LIMIT = 10_000
 """Elements with friction up to which "auto" is "full"; beyond it is "gap"."""
 EPS = float(np.finfo(float).eps)
-TRANSFORM = 10.0
+
+FFT_ROUNDING = 10.0
 """Rounding of a product by FFT, relative, in units of the machine's per doubling of its length
 (three transforms)."""
-ON_BOUND = 1e-12
+
+AT_BOUND_TOL = 1e-12
 """Relative distance from the bound at which a traction is put on it."""
 
 
@@ -153,9 +155,8 @@ class Certificate:
             "force_bound": self.force_bound.tolist(),
             "pressure_part": self.pressure_part.tolist(),
         }
-        return {
-            each.name: getattr(self, each.name) for each in fields(self) if each.name != "bounds"
-        } | bounds
+        names = [each.name for each in fields(self) if each.name != "bounds"]
+        return {name: getattr(self, name) for name in names} | bounds
 
 
 def certificate_of(
@@ -175,41 +176,53 @@ def certificate_of(
     normal, pressure, approach = normal_as_solved(
         disc, state.pressure, state.approach, state.traction
     )
-    normal_error = normal_residual(normal, pressure, approach)
-    tangential = (
-        None
-        if disc.loading.frictionless
-        else disc.tangential_problem(state.pressure, acting=state.traction)
-    )
+    tangential = None
+    if not disc.loading.frictionless:
+        tangential = disc.tangential_problem(state.pressure, acting=state.traction)
     if level == "auto":
-        level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
+        level = _level_by_size(tangential)
+    # normal problem, under the final tractions
+    normal_error = normal_residual(normal, pressure, approach)
     absolute = relative_gap = normal_relative = np.nan
     if level != "none":
         absolute, normal_relative = normal_gap(normal, pressure, approach)
         relative_gap = normal_relative
-    whole, has_friction = normal_error, False
+    # tangential problem, under the final pressure
     if tangential is None:
-        residual = float(np.any(state.traction))  # where no friction can carry it, all is error
+        tangential_error = float(np.any(state.traction))  # no friction can carry it: all is error
     else:
-        residual, has_friction = residual_on_grid(tangential, state), tangential.size > 0
-        if has_friction:
-            whole = worst(whole, coupling_residual(disc, normal, tangential, state, approach))
-        if has_friction and level != "none":
+        tangential_error = residual_on_grid(tangential, state)
+    residual = worst(tangential_error, normal_error)
+    if tangential is not None and tangential.size > 0:
+        coupling_error = coupling_residual(disc, normal, tangential, state, approach)
+        residual = worst(residual, coupling_error)
+        if closed_form:
+            residual = tangential_error
+        if level != "none":
             tractions, shifts = tangential.of_grid(state.traction, state.rigid)
             absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
-    certificate = Certificate(
+    # bounds on the forces
+    bounds: ForceBounds | Callable[[], ForceBounds] = NO_BOUNDS
+    if level == "full":
+        bounds = partial(_force_bounds, disc, state, tangential, closed_form)
+        if not lazily:
+            bounds = bounds()
+    return Certificate(
         gap=absolute * disc.scales.force * disc.scales.displacement,
         relative_gap=relative_gap,
-        residual=residual if closed_form and has_friction else worst(residual, whole),
+        residual=residual,
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
-        tangential_residual=residual,
+        tangential_residual=tangential_error,
         level=level,
-        bounds=partial(_force_bounds, disc, state, tangential, closed_form)
-        if level == "full"
-        else NO_BOUNDS,
+        bounds=bounds,
     )
-    return certificate if lazily else replace(certificate, bounds=certificate._known_bounds)
+
+
+def _level_by_size(tangential: TangentialProblem | None) -> str:
+    if tangential is None or tangential.size <= FULL_LIMIT:
+        return "full"
+    return "gap"
 
 
 @one_blas_thread()
@@ -220,26 +233,31 @@ def _force_bounds(
     closed_form: bool,
 ) -> ForceBounds:
     scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
-    elements = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
-    stray_x, stray_y = np.delete(state.traction.reshape(2, -1), elements, axis=1)  # all error
+    elements = np.zeros(0, dtype=int)
+    if tangential is not None:
+        elements = tangential.operator.elements
+    # tractions where no friction can carry them: all error
+    px, py = np.delete(state.traction.reshape(2, -1), elements, axis=1)
     x, y = np.delete(disc.points.reshape(2, -1), elements, axis=1)
-    totals = [stray_x.sum(), stray_y.sum(), (x * stray_y - y * stray_x).sum()]
-    bound, part = disc.lattice.area * np.abs(totals), np.zeros(3)
+    totals = [px.sum(), py.sum(), (x * py - y * px).sum()]
+    whole = disc.lattice.area * np.abs(totals)
+    # tractions where it can
+    for_pressure = np.zeros(3)
     if tangential is not None and tangential.size > 0:
-        own, part = _of_tractions(disc, tangential, state, closed_form)
-        bound = bound + own
-    return ForceBounds(bound * scales, part * scales)
+        with_friction, for_pressure = _tangential_bounds(disc, tangential, state, closed_form)
+        whole = whole + with_friction
+    return ForceBounds(whole * scales, for_pressure * scales)
 
 
-def _of_tractions(
+def _tangential_bounds(
     disc: Discretisation, tangential: TangentialProblem, state: ContactState, closed_form: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the
-    pressure, (3,) each.
+    """Bounds on the errors of Fx, Fy, Mz where friction can act, and their part for the pressure,
+    (3,) each.
     """
-    not_known = np.full(3, np.nan)
+    undetermined = np.full(3, np.nan)
     if disc.K != 0 or disc.implicit:
-        return _unknown(tangential), not_known
+        return _infinite(tangential), undetermined
     tractions, shifts = tangential.of_grid(state.traction, state.rigid)
     if closed_form:
         return force_bound(tangential, tractions, shifts), np.zeros(3)
@@ -248,10 +266,11 @@ def _of_tractions(
         normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach)
         error = pressure_error(normal, pressure, float(approach[0]))
     if error is None:
-        return force_bound(tangential, tractions, shifts), not_known
+        return force_bound(tangential, tractions, shifts), undetermined
+    # error of the pressure, on all elements that may be in contact
     size, possible = error
     if disc.edge_compliance is not None and np.any(possible & (pressure <= size)):
-        return _unknown(tangential), not_known  # how far elements give way is open
+        return _infinite(tangential), undetermined  # the compliance of elements is undetermined
     elements = means(1.0 * possible.reshape(disc.grid.divided(disc.cells).shape), disc.cells) > 0
     wider = disc.tangential_problem(state.pressure, acting=state.traction, possible=elements)
     of_means = size / math.sqrt(math.prod(disc.cells))
@@ -269,56 +288,66 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
     Infinite where the symmetric part is not found to be positive definite. Tractions that are not
     admissible are first made so; what that changes is added.
     """
-    outputs, definite = outputs_of(problem), problem.symmetric_part
+    outputs = outputs_of(problem)
+    definite = problem.symmetric_part
     if definite is None:
-        return _unknown(problem)
+        return _infinite(problem)
+    # change of the forces where tractions are made admissible
     admissible = _admissible(problem, traction)
-    moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
-    moved += ROUNDING * np.sum(np.abs(outputs) * magnitude(admissible), axis=(1, 2))
-    moved += np.sqrt(definite.energies(outputs)) * _distance(problem, definite, admissible, rigid)
-    return np.asarray(problem.area * moved)
+    error = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
+    error += ROUNDING * np.sum(np.abs(outputs) * magnitude(admissible), axis=(1, 2))
+    # distance of the admissible tractions from the exact ones
+    error += np.sqrt(definite.energies(outputs)) * _distance(problem, definite, admissible, rigid)
+    return np.asarray(problem.area * error)
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component, (3, c, n), without the area of an
+    """Weights of the traction components in Fx, Fy and Mz, (3, c, n), without the area of an
     element.
     """
     x, y = problem.points
-    one, zero = np.ones(problem.size), np.zeros(problem.size)
+    one = np.ones(problem.size)
+    zero = np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
 
 
-def _unknown(problem: TangentialProblem) -> np.ndarray:
+def _infinite(problem: TangentialProblem) -> np.ndarray:
+    """Infinite bounds (3,), but for outputs to which no traction contributes."""
     return np.where(outputs_of(problem).any(axis=(1, 2)), np.inf, 0.0)
 
 
 def _admissible(problem: TangentialProblem, traction: np.ndarray) -> np.ndarray:
     """Tractions within the bound, on it where they nearly are, with the prescribed forces.
 
-    What a force lacks goes to the elements below their bound, in the measure of what they can still
-    carry. Where that is not enough all tractions are reduced first: without any there is room for
-    every force that friction can carry.
+    The missing force goes to the elements below their bound, in proportion to the traction that
+    they can still carry. Where that is not enough all tractions are reduced first: without any
+    there is room for every force that friction can carry.
     """
-    near = project(traction, problem.bound)
+    # onto the bound
+    admissible = project(traction, problem.bound)
     if not problem.no_slip:
-        size = magnitude(near)
-        on_bound = (size > (1 - ON_BOUND) * problem.bound) & (size > 0)
-        near = near * np.where(on_bound, problem.bound / np.where(on_bound, size, 1.0), 1.0)
-    force = np.array([0.0 if F is None else F for F in problem.force]) / problem.area
-    held = np.isin(np.arange(problem.components), problem.free)
-    lacking = np.where(held, force - near.sum(axis=1), 0.0)
-    if np.linalg.norm(lacking) <= ROUNDING * magnitude(near).sum():
-        return near
+        size = magnitude(admissible)
+        at_bound = (size > (1 - AT_BOUND_TOL) * problem.bound) & (size > 0)
+        factor = problem.bound / np.where(at_bound, size, 1.0)
+        admissible = admissible * np.where(at_bound, factor, 1.0)
+    # missing force, as a sum of tractions
+    force = np.array([F or 0.0 for F in problem.force]) / problem.area
+    prescribed = np.isin(np.arange(problem.components), problem.free)
+    missing = np.where(prescribed, force - admissible.sum(axis=1), 0.0)
+    if np.linalg.norm(missing) <= ROUNDING * magnitude(admissible).sum():
+        return admissible
     if problem.no_slip:
-        return near + lacking[:, None] / problem.size
-    room = problem.bound - magnitude(near)
-    short = np.linalg.norm(lacking) - room.sum()
-    # room less what is lacking is a concave function of the part by which tractions are reduced
-    if short > 0:
-        near = near * (1 - short / (short + problem.bound.sum() - np.linalg.norm(force)))
-        lacking = np.where(held, force - near.sum(axis=1), 0.0)
-        room = problem.bound - magnitude(near)
-    return near + lacking[:, None] * room / room.sum()
+        return admissible + missing[:, None] / problem.size
+    # room below the bound
+    room = problem.bound - magnitude(admissible)
+    excess = np.linalg.norm(missing) - room.sum()
+    # room less missing force is a concave function of the part by which tractions are reduced
+    if excess > 0:
+        reduced = excess / (excess + problem.bound.sum() - np.linalg.norm(force))
+        admissible = admissible * (1 - reduced)
+        missing = np.where(prescribed, force - admissible.sum(axis=1), 0.0)
+        room = problem.bound - magnitude(admissible)
+    return admissible + missing[:, None] * room / room.sum()
 
 
 def _distance(
@@ -332,33 +361,37 @@ def _distance(
     """
     shift = problem.shift(traction, rigid)
     length = magnitude(shift)
-    error = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None]) / np.sqrt(
-        definite.least
-    )
+    rounding = _rounding(problem.operator, traction, problem.rigid_shift + rigid[:, None])
+    error = rounding / np.sqrt(definite.least)
     if problem.no_slip:
         return float(np.sqrt(definite.energies(shift[None])[0])) + error
-    parts = np.maximum(problem.potential.shares(traction, shift), 0.0)
+    # share of each element in the gap, or its shift as a change of the rigid one
+    shares = np.maximum(problem.potential.shares(traction, shift), 0.0)
     error += ROUNDING * np.sqrt(problem.bound @ length)
-    taken = length**2 < problem.operator.diagonal * parts
+    small = length**2 < problem.operator.diagonal * shares
     if problem.potential.flow is not None:
-        taken &= magnitude(traction) <= problem.potential.flow.threshold
-    changed = definite.energies(np.where(taken, shift, 0.0)[None])[0]
-    return float(min(np.sqrt(parts.sum()), np.sqrt(parts[~taken].sum()) + np.sqrt(changed)) + error)
+        small &= magnitude(traction) <= problem.potential.flow.threshold
+    changed = definite.energies(np.where(small, shift, 0.0)[None])[0]
+    by_gap = np.sqrt(shares.sum())
+    by_change = np.sqrt(shares[~small].sum()) + np.sqrt(changed)
+    return float(min(by_gap, by_change) + error)
 
 
-def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
-    """A bound on the 2-norm of the rounding in ``known + M field``, by FFT or by the matrix (Higham
-    2002).
+def _rounding(operator: RestrictedOperator, field: np.ndarray, constant: np.ndarray) -> float:
+    """A bound on the 2-norm of the rounding in ``constant + M field``, by FFT or by the matrix
+    (Higham 2002).
     """
-    own, softest = (
-        operator.grid_operator,
-        0.0 if operator.softening is None else float(operator.softening.max()),
-    )
-    if own.whole is None:
-        product = TRANSFORM * np.log2(own.table[0, 0].size) * (norm(own) + softest)
+    unrestricted = operator.grid_operator
+    softening = 0.0
+    if operator.softening is not None:
+        softening = float(operator.softening.max())
+    if unrestricted.whole is None:
+        doublings = np.log2(unrestricted.table[0, 0].size)
+        product = FFT_ROUNDING * doublings * (norm(unrestricted) + softening)
     else:  # sums of so many products, in any order
-        product = own.whole.shape[1] * (float(np.linalg.norm(own.whole)) + softest)
-    return float(EPS * (product * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
+        size = float(np.linalg.norm(unrestricted.whole)) + softening
+        product = unrestricted.whole.shape[1] * size
+    return float(EPS * (product * np.linalg.norm(field) + 3 * np.linalg.norm(constant)))
 
 
 # ------------------------------------------------------------------------- the pressure's own error
@@ -375,47 +408,53 @@ def pressure_error(
     elsewhere the distance is taken for a change of the undeformed one, of which the pressure then
     is the solution.
     """
-    definite = positive_definite(problem.operator, dense_limit=0) if problem.symmetric else None
+    if not problem.symmetric:
+        return None
+    definite = positive_definite(problem.operator, dense_limit=0)
     if definite is None:
         return None
     apply = problem.operator.apply
+    # an admissible pressure
     admissible = np.maximum(pressure, 0.0)
     if problem.force is not None:
         admissible = admissible * (problem.force / problem.area / admissible.sum())
     else:
         assert problem.approach is not None
         approach = problem.approach
-    moved, elastic = pressure - admissible, apply(admissible[None])[0]
+    elastic = apply(admissible[None])[0]
     distance = problem.distance - approach + elastic
+    # its distance from the exact one in the norm of A: gap, changed distance, rounding
     apart = admissible * problem.operator.diagonal <= distance
     energy = float(admissible[apart] @ distance[apart])
     changed = float(definite.energies(np.where(apart, 0.0, distance)[None, None])[0])
-    error = _rounding(problem.operator, admissible[None], problem.distance - approach) / np.sqrt(
-        definite.least
-    )
+    rounding = _rounding(problem.operator, admissible[None], problem.distance - approach)
+    error = rounding / np.sqrt(definite.least)
     inner = float(np.sqrt(energy) + np.sqrt(changed) + error)
+    # elements that may be in contact
     reach = inner * np.sqrt(problem.operator.diagonal)
     if problem.force is not None:  # the exact approach may be larger, and more elements in contact
         stored = np.sqrt(max(float(admissible @ elastic), 0.0))
         reach += max(float(admissible @ distance) + stored * inner, 0.0) / admissible.sum()
-    outer = inner + np.sqrt(max(float(moved @ apply(moved[None])[0]), 0.0))
-    return float(outer / np.sqrt(definite.least)), (pressure > 0) | (distance <= reach)
+    possible = (pressure > 0) | (distance <= reach)
+    # with the change to an admissible pressure
+    change = pressure - admissible
+    outer = inner + np.sqrt(max(float(change @ apply(change[None])[0]), 0.0))
+    return float(outer / np.sqrt(definite.least)), possible
 
 
 def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
-    """What a change of the traction bound by `spread` (2-norm) changes of Fx, Fy, Mz at most, (3,),
-    dimensionless.
+    """Largest changes of Fx, Fy, Mz under a change of the traction bound by `spread` (2-norm),
+    (3,), dimensionless.
 
-    The creepages are given, and the problem has all elements that may come to bear.
+    The creepages are given, and the problem has all elements that may come into contact.
     """
-    outputs, definite = outputs_of(problem), problem.symmetric_part
+    outputs = outputs_of(problem)
+    definite = problem.symmetric_part
     if definite is None:
-        return _unknown(problem)
+        return _infinite(problem)
     table = problem.operator.grid_operator
-    stretch = np.sqrt(norm(table.symmetric_part())) + norm(table.symmetric_part(-1.0)) / np.sqrt(
-        definite.least
-    )
+    asymmetric = norm(table.symmetric_part(-1.0)) / np.sqrt(definite.least)
+    stretch = np.sqrt(norm(table.symmetric_part())) + asymmetric
     lengths = np.sqrt(np.sum(outputs**2, axis=(1, 2)))
-    return np.asarray(
-        problem.area * spread * (lengths + np.sqrt(definite.energies(outputs)) * stretch)
-    )
+    factors = lengths + np.sqrt(definite.energies(outputs)) * stretch
+    return np.asarray(problem.area * spread * factors)

@@ -40,12 +40,13 @@ answer shows it.
 From one length on all influence numbers are positive, and A_zz is positive definite.
 """
 
-KEPT_DISTANCES = 4
-"""Operators that are kept of each kind that has a distance: of steps in time, and of steps of
+STENCILS_MAX = 4
+"""Operators kept in memory of each kind that has a distance: of steps in time, and of steps of
 steady rolling."""
 
-KEPT_MEDIA = 12
-"""Those that are kept for parts of viscoelastic bodies, and for steps of other lengths in time."""
+MEDIA_MAX = 12
+"""Media whose operators are kept in memory: parts of viscoelastic bodies, and steps of other
+lengths in time."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,10 @@ class Operators:
         """C: displacements of the particles that come from further along x, by all tractions that
         count.
         """
-        return self._table("xy", "xyz" if self.medium.K != 0 else "xy", ((distance, 1.0),))
+        columns = "xy"
+        if self.medium.K != 0:
+            columns = "xyz"
+        return self._table("xy", columns, ((distance, 1.0),))
 
     @property
     def every(self) -> GridOperator:
@@ -100,7 +104,7 @@ class Operators:
         if key == (self.lattice, self.medium):
             return self
         if key not in self._parts:
-            for oldest in list(self._parts)[: max(len(self._parts) + 1 - KEPT_MEDIA, 0)]:
+            for oldest in list(self._parts)[: max(len(self._parts) + 1 - MEDIA_MAX, 0)]:
                 del self._parts[oldest]
             self._parts[key] = Operators(*key)
         return self._parts[key]
@@ -114,7 +118,9 @@ class Operators:
         """Those of viscoelastic bodies at the end of a step that takes a time; of elastic ones
         these.
         """
-        return self if time is None else self.of(self.medium.at_end(time))
+        if time is None:
+            return self
+        return self.of(self.medium.at_end(time))
 
     def forget(self) -> None:
         """Let go of the dense matrices and factors that were kept for the next pass; the tables
@@ -132,36 +138,40 @@ class Operators:
         key = rows, columns, stencil
         if key not in self._tables:
             if stencil != HERE:
-                # a few of each kind are kept: of steps of steady rolling, and of steps in time
-                single = len(stencil) == 1
-                alike = [
-                    each
-                    for each in self._tables
-                    if each[2] != HERE and (len(each[2]) == 1) == single
-                ]
-                for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
-                    del self._tables[oldest]
+                self._drop_oldest(len(stencil))
             operator = self.medium.operator(self.lattice, *key)
             self._check_shape(operator, rows, columns)
             self._tables[key] = operator
         return self._tables[key]
+
+    def _drop_oldest(self, points: int) -> None:
+        """Make room for one more operator with a distance: of a step in time, whose stencil has one
+        point, or of steady rolling.
+        """
+        kind = [
+            key for key in self._tables if key[2] != HERE and (len(key[2]) == 1) == (points == 1)
+        ]
+        for oldest in kind[: max(len(kind) + 1 - STENCILS_MAX, 0)]:
+            del self._tables[oldest]
 
     def _check_shape(self, operator: GridOperator, rows: str, columns: str) -> None:
         """Refuse an operator that is not between these components on this lattice."""
         ny, nx = self.lattice.shape
         expected = (len(rows), len(columns), 2 * ny - 1, 2 * nx - 1)
         if operator.shape != (ny, nx) or operator.table.shape != expected:
-            medium = type(self.medium).__name__
-            made = f"the operator of {medium} from {columns} to {rows} has a table of shape {operator.table.shape}"
-            message = f"{made} on {operator.shape} elements; {expected} is needed"
+            message = (
+                f"the operator of {type(self.medium).__name__} from {columns} to {rows} "
+                f"has a table of shape {operator.table.shape} on {operator.shape} elements; "
+                f"{expected} is needed"
+            )
             raise SceneError("bodies", self.medium, message=message)
 
 
 def medium_on(
     scene: Scene, grid: Grid, length: float, depth: float | None, speed: float | None
 ) -> Medium:
-    """The medium of a scene on a grid in units of a length: its bodies, what shears between them,
-    the curved surface.
+    """The medium of a scene on a grid in units of a length: its bodies, the layer between them, the
+    curved surface.
 
     `depth` and `speed` as of `medium_of`.
     """
@@ -171,10 +181,11 @@ def medium_on(
         medium = ShearLayer(medium, layer.compliance * scene.bodies.combined_G / length)
     surface = scene.surface
     if isinstance(surface, SampledDistance) and surface.inclination is not None:
-        y = grid.y if surface.y is None else surface.y
-        medium = Conformal(
-            medium, tuple((y / length).tolist()), tuple(surface.inclination.tolist())
-        )
+        y = grid.y
+        if surface.y is not None:
+            y = surface.y
+        places = tuple((y / length).tolist())
+        medium = Conformal(medium, places, tuple(surface.inclination.tolist()))
     return medium
 
 
@@ -187,7 +198,9 @@ def medium_of(
     numbers positive.
     """
     if isinstance(bodies, Bodies):
-        return HalfSpaces(bodies.combined_nu, bodies.K, FREE_DEPTH if depth is None else depth)
+        if depth is None:
+            depth = FREE_DEPTH
+        return HalfSpaces(bodies.combined_nu, bodies.K, depth)
     if depth is None:
         depth = FREE_DEPTH * max(1.0, (speed or 0.0) * bodies.longest_relaxation / length)
     if not any(isinstance(body, Layered | Stratified) for body in (bodies.upper, bodies.lower)):
@@ -195,29 +208,37 @@ def medium_of(
         return _viscoelastic(bodies, length, depth, speed)
     if bodies.of_several_solids:
         return _of_several_solids(bodies, length, depth, speed or 0.0)
+    return _layered(bodies, length, depth, speed or 0.0)
+
+
+def _layered(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:
+    """Layers of one solid on each body; where that relaxes, with displacements that lag behind."""
     from varcontact.elasticity.layered import LayeredPair
 
-    def pair(upper: Body | str, lower: Body | str) -> LayeredPair:
-        G = BodyPair(upper, lower).combined_G
-        return LayeredPair(_stack(upper, G, length), _stack(lower, G, length), depth)
+    def elastic(pair: BodyPair) -> LayeredPair:
+        G = pair.combined_G
+        return LayeredPair(_stack(pair.upper, G, length), _stack(pair.lower, G, length), depth)
 
+    # bodies that relax: each alone on a rigid one, or both together where they are alike
+    sides: tuple[tuple[Body | str, Body | str, Body | str], ...]
+    if bodies.coupled:
+        sides = (bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower)
+    else:
+        sides = ((bodies.upper, bodies.upper, bodies.lower),)
     lagging = []
-    alone = ((bodies.upper, bodies.upper, RIGID), (bodies.lower, RIGID, bodies.lower))
-    for body, upper, lower in (
-        alone if bodies.coupled else ((bodies.upper, bodies.upper, bodies.lower),)
-    ):
+    for body, upper, lower in sides:
         _, _, relaxations = materials(body)[0]
-        if relaxations:
-            medium, share = (
-                pair(upper, lower),
-                bodies.combined_G / BodyPair(upper, lower).combined_G,
-            )
-            lagging += [
-                Lagging((speed or 0.0) * time / length, part * share, medium)
-                for part, time in relaxations
-            ]
-    whole = pair(bodies.upper, bodies.lower)
-    return ViscoelasticMedium(whole, tuple(lagging)) if lagging else whole
+        if not relaxations:
+            continue
+        alone = BodyPair(upper, lower)
+        medium = elastic(alone)
+        share = bodies.combined_G / alone.combined_G
+        for part, time in relaxations:
+            lagging.append(Lagging(speed * time / length, part * share, medium))
+    whole = elastic(bodies)
+    if not lagging:
+        return whole
+    return ViscoelasticMedium(whole, tuple(lagging))
 
 
 def _stack(body: Body | str, G: float, length: float) -> Stack:
@@ -230,9 +251,9 @@ def _stack(body: Body | str, G: float, length: float) -> Stack:
         modulus, nu, _ = materials(body)[0]
         return Stack((), (modulus / G, nu))
     layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
-    return Stack(
-        layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1])
-    )
+    if isinstance(body.base, str):
+        return Stack(layers, body.base)
+    return Stack(layers, (body.base[0] / G, body.base[1]))
 
 
 def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: float) -> Homogeneous:
@@ -249,11 +270,12 @@ def _of_several_solids(bodies: BodyPair, length: float, depth: float, speed: flo
         G, nu, relaxations = materials(body)[0]
         if np.isinf(G):
             return RIGID
-        return Viscoelastic(G, nu, relaxations) if relaxations else Bodies(G, nu)
+        if relaxations:
+            return Viscoelastic(G, nu, relaxations)
+        return Bodies(G, nu)
 
-    surfaces = _viscoelastic(
-        BodyPair(surface(bodies.upper), surface(bodies.lower)), length, depth, speed
-    )
+    pair = BodyPair(surface(bodies.upper), surface(bodies.lower))
+    surfaces = _viscoelastic(pair, length, depth, speed)
     return RollingLayers(surfaces, solids(bodies.upper), solids(bodies.lower), depth)
 
 
@@ -263,22 +285,24 @@ def _viscoelastic(
     """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the
     sign of its side.
     """
-    surfaces, parts = bodies.surfaces, dict[float, list[tuple[float, float, float]]]()
+    surfaces = bodies.surfaces
+    # shares of both bodies in the displacements that lag behind, by relaxation length
+    parts: dict[float, list[tuple[float, float, float]]] = {}
     for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
-        if isinstance(body, Viscoelastic):
-            for part, time in body.relaxations:
-                share = (
-                    surfaces.combined_G / (2 * body.G) * part,
-                    body.nu,
-                    side * (1 - 2 * body.nu) / 2,
-                )
-                parts.setdefault(speed * time / length, []).append(share)
+        if not isinstance(body, Viscoelastic):
+            continue
+        for part, time in body.relaxations:
+            weight = surfaces.combined_G / (2 * body.G) * part
+            difference = side * (1 - 2 * body.nu) / 2
+            parts.setdefault(speed * time / length, []).append((weight, body.nu, difference))
+    # one half-space with their mean properties for each length
     lagging = []
     for distance, shares in parts.items():
         weights, ratios, differences = np.array(shares).T
         factor = float(weights.sum())
-        K = float(weights @ differences) / factor if bodies.coupled else 0.0
-        lagging.append(
-            Lagging(distance, factor, HalfSpaces(float(weights @ ratios) / factor, K, depth))
-        )
+        K = 0.0
+        if bodies.coupled:
+            K = float(weights @ differences) / factor
+        medium = HalfSpaces(float(weights @ ratios) / factor, K, depth)
+        lagging.append(Lagging(distance, factor, medium))
     return ViscoelasticMedium(HalfSpaces(surfaces.combined_nu, surfaces.K, depth), tuple(lagging))

@@ -48,12 +48,11 @@ class NormalProblem:
         highest = self.approach
         if highest is None:
             assert self.force is not None
-            most = (
-                self.operator.diagonal
-                if self.symmetric
-                else self.operator.grid_operator.table.max()
-            )
-            highest = self.distance.min() + most * self.force / self.area
+            if self.symmetric:
+                largest = self.operator.diagonal
+            else:
+                largest = self.operator.grid_operator.table.max()
+            highest = self.distance.min() + largest * self.force / self.area
         inside = self.distance < highest
         operator = self.operator.grid_operator.on(self.operator.elements[inside])
         return replace(self, operator=operator, distance=self.distance[inside])
@@ -114,9 +113,8 @@ class TangentialProblem:
         size = np.zeros(self.operator.grid_operator.shape)
         size.flat[self.operator.elements] = magnitude(traction)
         raised = replace(flow, threshold=flow.after(size), columns=0.0)
-        return replace(
-            self, potential=replace(self.potential, flow=raised.on(self.operator.elements))
-        )
+        potential = replace(self.potential, flow=raised.on(self.operator.elements))
+        return replace(self, potential=potential)
 
     @property
     def symmetric_part(self) -> PositiveDefinite | None:
@@ -147,8 +145,11 @@ class TangentialProblem:
     def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The reverse of `of_grid`: zero elsewhere and in other directions."""
         ny, nx = self.operator.grid_operator.shape
-        field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
-        field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
+        directions = np.array(self.directions)
+        field = np.zeros((2, ny * nx))
+        field[np.ix_(directions, self.operator.elements)] = traction
+        shifts = np.zeros(2)
+        shifts[directions] = rigid
         return field.reshape(2, ny, nx), shifts
 
 
@@ -201,12 +202,14 @@ class FoldedOperator(RestrictedOperator):
         both = RestrictedOperator(self.grid_operator, np.concatenate([self.elements, self.images]))
         product = both.apply(np.hstack([tractions, tractions * np.array(self.signs)[:, None]]))
         product = product[:, : self.elements.size]
-        return product if self.softening is None else product + self.softening * tractions
+        if self.softening is None:
+            return product
+        return product + self.softening * tractions
 
 
 @dataclass(frozen=True, eq=False)
 class Mirror:
-    """How a problem is its own mirror image: places of the elements on one side of the line, and of
+    """The mirror symmetry of a problem: places of the elements on one side of the line, and of
     their images.
     """
 
@@ -216,18 +219,17 @@ class Mirror:
 
     def fold(self, problem: TangentialProblem) -> TangentialProblem:
         """The problem on one side, with half of a prescribed force."""
-        instant, (along_x, along_y) = problem.instant, problem.force
+        instant = problem.instant
+        if instant is not None:
+            instant = self._folded(instant)
         return replace(
             problem,
             operator=self._folded(problem.operator),
-            instant=None if instant is None else self._folded(instant),
+            instant=instant,
             rigid_shift=problem.rigid_shift[:, self.half],
             potential=problem.potential.on(self.half),
             points=problem.points[:, self.half],
-            force=(
-                None if along_x is None else along_x / 2,
-                None if along_y is None else along_y / 2,
-            ),
+            force=tuple(None if force is None else force / 2 for force in problem.force),
         )
 
     def unfold(self, raw: RawSolution) -> RawSolution:
@@ -243,10 +245,15 @@ class Mirror:
             "_folded", {}
         )
         if self.signs not in kept:
-            half, images = operator.elements[self.half], operator.elements[self.images]
-            soft = None if operator.softening is None else operator.softening[:, self.half]
+            softening = operator.softening
+            if softening is not None:
+                softening = softening[:, self.half]
             kept[self.signs] = FoldedOperator(
-                operator.grid_operator, half, images, self.signs, softening=soft
+                operator.grid_operator,
+                operator.elements[self.half],
+                operator.elements[self.images],
+                self.signs,
+                softening=softening,
             )
         return kept[self.signs]
 
@@ -258,33 +265,52 @@ def mirror_of(problem: TangentialProblem) -> Mirror | None:
     Influence numbers have every such symmetry: xx and yy are even in y, xy is odd; on a surface
     whose curvature varies where inclinations are odd.
     """
-    operator, elements, bound = (
-        problem.operator.grid_operator,
-        problem.operator.elements,
-        problem.bound,
-    )
-    rigid_shift, columns = problem.rigid_shift, operator.shape[1]
-    if elements.size == 0 or len(rigid_shift) != 2:
+    operator = problem.operator.grid_operator
+    elements = problem.operator.elements
+    columns = operator.shape[1]
+    if elements.size == 0 or len(problem.rigid_shift) != 2:
         return None
     if not operator.has_mirror(slice(elements[0] // columns, elements[-1] // columns + 1)):
         return None
+    # each element has its mirror image among the elements, and none lies on the line
     row, column = np.divmod(elements, columns)
-    reflected = row.min() + row.max() - row
-    half = np.flatnonzero(row > reflected)
-    images = np.searchsorted(elements, reflected * columns + column)
-    images = np.minimum(images, elements.size - 1)
-    if 2 * half.size != elements.size or np.any(elements[images] != reflected * columns + column):
+    reflected_row = row.min() + row.max() - row
+    reflected = reflected_row * columns + column
+    half = np.flatnonzero(row > reflected_row)
+    images = np.minimum(np.searchsorted(elements, reflected), elements.size - 1)
+    if 2 * half.size != elements.size or np.any(elements[images] != reflected):
         return None
+    # the potential is even
     flow = problem.potential.flow
-    for even in (bound,) if flow is None else (bound, flow.threshold):
-        largest = np.max(even, initial=0.0)
-        if np.isfinite(largest) and np.abs(even - even[images]).max() > ROUNDING * largest:
-            return None
+    if not _is_even(problem.bound, images):
+        return None
+    if flow is not None and not _is_even(flow.threshold, images):
+        return None
+    # the rigid shift along one direction is even, along the other odd
+    signs = _signs_of_shift(problem, images)
+    if signs is None:
+        return None
+    return Mirror(half, images[half], signs)
+
+
+def _is_even(values: np.ndarray, images: np.ndarray) -> bool:
+    """Values (n,) equal those at the mirror images, but for rounding; infinite ones are not
+    compared.
+    """
+    largest = np.max(values, initial=0.0)
+    if not np.isfinite(largest):
+        return True
+    return not np.abs(values - values[images]).max() > ROUNDING * largest
+
+
+def _signs_of_shift(problem: TangentialProblem, images: np.ndarray) -> tuple[float, float] | None:
+    """Signs of the images' rigid shifts along x and y, without a prescribed force along the odd
+    one; None: no symmetry.
+    """
+    rigid_shift = problem.rigid_shift
+    largest = np.abs(rigid_shift).max()
     for signs, odd in (((1.0, -1.0), 1), ((-1.0, 1.0), 0)):
-        unlike = rigid_shift[:, images] - np.array(signs)[:, None] * rigid_shift
-        if (
-            problem.force[odd] is None
-            and np.abs(unlike).max() <= ROUNDING * np.abs(rigid_shift).max()
-        ):
-            return Mirror(half, images[half], signs)
+        difference = rigid_shift[:, images] - np.array(signs)[:, None] * rigid_shift
+        if problem.force[odd] is None and np.abs(difference).max() <= ROUNDING * largest:
+            return signs
     return None
