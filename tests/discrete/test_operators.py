@@ -155,4 +155,4 @@ def test_displacements_between_centres_are_as_good_as_they_are_taken_for(cells, 
     exact = sum(load @ numbers[name] for load, name in zip(loads, ("zx", "zy", "zz"), strict=True))
     about = penetration._between_centres(disc, state, x, y)
     off = np.abs(about - exact).max() * max(disc.grid.shape) / state.approach
-    assert off < penetration.BETWEEN_CENTRES
+    assert off < penetration.INTERPOLATION_ERROR

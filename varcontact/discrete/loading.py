@@ -21,7 +21,7 @@ from varcontact.scene.units import Scales
 
 @dataclass(frozen=True, eq=False)
 class PreviousStep:
-    """What a step of a history finds, dimensionless.
+    """The step before in a history, dimensionless.
 
     The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force
     (2,) of the step before, and its tractions: (2, ny, nx), or (3, ny, nx) with the pressure where
@@ -41,8 +41,8 @@ class PreviousStep:
 
 @dataclass(frozen=True, eq=False)
 class Loading:
-    """What acts on a contact: force or approach, motion, friction and layers; in a history the step
-    before.
+    """The loading of a contact: force or approach, motion, friction and layers; in a history the
+    step before.
 
     Without a motion it is normal contact only. `implicit` are the fields of the interfaces that the
     contact itself determines, as they are taken in this pass.
@@ -60,7 +60,9 @@ class Loading:
     @classmethod
     def of(cls, scene: Scene, scales: Scales) -> Loading:
         """That of a scene; of a history without its motion."""
-        motion = None if isinstance(scene.motion, Transient) else scene.motion
+        motion = None
+        if not isinstance(scene.motion, Transient):
+            motion = scene.motion
         third_body = scene.third_body
         layer = None
         if third_body is not None and third_body.yields:
@@ -69,7 +71,9 @@ class Loading:
 
     @property
     def law(self) -> Law | None:
-        return self.friction if isinstance(self.friction, Law) else None
+        if isinstance(self.friction, Law):
+            return self.friction
+        return None
 
     @property
     def coefficient(self) -> float | np.ndarray | None:
@@ -80,7 +84,9 @@ class Loading:
             return self.implicit[FRICTION]
         if isinstance(self.friction, FrictionBound):
             return None
-        return self.friction.static if isinstance(self.friction, Law) else self.friction
+        if isinstance(self.friction, Law):
+            return self.friction.static
+        return self.friction
 
     @property
     def steady(self) -> bool:
@@ -88,7 +94,7 @@ class Loading:
 
     @property
     def frictionless(self) -> bool:
-        """Whether no tangential traction can arise."""
+        """No tangential traction can arise."""
         if self.motion is None:
             return True
         return not isinstance(self.friction, Law | FrictionBound) and not np.any(self.coefficient)

@@ -1,4 +1,4 @@
-"""Where the bodies would overlap outside the potential contact: whether it holds the contact."""
+"""Overlap of the bodies outside the potential contact, which then does not hold the contact."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from varcontact.discrete.state import ContactState, as_solved, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
-BETWEEN_CENTRES = 0.03
-"""Overlap of samples that counts, by the approach, in one over the elements across: displacements
-that are linear between the elements' centres are off by less."""
+INTERPOLATION_ERROR = 0.03
+"""Least overlap of samples that counts, relative to the approach divided by the elements across:
+the error of displacements that are linear between the elements' centres is less."""
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
@@ -27,55 +27,70 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     Where the pressure was solved for on parts of the elements, the next parts are looked at.
     """
     if disc.subgrid is None:
-        found = _beyond(disc, state, closed_form)
+        box = _beyond(disc, state, closed_form)
     else:
         parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
         solved = replace(unloaded(parts.grid), pressure=pressure, approach=approach)
-        found = _beyond(parts, solved, closed_form)
+        box = _beyond(parts, solved, closed_form)
         # centres of parts may lie beyond the samples
-        if found is None and isinstance(parts.surface, SampledDistance):
-            (left, right, bottom, top), grid = parts.surface.box, parts.grid
-            x, y, slack = grid.x[None, :], grid.y[:, None], 1e-9 * max(grid.sides)
-            within = (
-                (x >= left - slack)
-                & (x <= right + slack)
-                & (y >= bottom - slack)
-                & (y <= top + slack)
-            )
-            beyond = (solved.pressure > 0) & ~within
-            found = contact_box(grid, beyond) if beyond.any() else None
-    return _overlapping_samples(disc, state) if found is None else found
+        if box is None and isinstance(parts.surface, SampledDistance):
+            box = _contact_beyond_samples(parts.surface, parts.grid, pressure)
+    if box is None:
+        box = _overlapping_samples(disc, state)
+    return box
+
+
+def _contact_beyond_samples(
+    surface: SampledDistance, grid: Grid, pressure: np.ndarray
+) -> Box | None:
+    """The box of the contact elements whose centres lie beyond the samples, or None."""
+    left, right, bottom, top = surface.box
+    x = grid.x[None, :]
+    y = grid.y[:, None]
+    slack = 1e-9 * max(grid.sides)
+    along_x = (x >= left - slack) & (x <= right + slack)
+    along_y = (y >= bottom - slack) & (y <= top + slack)
+    beyond = (pressure > 0) & ~(along_x & along_y)
+    if not beyond.any():
+        return None
+    return contact_box(grid, beyond)
 
 
 def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:
     """The box of the next elements outside the potential contact where the bodies would overlap, or
     None.
     """
+    if not ((state.pressure > 0) & _rim(disc.grid)).any():
+        return None
     grid = disc.grid.extended()
-    overlap = np.zeros(grid.shape, dtype=bool)
-    if ((state.pressure > 0) & _rim(disc.grid)).any():
-        if closed_form:
-            assert disc.hertz is not None
-            overlap = disc.hertz.on_elements(grid) > 0
-        else:
-            around = disc.operators.of(disc.operators.medium, disc.lattice.extended())
-            distance = (
-                _distance_beyond(disc, grid) - disc.base
-            ) / disc.scales.displacement - state.approach
-            margin = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
-            distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
-            if disc.K != 0 and np.any(state.traction):
-                distance = (
-                    distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
-                )
-            if (
-                disc.loading.previous_step is not None
-                and disc.loading.previous_step.distance is not None
-            ):
-                distance = distance + disc.loading.previous_step.distance
-            overlap = distance < -1e-9 * abs(state.approach)
-        overlap &= _rim(grid)
-    return contact_box(grid, overlap) if overlap.any() else None
+    if closed_form:
+        assert disc.hertz is not None
+        overlap = disc.hertz.on_elements(grid) > 0
+    else:
+        overlap = _distance_around(disc, state, grid) < -1e-9 * abs(state.approach)
+    overlap &= _rim(grid)
+    if not overlap.any():
+        return None
+    return contact_box(grid, overlap)
+
+
+def _distance_around(disc: Discretisation, state: ContactState, grid: Grid) -> np.ndarray:
+    """Deformed distance on a grid one element wider, dimensionless."""
+    around = disc.operators.of(disc.operators.medium, disc.lattice.extended())
+    undeformed = (_distance_beyond(disc, grid) - disc.base) / disc.scales.displacement
+    distance = undeformed - state.approach
+    # by pressures, by tractions of unlike bodies, by past tractions on viscoelastic ones
+    margin = [(0, 0), (1, 1), (1, 1)]
+    if grid.line:
+        margin[1] = (0, 0)
+    distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
+    if disc.K != 0 and np.any(state.traction):
+        by_traction = around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+        distance = distance + by_traction
+    previous = disc.loading.previous_step
+    if previous is not None and previous.distance is not None:
+        distance = distance + previous.distance
+    return distance
 
 
 def _rim(grid: Grid) -> np.ndarray:
@@ -94,25 +109,31 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         return None
     # contact elements and those next to them are left out: there displacements are known at centres
     # only
-    near = binary_dilation(np.pad(state.pressure > 0, 2), np.ones((3, 3)))
-    (all_x, all_y), (dx, dy), (x0, _, y0, _) = surface.coordinates, disc.grid.sides, disc.grid.box
-    column = np.clip(np.floor((all_x - x0) / dx).astype(int) + 2, 0, near.shape[1] - 1)
-    row = np.clip(np.floor((all_y - y0) / dy).astype(int) + 2, 0, near.shape[0] - 1)
-    # pressures only push the surfaces apart, but beside the load on a layer that keeps its volume
-    drawn = disc.operators.normal.table.min() < 0 or (disc.K != 0 and np.any(state.traction))
+    near_contact = binary_dilation(np.pad(state.pressure > 0, 2), np.ones((3, 3)))
+    all_x, all_y = surface.coordinates
+    dx, dy = disc.grid.sides
+    x0, _, y0, _ = disc.grid.box
+    column = np.clip(np.floor((all_x - x0) / dx).astype(int) + 2, 0, near_contact.shape[1] - 1)
+    row = np.clip(np.floor((all_y - y0) / dy).astype(int) + 2, 0, near_contact.shape[0] - 1)
+    # samples that may overlap: pressures only push the surfaces apart, but beside the load on a
+    # layer that keeps its volume
+    highest = 0.0
+    if disc.operators.normal.table.min() < 0 or (disc.K != 0 and np.any(state.traction)):
+        highest = abs(state.approach)
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
-    iy, ix = np.nonzero(
-        (distance < (abs(state.approach) if drawn else 0.0)) & ~near[np.ix_(row, column)]
-    )
+    iy, ix = np.nonzero((distance < highest) & ~near_contact[np.ix_(row, column)])
     if not iy.size:
         return None
-    below = distance[iy, ix]
+    # those that do, with the displacements
+    undeformed = distance[iy, ix]
     x, y = all_x[ix], all_y[iy]
     raised = _between_centres(disc, state, x / disc.scales.length, y / disc.scales.length)
-    over = below + raised < -BETWEEN_CENTRES / max(disc.grid.shape) * abs(state.approach)
-    if not over.any():
+    tolerance = INTERPOLATION_ERROR / max(disc.grid.shape) * abs(state.approach)
+    overlap = undeformed + raised < -tolerance
+    if not overlap.any():
         return None
-    return float(x[over].min()), float(x[over].max()), float(y[over].min()), float(y[over].max())
+    x, y = x[overlap], y[overlap]
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
 def _between_centres(
@@ -121,13 +142,18 @@ def _between_centres(
     """Normal displacement difference at points, by FFT, linear between the elements' centres."""
     from scipy.ndimage import map_coordinates
 
-    lattice, (ny, nx) = disc.lattice, disc.grid.shape
+    lattice = disc.lattice
+    ny, nx = disc.grid.shape
+    # a window of the lattice around grid and points
     column = (x - lattice.x[0]) / lattice.sides[0]
-    row = np.zeros(x.shape) if lattice.line else (y - lattice.y[0]) / lattice.sides[1]
-    (left, right), (bottom, top) = (
-        (min(0, math.floor(at.min())), math.ceil(at.max()) + 1) for at in (column, row)
-    )
-    right, top = max(right, nx), max(top, ny)
+    row = np.zeros(x.shape)
+    if not lattice.line:
+        row = (y - lattice.y[0]) / lattice.sides[1]
+    left = min(0, math.floor(column.min()))
+    right = max(math.ceil(column.max()) + 1, nx)
+    bottom = min(0, math.floor(row.min()))
+    top = max(math.ceil(row.max()) + 1, ny)
+    # displacements in that window
     fields = np.concatenate([state.traction, state.pressure[None]])
     fields = np.pad(fields, ((0, 0), (-bottom, top - ny), (-left, right - nx)))
     operators = Operators(lattice.window(left, right, bottom, top), disc.operators.medium)
@@ -146,8 +172,12 @@ def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
         left, right, bottom, top = surface.box
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
             return surface.distance(grid)
+    # extrapolated: quadratic, or of few layers linear or constant
     distance = disc.distance
-    for axis in (1,) if grid.line else (0, 1):  # quadratic, or of few layers linear or constant
+    axes = [0, 1]
+    if grid.line:
+        axes = [1]
+    for axis in axes:
         weights = ((1,), (2, -1), (3, -3, 1))[min(3, distance.shape[axis]) - 1]
         before = sum(weight * np.take(distance, [k], axis) for k, weight in enumerate(weights))
         after = sum(weight * np.take(distance, [-1 - k], axis) for k, weight in enumerate(weights))

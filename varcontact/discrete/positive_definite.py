@@ -27,12 +27,12 @@ MISSED = 1e-10
 """The chance, over the random start, that conjugate gradients take an S for positive definite that
 is not."""
 
-SHARE = 1e-2
+MISSED_SHARE = 1e-2
 """Part of that chance by which the residual falls short of it, so that there is room for a least
 eigenvalue."""
 
 SLACK = 1e-3
-"""What conjugate gradients may leave open of an energy, relative; it is added."""
+"""Relative error of an energy at which conjugate gradients end; it is added."""
 
 MAX_ITERATIONS = 1000
 SEED = 0
@@ -44,19 +44,12 @@ def positive_definite(
     """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be
     positive definite.
     """
-    if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
-        from scipy.linalg import LinAlgError, cholesky
-        from scipy.linalg.lapack import dtrtri
-
-        matrix = operator.matrix
-        try:
-            factor = cholesky(
-                (matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False
-            )
-        except LinAlgError:
-            return None
-        return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
-    return _iterated(replace(operator, grid_operator=operator.grid_operator.symmetric_part()))
+    if dense_limit is None:
+        dense_limit = DENSE_LIMIT
+    if operator.elements.size > dense_limit:
+        symmetric = operator.grid_operator.symmetric_part()
+        return _iterated(replace(operator, grid_operator=symmetric))
+    return _factored(operator.matrix)
 
 
 def norm(operator: GridOperator) -> float:
@@ -66,11 +59,8 @@ def norm(operator: GridOperator) -> float:
     from scipy.fft import next_fast_len
 
     rows, columns = (next_fast_len(size, real=True) for size in operator.table.shape[2:])
-    return float(
-        np.sqrt(
-            np.sum(np.abs(spectrum_of(operator.table, (rows, columns))) ** 2, axis=(0, 1)).max()
-        )
-    )
+    spectrum = spectrum_of(operator.table, (rows, columns))
+    return float(np.sqrt(np.sum(np.abs(spectrum) ** 2, axis=(0, 1)).max()))
 
 
 # ----------------------------------------------------------------------------- by Cholesky's factor
@@ -90,6 +80,19 @@ class _Factored:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
+
+
+def _factored(matrix: np.ndarray) -> _Factored | None:
+    """S of a dense matrix, or None where Cholesky's factor does not exist."""
+    from scipy.linalg import LinAlgError, cholesky
+    from scipy.linalg.lapack import dtrtri
+
+    symmetric = (matrix + matrix.T) / 2
+    try:
+        factor = cholesky(symmetric, lower=True, overwrite_a=True, check_finite=False)
+    except LinAlgError:
+        return None
+    return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
 
 
 # --------------------------------------------------------------------------- by conjugate gradients
@@ -113,19 +116,21 @@ class _Iterated:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
-        found, slack = np.zeros(len(right)), SLACK * self.relative
+        bounds = np.zeros(len(right))
+        slack = SLACK * self.relative
         for i in np.flatnonzero(right.any(axis=(1, 2))):
             run = _conjugate_gradients(
                 self.symmetric, self.inverse, right[i], lambda weight, xb: weight <= slack * xb
             )
             if run is None:
-                found[i] = np.inf
+                bounds[i] = np.inf
                 continue
-            solution, _ = run  # x'b + x'r + r'S^-1 r with its residual r, and r'Q r for the last
+            solution, _ = run
+            # x'b + x'r + r'S^-1 r with the residual r, and r'Q r for the last
             residual = right[i] - self.symmetric.apply(solution)
-            open_ = np.sum(residual * self.inverse(residual)) / self.relative
-            found[i] = np.sum(solution * (right[i] + residual)) + open_
-        return found
+            remainder = np.sum(residual * self.inverse(residual)) / self.relative
+            bounds[i] = np.sum(solution * (right[i] + residual)) + remainder
+        return bounds
 
 
 PositiveDefinite = _Factored | _Iterated
@@ -147,33 +152,38 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     weight. The same holds with ``t / P(relative)`` for all lambda up to `relative`, below the least
     root of P.
     """
-    inverse, least, largest, whole = _inverse_symbol(symmetric.grid_operator)
+    # preconditioner Q, weighted where elements are softened
+    inverse, least, largest, is_positive = _inverse_symbol(symmetric.grid_operator)
     ny, nx = inverse.shape
     own = float(np.mean(np.diagonal(inverse.table[:, :, ny - 1, nx - 1])))
-    weight = np.asarray(
-        1 / np.sqrt(1 + own * (0.0 if symmetric.softening is None else symmetric.softening))
-    )
-    preconditioner = partial(
-        _preconditioned, replace(symmetric, grid_operator=inverse, softening=None), weight
-    )
+    softening: np.ndarray | float = 0.0
+    if symmetric.softening is not None:
+        softening = symmetric.softening
+    weight = np.asarray(1 / np.sqrt(1 + own * softening))
+    between_elements = replace(symmetric, grid_operator=inverse, softening=None)
+    preconditioner = partial(_preconditioned, between_elements, weight)
     largest /= float(weight.min() ** 2)
-    if whole and type(symmetric.grid_operator) is GridOperator:
+    if is_positive and type(symmetric.grid_operator) is GridOperator:
         return _Iterated(symmetric, preconditioner, 1.0, least)
-    right = np.random.default_rng(SEED).normal(
-        size=(inverse.table.shape[1], symmetric.elements.size)
-    )
-    enough = SHARE * MISSED * np.sqrt(np.pi / (2 * largest))
+    # conjugate gradients from a random right-hand side
+    size = (inverse.table.shape[1], symmetric.elements.size)
+    right = np.random.default_rng(SEED).normal(size=size)
+    tol = MISSED_SHARE * MISSED * np.sqrt(np.pi / (2 * largest))
     run = _conjugate_gradients(
-        symmetric, preconditioner, right, lambda weight, energy: weight <= enough**2
+        symmetric, preconditioner, right, lambda weight, energy: weight <= tol**2
     )
     if run is None:
         return None
-    relative, high = 0.0, 2.0
-    for _ in range(50):  # where, below its least root, P has come down to the share, by bisection
+    # least eigenvalue of Q S: P falls to the share there, below its least root
+    _, steps = run
+    relative = 0.0
+    high = 2.0
+    for _ in range(50):
         middle = (relative + high) / 2
-        relative, high = (
-            (middle, high) if _residual(run[1], middle) >= SHARE else (relative, middle)
-        )
+        if _residual(steps, middle) >= MISSED_SHARE:
+            relative = middle
+        else:
+            high = middle
     return _Iterated(symmetric, preconditioner, relative, relative * least)
 
 
@@ -194,19 +204,21 @@ def _conjugate_gradients(
     symmetric: RestrictedOperator,
     inverse: Callable[[np.ndarray], np.ndarray],
     right: np.ndarray,
-    enough: Callable[[float, float], bool],
+    converged: Callable[[float, float], bool],
 ) -> tuple[np.ndarray, list[tuple[float, float]]] | None:
-    """Solve ``S x = b`` until the weight ``r'Q r`` of the residual is enough, which is told the
-    energy ``x'b``, too.
+    """Solve ``S x = b`` until `converged` accepts the weight ``r'Q r`` of the residual and the
+    energy ``x'b``.
 
     Also the steps (alpha, beta). None where a direction has no positive curvature, or there are too
     many steps.
     """
-    x, residual, energy = np.zeros_like(right), right.copy(), 0.0
+    x = np.zeros_like(right)
+    residual = right.copy()
+    energy = 0.0
     direction = inverse(residual)
     weight = float(np.sum(residual * direction))
     steps: list[tuple[float, float]] = []
-    while not enough(weight, energy):
+    while not converged(weight, energy):
         image = symmetric.apply(direction)
         curvature = float(np.sum(direction * image))
         if not curvature > 0 or len(steps) == MAX_ITERATIONS:
@@ -216,48 +228,51 @@ def _conjugate_gradients(
         residual -= alpha * image
         energy += alpha * weight
         preconditioned = inverse(residual)
-        weight, before = float(np.sum(residual * preconditioned)), weight
-        steps.append((alpha, weight / before))
-        direction = preconditioned + weight / before * direction
+        last_weight = weight
+        weight = float(np.sum(residual * preconditioned))
+        steps.append((alpha, weight / last_weight))
+        direction = preconditioned + weight / last_weight * direction
     return x, steps
 
 
 def _inverse_symbol(symmetric: GridOperator) -> tuple[GridOperator, float, float, bool]:
-    """The inverse of S's symbol on a periodic box of twice the grid; its least and largest value;
-    whether it is whole.
+    """The inverse of S's symbol on a periodic box of twice the grid; the least and the largest
+    value of the symbol; true where no value was lifted.
 
-    Where it is not, its small values were lifted to ``1/(20 n)`` of the largest: 51 468 elements
-    take 70-90 iterations to 1e-8 where none takes 1100-1300.
+    Values below ``1/(20 n)`` of the largest are lifted to it: 51 468 elements take 70-90 iterations
+    to 1e-8, without lifting 1100-1300.
     """
     from scipy import fft
 
-    (ny, nx), components = symmetric.shape, np.arange(symmetric.table.shape[0])
+    ny, nx = symmetric.shape
     box = fft.next_fast_len(2 * ny, real=True), fft.next_fast_len(2 * nx, real=True)
-    # offsets beyond the table have the mean of its ends: no two elements are so far apart, and
-    # zeros would make the
-    # symbol negative
-    kernel = symmetric.table
-    for axis, size in zip((2, 3), box, strict=True):
-        n = (kernel.shape[axis] + 1) // 2
-        offset = np.where(np.arange(size) < size / 2, np.arange(size), np.arange(size) - size)
-        known, sign = np.abs(offset) < n, np.where(offset < 0, -1, 1)
-        ends = (np.where(known, offset, end * sign * (n - 1)) + n - 1 for end in (1, -1))
-        one, other = (np.take(kernel, each, axis) for each in ends)
-        kernel = (one + other) / 2
+    # symbol, and its eigenvalues at each wave number
+    kernel = _periodic(_periodic(symmetric.table, 2, box[0]), 3, box[1])
     symbol = np.moveaxis(fft.rfft2(kernel), (0, 1), (-2, -1))
     values, vectors = np.linalg.eigh((symbol + np.conj(symbol.swapaxes(-1, -2))) / 2)
-    largest, own = float(values.max()), float(values.min())
+    largest = float(values.max())
     lifted = np.maximum(values, largest / (20 * max(nx, ny)))
-    inverse = np.moveaxis(
-        (vectors / lifted[..., None, :]) @ np.conj(vectors.swapaxes(-1, -2)), (-2, -1), (0, 1)
-    )
-    wrapped = np.ix_(
-        components, components, np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1]
-    )
     least = float(lifted.min())
-    return (
-        GridOperator(symmetric.shape, fft.irfft2(inverse, box)[wrapped]),
-        least,
-        largest,
-        least == own,
-    )
+    # inverse, as a table of the grid
+    inverse = (vectors / lifted[..., None, :]) @ np.conj(vectors.swapaxes(-1, -2))
+    inverse = np.moveaxis(inverse, (-2, -1), (0, 1))
+    components = np.arange(symmetric.table.shape[0])
+    rows = np.arange(1 - ny, ny) % box[0]
+    columns = np.arange(1 - nx, nx) % box[1]
+    table = fft.irfft2(inverse, box)[np.ix_(components, components, rows, columns)]
+    return GridOperator(symmetric.shape, table), least, largest, least == float(values.min())
+
+
+def _periodic(table: np.ndarray, axis: int, size: int) -> np.ndarray:
+    """A table of influence numbers on a periodic box along an axis.
+
+    Offsets beyond the table have the mean of its ends: no two elements are so far apart, and zeros
+    would make the symbol negative.
+    """
+    n = (table.shape[axis] + 1) // 2
+    offset = np.where(np.arange(size) < size / 2, np.arange(size), np.arange(size) - size)
+    inside = np.abs(offset) < n
+    end = np.where(offset < 0, 1 - n, n - 1)
+    near = np.take(table, np.where(inside, offset, end) + n - 1, axis)
+    far = np.take(table, np.where(inside, offset, -end) + n - 1, axis)
+    return (near + far) / 2
