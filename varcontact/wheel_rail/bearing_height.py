@@ -1,9 +1,8 @@
-"""The height of the axle that bears a load: heights to try, by the forces at those before."""
+"""Search for the height of the axle that bears a load: heights to try, by the forces at those before."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -27,13 +26,13 @@ by solvers."""
 
 
 class BearingHeight:
-    """The heights to try until one bears the load; of a case with a height, that alone.
+    """Search for the height that bears the load; of a case with a height, that alone.
 
-    At each, `normal_forces_bear` takes the vertical part of the normal forces, and says whether it
-    is worth solving for the rest; `borne` takes the vertical force. The secant method is for
-    force^(2/3) of normal forces, which is nearly straight, between heights that bear less and more;
-    the vertical force is nearly a power of what normal forces bear. From another position come the
-    height to start at, and the forces `known`: those of the normal forces, and of all.
+    `propose` gives the next height until `done`. There, `learn_normal` takes the vertical part of the normal forces
+    alone, and `near` says whether the rest is worth solving for; `learn` takes the vertical force. The secant method is
+    for force^(2/3) of normal forces, which is nearly straight, between heights that bear less and more; the vertical
+    force is nearly a power of what normal forces bear. From another position come the height to start at, and the
+    forces `known`: those of the normal forces, and of all.
     """
 
     def __init__(
@@ -43,91 +42,116 @@ class BearingHeight:
         start: float | None = None,
         known: tuple[float, float] | None = None,
     ) -> None:
-        self.rounds, self._case, self._tol, self._load = (
-            0,
-            case,
-            tol,
-            case.vertical_force or math.nan,
-        )
-        stiffness = (
-            4
-            / 3
-            * case.bodies.combined_G
-            / (1 - case.bodies.combined_nu)
-            * np.sqrt(case.wheelset.radius)
-        )
-        given = start if case.z is None else case.z
-        self.z: float = (
-            case.touching + (self._load / stiffness) ** (2 / 3) if given is None else given
-        )
-        self._tried, self._slope = [(case.touching, 0.0)], math.nan
+        self.rounds = 0
+        self.done = False
+        self._case = case
+        self._tol = tol
+        self._load = case.vertical_force or math.nan
+        self.z = self._first(start)
+        self._tried = [(case.touching, 0.0)]
+        self._slope = math.nan
         # normal forces, and what they bear with the rest
-        self._known, self._power = known or (1.0, 1.0), 1.0
-        # tractions bear a part
+        self._known = known or (1.0, 1.0)
+        self._power = 1.0
+        # where tractions bear a part, they are solved for near the height
         self._mixed = case.with_friction or case.bodies.K != 0 or case.conformal is True
-        self._near, self._excess, self._borne = (
-            (NEAR if known else FAR) if self._mixed else tol,
-            math.inf,
-            False,
-        )
+        self._enough = tol
+        if self._mixed:
+            self._enough = NEAR if known else FAR
+        self._excess = math.inf
 
-    def __iter__(self) -> Iterator[float]:
+    def _first(self, start: float | None) -> float:
+        """The height to begin with: given, of another position, or that of Hertz's contact of a ball."""
+        case = self._case
+        if case.z is not None:
+            return case.z
+        if start is not None:
+            return start
+        G, nu = case.bodies.combined_G, case.bodies.combined_nu
+        stiffness = 4 / 3 * G / (1 - nu) * np.sqrt(case.wheelset.radius)
+        return float(case.touching + (self._load / stiffness) ** (2 / 3))
+
+    def propose(self) -> float:
+        """The next height; `NotConverged` where there is none left."""
+        if self._case.z is None:
+            if self.rounds > 0:
+                self._move()
+            self.rounds += 1
+        return self.z
+
+    def _move(self) -> None:
+        before = self.z
+        self.z = self._next()
+        if self.z == before or self.rounds == ROUNDS:
+            raise NotConverged(self._missed(), abs(self._excess))
+
+    def _missed(self) -> str:
+        words = f"no height of the axle was found that bears {self._load:g} N"
+        if self._tol * (self.z - self._case.touching) >= ROUNDING * self._case.wheelset.radius:
+            return words
+        reason = "heights are rounded more coarsely; give a larger load, or tol"
+        return f"{words} to within tol = {self._tol:g}: {reason}"
+
+    @property
+    def near(self) -> bool:
+        """Whether the normal forces bear so much of the load that tractions are worth solving for."""
+        return abs(self._excess) <= self._enough
+
+    def learn_normal(self, force: float) -> None:
+        """The vertical part of the normal forces alone, at the height that was proposed."""
         if self._case.z is not None:
-            yield self.z
+            self._excess = 0.0
             return
-        for self.rounds in range(1, ROUNDS + 1):
-            self._borne = False
-            yield self.z
-            if self._borne and abs(self._excess) <= self._tol:
-                return
-            before, self.z = self.z, self._next()
-            if self.z == before:
-                break
-        missed = f"no height of the axle was found that bears {self._load:g} N"
-        if self._tol * (self.z - self._case.touching) < ROUNDING * self._case.wheelset.radius:
-            missed += f" to within tol = {self._tol:g}: heights are rounded more coarsely; give a larger load, or tol"
-        raise NotConverged(missed, abs(self._excess))
-
-    def normal_forces_bear(self, force: float) -> bool:
         self._tried.append((self.z, force))
         normal, known = self._known
         self._excess = known * (force / normal) ** self._power / self._load - 1
-        return abs(self._excess) <= self._near
 
-    def borne(self, force: float) -> None:
+    def learn(self, force: float) -> None:
+        """The vertical force at the height that was proposed."""
         if self._case.z is not None:
+            self.done = True
             return
         if force <= 0:
-            lifted = (
-                f"friction lifts it by more than its normal force bears (together {force:.4g} N)"
-            )
-            reason = f"vertical_force = {self._load:g} N: no height of the axle bears it: {lifted}"
-            raise SceneError(
-                "vertical_force",
-                self._load,
-                message=f"{reason}; give another position or friction, or z",
-            )
+            raise self._lifted(force)
         if self._tried[-1][0] != self.z:
             self._tried.append((self.z, force))
-        normal, (before, known) = self._tried[-1][1], self._known
+        normal = self._tried[-1][1]
+        before, known = self._known
         if before != 1.0 and abs(normal / before - 1) > LITTLE:
-            self._power = float(
-                np.clip(math.log(force / known) / math.log(normal / before), *POWERS)
-            )
-        self._known, self._excess, self._borne = (normal, force), force / self._load - 1, True
+            power = math.log(force / known) / math.log(normal / before)
+            self._power = float(np.clip(power, *POWERS))
+        self._known = normal, force
+        self._excess = force / self._load - 1
+        self.done = abs(self._excess) <= self._tol
         if self._mixed:
-            self._near = max(NEAR, LEFT * abs(self._excess))
+            self._enough = max(NEAR, LEFT * abs(self._excess))
+
+    def _lifted(self, force: float) -> SceneError:
+        load = self._load
+        lifted = f"friction lifts it by more than its normal force bears (together {force:.4g} N)"
+        reason = f"vertical_force = {load:g} N: no height of the axle bears it: {lifted}"
+        remedy = "give another position or friction, or z"
+        return SceneError("vertical_force", load, message=f"{reason}; {remedy}")
 
     def _next(self) -> float:
+        """The height by the secant method, between those that bear less and more."""
         heights, forces = np.array(self._tried).T
         normal, known = self._known
         goal = normal * (self._load / known) ** (1 / self._power)
-        values, touching = forces ** (2 / 3) - goal ** (2 / 3), self._case.touching
+        values = forces ** (2 / 3) - goal ** (2 / 3)
+        touching = self._case.touching
+        # slope between the last two heights
         moved = self.z - heights[-2]
         if abs(moved) > LITTLE * (self.z - touching):
             self._slope = (values[-1] - values[-2]) / moved
-        step = self.z - values[-1] / self._slope if self._slope > 0 else math.inf
-        low, high = heights[values < 0].max(), heights[values >= 0].min(initial=math.inf)
+        step = math.inf
+        if self._slope > 0:
+            step = self.z - values[-1] / self._slope
+        # bracket
+        low = heights[values < 0].max()
+        high = heights[values >= 0].min(initial=math.inf)
         if np.isinf(high):
             return float(min(step, touching + GROWTH * (self.z - touching)))
-        return float(step if low < step < high else (low + high) / 2)
+        if low < step < high:
+            return float(step)
+        return float((low + high) / 2)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
@@ -15,12 +16,9 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.operators import Operators
 from varcontact.errors import NotConverged, PlausibilityWarning, SceneError, VarcontactError
-from varcontact.kinematics import Frame
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
 from varcontact.scene.plausibility import warn as warn_of_doubts
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving import adaptive
 from varcontact.solving.adaptive import (
@@ -36,17 +34,23 @@ from varcontact.solving.adaptive import (
     estimated,
     richardson,
 )
-from varcontact.solving.on_grid import ContactOnGrid, Near
+from varcontact.solving.on_grid import ContactOnGrid
 from varcontact.solving.options import BY_DEFAULT, CertifyName, SolveOptions, Target
 from varcontact.solving.side_by_side import settled_together
-from varcontact.solving.solve import solve
 from varcontact.system.process import one_blas_thread
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.bearing_height import BearingHeight
 from varcontact.wheel_rail.doubts import noisy_patches, too_wide, warn, warn_of_noise
 from varcontact.wheel_rail.plausibility import doubts
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.seams import weakened
+from varcontact.wheel_rail.wheel_on_elements import (
+    Start,
+    WheelOnElements,
+    for_pressure,
+    patches_at,
+    solved_alone,
+    vertical,
+)
 from varcontact.wheel_rail.wheel_on_rail import VARIES, ContactPatch, WheelOnRail
 
 SIDE_BY_SIDE = 32
@@ -54,9 +58,6 @@ SIDE_BY_SIDE = 32
 LEAP = 0.1
 """Change of the depth between positions, relative, from which the next one is not expected to
 follow it."""
-ON_ELLIPSE = 32
-"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not
-jump."""
 TARGETS = ("accuracy", "time_budget")
 START = 0.5, 0.125
 """Sides of elements [mm] for the first height, where grids are chosen."""
@@ -68,24 +69,6 @@ START_TOL = 1e-3
 MOVED = 0.02
 """Change of the height, relative to the least approach, from which contacts are determined
 again."""
-
-Solved = tuple[WheelRailSolution, list[Operators]]
-"""With the operators on the grids of its patches."""
-Kind = TypeVar("Kind")
-Steps = Generator[list[ContactOnGrid], list[ContactOnGrid], Kind]
-"""What gives contacts with their pressures, and is given them, some with tractions, until it has
-its result."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Start:
-    """Where the search for a height begins: at that of a solution, so much deeper, with its
-    operators if known.
-    """
-
-    solution: WheelRailSolution
-    deeper: float = 0.0
-    operators: Sequence[Operators] = ()
 
 
 def solve_wheel_on_rail(
@@ -123,80 +106,171 @@ def solve_wheels_on_rails(
     spent on finer ones. Parts of them are solved side by side, with all tractions at a time; within
     a part each begins from the one before, and as much deeper as that was than the one before it.
     """
-    found: dict[int, WheelRailSolution | VarcontactError] = {}
     methods["certify"] = certify
-
-    def part(numbers: list[int]) -> Steps[None]:
-        start, depth = None, 0.0
-        for k in numbers:
-            try:
-                last, operators = yield from _wheel(cases[k], tol, methods, start, on_first)
-                before, depth = depth, last.z - last.case.touching
-                leaps = abs(depth - before) >= LEAP * depth
-                start = _Start(last, 0.0 if leaps else depth - before, operators)
-                found[k] = last
-            except VarcontactError as error:
-                found[k] = error
-            yield []
-        for each in start.operators if start else ():
-            each.forget()
-
+    together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
     order = sorted(range(len(cases)), key=lambda k: cases[k].side)
     parts = np.array_split(order, min(SIDE_BY_SIDE, len(cases))) if cases else []
-    together = len(cases) > 1 and methods.keys().isdisjoint(("tangential", "method", "formulation"))
-    waiting: list[tuple[Steps[None], list[ContactOnGrid]]] = [
-        (part(each.tolist()), []) for each in parts
-    ]
-    while waiting:
-        flat, going = [contact for _, contacts in waiting for contact in contacts], []
-        settled = settled_together(flat) if together else flat
-        for steps, contacts in waiting:
-            with one_blas_thread(), suppress(StopIteration), catch_warnings():
-                # of scenes of patches: `warn` has them, each once
-                simplefilter("ignore", PlausibilityWarning)
-                own = [settled.pop(0) for _ in contacts]
-                going.append((steps, steps.send(own) if own else next(steps)))
-            yield from found.items()
-            found.clear()
-        waiting = going
+    going = []
+    for part in parts:
+        own_cases = {k: cases[k] for k in part.tolist()}
+        going.append(_Series(own_cases, tol, methods, on_first))
+    while going:
+        # pressures at the next height of each
+        proposed: list[list[ContactOnGrid]] = []
+        for each in going:
+            with _without_doubts():
+                proposed.append(each.propose())
+            yield from each.new_answers()
+        # tractions of all
+        contacts = [contact for own in proposed for contact in own]
+        settled = settled_together(contacts) if together else contacts
+        # forces, which tell the heights after
+        for each, own in zip(going, proposed, strict=True):
+            with _without_doubts():
+                each.learn([settled.pop(0) for _ in own])
+            yield from each.new_answers()
+        going = [each for each in going if not each.done]
 
 
-def _wheel(
-    case: WheelOnRail,
-    tol: float,
-    methods: dict[str, Any],
-    start: _Start | None = None,
-    on_first: Callable[[WheelRailSolution], None] = lambda first: None,
-) -> Steps[Solved]:
-    tol, theory = checks.positive("tol", tol), methods.get("tangential") in THEORIES
-    target = _target(case, methods, theory)
-    methods = {name: value for name, value in methods.items() if name not in TARGETS}
-    if isinstance(methods.get("start"), WheelRailSolution):
-        start = _Start(methods.pop("start"))
-    # by default grids are chosen where no argument determines them
+@contextmanager
+def _without_doubts() -> Iterator[None]:
+    """Plausibility warnings of scenes of patches are left out: `warn` has them, each once."""
+    with one_blas_thread(), catch_warnings():
+        simplefilter("ignore", PlausibilityWarning)
+        yield
+
+
+class _Series:
+    """Wheels that are solved one after the other, each from the one before.
+
+    `propose` gives contacts of one of them, and `learn` takes them back with tractions, until
+    `done`. A wheel whose grids are chosen is solved at once.
+    """
+
+    def __init__(
+        self,
+        cases: dict[int, WheelOnRail],
+        tol: float,
+        methods: dict[str, Any],
+        on_first: Callable[[WheelRailSolution], None],
+    ) -> None:
+        self._left = deque(cases.items())
+        self._tol = tol
+        self._methods = methods
+        self._on_first = on_first
+        self._answers: dict[int, WheelRailSolution | VarcontactError] = {}
+        # of the wheels before
+        self._start: Start | None = None
+        self._depth = 0.0
+        # of the wheel that is solved now
+        self._number = -1
+        self._wheel: WheelOnElements | None = None
+        self._in_plane: WheelOnElements | None = None
+
+    @property
+    def done(self) -> bool:
+        return self._wheel is None and not self._left
+
+    def new_answers(self) -> list[tuple[int, WheelRailSolution | VarcontactError]]:
+        """Numbers and solutions, or refusals, since this was asked last."""
+        found = list(self._answers.items())
+        self._answers.clear()
+        return found
+
+    def propose(self) -> list[ContactOnGrid]:
+        """Contacts with their pressures, whose tractions come next; none where a wheel ends."""
+        try:
+            if self._wheel is None:
+                self._begin()
+            while self._wheel is not None:
+                contacts = self._wheel.propose()
+                if contacts:
+                    return contacts
+                self._after(self._wheel)
+        except VarcontactError as error:
+            self._refuse(error)
+        return []
+
+    def learn(self, contacts: list[ContactOnGrid]) -> None:
+        """The contacts that were proposed."""
+        if self._wheel is None:
+            return
+        try:
+            self._wheel.learn(contacts)
+        except VarcontactError as error:
+            self._refuse(error)
+
+    def _begin(self) -> None:
+        """The next wheel."""
+        self._number, case = self._left.popleft()
+        tol = checks.positive("tol", self._tol)
+        target = _target(case, self._methods)
+        methods = {name: value for name, value in self._methods.items() if name not in TARGETS}
+        start = self._start
+        if isinstance(methods.get("start"), WheelRailSolution):
+            start = Start(methods.pop("start"))
+        if target is None:
+            self._wheel = WheelOnElements(case, tol, methods, start)
+            return
+        self._answer(_to_target(case, tol, methods, target, self._on_first), [])
+
+    def _after(self, wheel: WheelOnElements) -> None:
+        """The wheel again on a curved surface where a plane is too flat; else its answer."""
+        solution = wheel.solution()
+        case = solution.case
+        flat = case.conformal == "auto" and not wheel.by_theory
+        if flat and any(too_wide(case, each) for each in solution.patches):
+            self._in_plane = wheel
+            self._wheel = wheel.curved()
+        else:
+            self._answer(solution, wheel.operators)
+
+    def _refuse(self, error: VarcontactError) -> None:
+        """The error as the answer, or the solution in a plane where there is none on a curved one."""
+        flat = self._in_plane
+        if flat is not None and isinstance(error, NotConverged | SceneError):
+            # a profile that turns too fast or is too rough: the warning tells
+            self._answer(flat.solution(), flat.operators)
+            return
+        self._answers[self._number] = error
+        self._end()
+
+    def _answer(self, solution: WheelRailSolution, operators: Sequence[Operators]) -> None:
+        """A solution, and from there the start of the next wheel: as much deeper again."""
+        depth = solution.z - solution.case.touching
+        deeper = depth - self._depth
+        if abs(deeper) >= LEAP * depth:
+            deeper = 0.0
+        self._depth = depth
+        self._start = Start(solution, deeper, operators)
+        self._answers[self._number] = solution
+        self._end()
+
+    def _end(self) -> None:
+        self._wheel = None
+        self._in_plane = None
+        if self.done and self._start is not None:
+            for each in self._start.operators:
+                each.forget()
+
+
+def _target(case: WheelOnRail, methods: dict[str, Any]) -> Target | None:
+    """The accuracy or time that grids are chosen for: by default where nothing determines them."""
+    theory = methods.get("tangential") in THEORIES
+    _check_methods(case, methods, theory)
+    given = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
+    if given:
+        return Target(**given)
     exact = not theory and methods.get("formulation") != "marching"
     has_friction = not isinstance(case.friction, float) or 0 < case.friction < np.inf
-    free = all(each is None for each in (case.dx, case.dy, start, methods.get("start")))
-    if target is None and exact and has_friction and free:
-        target = Target(BY_DEFAULT, by_default=True)
-    if target is not None:
-        return (yield from _to_target(case, tol, methods, target, on_first))
-    found = yield from _on_elements(case, tol, methods, start)
-    if (
-        case.conformal == "auto"
-        and not theory
-        and any(too_wide(case, each) for each in found[0].patches)
-    ):
-        # a profile that turns too fast or is too rough: the warning tells
-        with suppress(NotConverged, SceneError):
-            found = yield from _on_elements(replace(case, conformal=True), tol, methods)
-    return found
+    free = case.dx is None and case.dy is None and methods.get("start") is None
+    if exact and has_friction and free:
+        return Target(BY_DEFAULT, by_default=True)
+    return None
 
 
-def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> Target | None:
-    """The accuracy or time budget that grids are chosen for, if one is given; what a wheel has not
-    is refused.
-    """
+def _check_methods(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> None:
+    """What a wheel has not is refused."""
     checks.gone("refine", methods.get("refine"), checks.REFINE_BECAME)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], "left out: it is for histories of steps")
@@ -219,113 +293,6 @@ def _target(case: WheelOnRail, methods: dict[str, Any], theory: bool) -> Target 
                 f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
             )
             raise SceneError("tangential", methods["tangential"], message=reason)
-    return Target(**target) if target else None
-
-
-def _on_elements(
-    case: WheelOnRail,
-    tol: float,
-    methods: dict[str, Any],
-    start: _Start | None = None,
-    deadline: float = math.inf,
-    second_order: bool = False,
-) -> Steps[Solved]:
-    """On elements of dx and dy; each height begins with what was found at the one before, or at the
-    start.
-    """
-    search, by_theory = BearingHeight(case, tol), methods.get("tangential") in THEORIES
-    before: list[Solution | Near] = []
-    known: Sequence[Operators] = ()
-    if start is not None:
-        last, known = start.solution, start.operators
-        before, frames = (
-            [each.solution for each in last.patches],
-            [each.frame for each in last.patches],
-        )
-        forces = [each.force for each in last.patches]
-        normal, borne = (
-            _vertical(frames, forces, False),
-            _vertical(frames, forces, case.with_friction),
-        )
-        z = case.touching + (last.z - last.case.touching + start.deeper)
-        search = BearingHeight(case, tol, z, (normal, borne))
-    frictionless: list[ContactOnGrid] = []
-    found: list[ContactOnGrid] = []
-    for z in search:
-        patches = _patches(case, z)
-        if second_order:
-            patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
-        scenes, frames = [patch.scene for patch in patches], [patch.frame for patch in patches]
-        if case.z is None:
-            bare = [replace(scene, motion=None, friction=None) for scene in scenes]
-            near = [each.near for each in frictionless] or before
-            frictionless = _contacts(bare, _for_pressure(methods), near, known, deadline=deadline)
-            known = [each.disc.operators for each in frictionless]
-            if not search.normal_forces_bear(
-                _vertical(frames, [each.force for each in frictionless], False)
-            ):
-                continue
-        if by_theory:
-            solutions = [_by_theory(scene, methods) for scene in scenes]
-            forces = [np.array([*each.force, each.normal_force]) for each in solutions]
-        else:
-            near = [each.near for each in found] or before or [each.near for each in frictionless]
-            loaded = _contacts(scenes, methods, near, (), frictionless, deadline)
-            if loaded:
-                settled = yield loaded
-                found = [
-                    each.settled() if each is one else each
-                    for each, one in zip(settled, loaded, strict=True)
-                ]
-            else:
-                found = _contacts(scenes, methods, near, known, deadline=deadline)
-            forces = [each.force for each in found]
-        search.borne(_vertical(frames, forces, case.with_friction))
-    if found:
-        solutions = [each.solution() for each in found]
-    solved = WheelRailSolution(
-        case, search.z, tuple(map(PatchSolution, patches, solutions)), search.rounds
-    )
-    return solved, [each.disc.operators for each in found]
-
-
-def _patches(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-    """The patches at a height, where those in parts have what each feels of the others."""
-    patches = case.patches(z, with_grid=with_grid)
-    return tuple(
-        replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each
-        for each in patches
-    )
-
-
-def _contacts(
-    scenes: list[Scene],
-    methods: dict[str, Any],
-    near: Sequence[Solution | Near],
-    known: Sequence[Operators],
-    frictionless: Sequence[ContactOnGrid] = (),
-    deadline: float = math.inf,
-) -> list[ContactOnGrid]:
-    """The contacts of patches, from others of theirs and with their influence numbers, if there are
-    as many.
-
-    Of `frictionless` ones with their pressures, and tractions to begin with; none where these
-    change a pressure.
-    """
-    contacts: list[ContactOnGrid] = []
-    for k, scene in enumerate(scenes):
-        options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
-        start = near[k] if len(near) == len(scenes) else None
-        own = known[k] if len(known) == len(scenes) else None
-        loaded = frictionless[k].loaded(scene, options, start) if frictionless else None
-        if frictionless and loaded is None:
-            return []
-        contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
-    kept = [each.disc.operators for each in contacts]
-    for each in known:
-        if each not in kept:
-            each.forget()
-    return contacts
 
 
 def _to_target(
@@ -334,33 +301,34 @@ def _to_target(
     methods: dict[str, Any],
     target: Target,
     on_first: Callable[[WheelRailSolution], None],
-) -> Steps[Solved]:
+) -> WheelRailSolution:
     """To an accuracy or within a time, with error bars; on a curved surface where a plane is too
     flat.
     """
     started = time.perf_counter()
-    first = yield from _first(case, tol, methods, target, started)
+    first = _first(case, tol, methods, target, started)
     on_first(first)
     if case.conformal == "auto" and any(too_wide(case, each) for each in first.patches):
         curved = replace(case, conformal=True)
         # a profile that turns too fast or is too rough: the warning tells
         with suppress(NotConverged, SceneError):
-            first_curved = yield from _first(curved, tol, methods, target, started)
-            return (yield from _from_first(curved, tol, methods, target, first_curved, started))
-    return (yield from _from_first(case, tol, methods, target, first, started))
+            first_curved = _first(curved, tol, methods, target, started)
+            return _from_first(curved, tol, methods, target, first_curved, started)
+    return _from_first(case, tol, methods, target, first, started)
 
 
 def _first(
     case: WheelOnRail, tol: float, methods: dict[str, Any], target: Target, started: float
-) -> Steps[WheelRailSolution]:
+) -> WheelRailSolution:
     """A first solution: the height, where the contacts are, and whether noise dominates them."""
-    rough, methods = replace(case, dx=START[0], dy=START[1]), methods | {"certify": None}
+    rough = replace(case, dx=START[0], dy=START[1])
+    methods = methods | {"certify": None}
     deadline = _deadline(target, started, few=True)
     try:
-        first, _ = yield from _on_elements(rough, max(tol, START_TOL), methods, deadline=deadline)
+        tol = max(tol, START_TOL)
+        return solved_alone(WheelOnElements(rough, tol, methods, deadline=deadline))
     except OutOfTime:
         raise _too_short(target) from None
-    return first
 
 
 def _deadline(target: Target, started: float, few: bool) -> float:
@@ -382,7 +350,7 @@ def _from_first(
     target: Target,
     first: WheelRailSolution,
     started: float,
-) -> Steps[Solved]:
+) -> WheelRailSolution:
     """From a first solution to an accuracy; within a time on finer and finer elements.
 
     By default three sets of elements tell the error where grids cannot be chosen for an accuracy or
@@ -390,11 +358,11 @@ def _from_first(
     """
     if target.accuracy is not None and not (target.by_default and noisy_patches(first)):
         try:
-            return _to_accuracy(case, first.z, tol, methods, target), []
+            return _to_accuracy(case, first.z, tol, methods, target)
         except (NotConverged, SceneError) as error:
             if not target.by_default or (isinstance(error, SceneError) and str(error) != VARIES):
                 raise
-    return (yield from _on_finer_elements(case, tol, methods, target, first, started))
+    return _on_finer_elements(case, tol, methods, target, first, started)
 
 
 def _to_accuracy(
@@ -421,7 +389,7 @@ def _on_finer_elements(
     target: Target,
     first: WheelRailSolution,
     started: float,
-) -> Steps[Solved]:
+) -> WheelRailSolution:
     """On elements that are finer by `RATIO` each time, three times or as often as the time allows.
 
     Forces are those of the last, without extrapolation: they bear the load. The last three tell the
@@ -430,17 +398,17 @@ def _on_finer_elements(
     ends = 0.0 if target.time_budget is None else started + target.time_budget
     n = float(ACROSS if target.time_budget is None else FIRST)
     solved: list[WheelRailSolution] = []
-    operators: list[Operators] = []
     seconds = 0.0
     while len(solved) < GRIDS or seconds * RATIO**GROWTH < ends - time.perf_counter():
         begun = time.perf_counter()
         on_sides = _with_elements_across(case, first, n)
-        start = _Start(solved[-1] if solved else first)
+        start = Start(solved[-1] if solved else first)
         deadline = _deadline(target, started, len(solved) < GRIDS)
         try:
-            last, operators = yield from _on_elements(
-                on_sides, tol, methods, start, deadline, second_order=True
+            wheel = WheelOnElements(
+                on_sides, tol, methods, start, deadline=deadline, second_order=True
             )
+            last = solved_alone(wheel)
         except OutOfTime:
             if not solved:
                 raise _too_short(target) from None
@@ -452,7 +420,7 @@ def _on_finer_elements(
         solved.append(replace(last, case=case))
         seconds = time.perf_counter() - begun
         n *= RATIO
-    return _with_errors(solved[-GRIDS:], target), operators
+    return _with_errors(solved[-GRIDS:], target)
 
 
 def _with_elements_across(case: WheelOnRail, first: WheelRailSolution, n: float) -> WheelOnRail:
@@ -524,78 +492,50 @@ def _near(
     case: WheelOnRail, near: float, tol: float, methods: dict[str, Any], target: Target
 ) -> WheelRailSolution:
     """To an accuracy, with the distances and frames of a height."""
-    patches = _patches(case, near, with_grid=False)
-    forces, force_errors = [], []  # at the approach of each patch
+    patches = patches_at(case, near, with_grid=False)
+    frames = [each.frame for each in patches]
+    cosines = np.cos([each.angle for each in patches])
+    forces, force_errors = _normal_forces(patches, methods, target)
+    search = BearingHeight(case, tol, near)
+    while not search.done:
+        z = search.propose()
+        loads = _loads(patches, forces, z - near)
+        if case.z is None:
+            search.learn_normal(float(cosines @ loads))
+            if not search.near:
+                continue
+        loaded = []
+        for patch, load in zip(patches, loads, strict=True):
+            scene = replace(patch.scene, approach=None, normal_force=load)
+            loaded.append(PatchSolution(patch, _chosen(scene, methods, target)))
+        errors = _normal_errors(case, loaded, force_errors)
+        solved = tuple(map(_with_normal_error, loaded, errors))
+        search.learn(vertical(frames, [each.force for each in solved], case.with_friction))
+    return WheelRailSolution(case, search.z, solved, search.rounds)
+
+
+def _normal_forces(
+    patches: Sequence[ContactPatch], methods: dict[str, Any], target: Target
+) -> tuple[list[float], list[float]]:
+    """Normal forces at the approach of each patch, and their relative errors."""
+    forces = []
+    errors = []
     for patch in patches:
         if patch.scene.coupled:  # tractions change the pressure
             held = _chosen(patch.scene, methods | {"certify": None}, target)
         else:
             bare = replace(patch.scene, motion=None, friction=None)
-            held = _chosen(bare, _for_pressure(methods), replace(target, of_pressure=False))
+            held = _chosen(bare, for_pressure(methods), replace(target, of_pressure=False))
         assert held.error_estimate is not None
-        force_errors.append(held.error_estimate.largest)
+        errors.append(held.error_estimate.largest)
         forces.append(held.normal_force)
-
-    search = BearingHeight(case, tol, near)
-    for z in search:
-        deeper = [
-            max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0) ** 1.5
-            for patch in patches
-        ]
-        loads = [force * more for force, more in zip(forces, deeper, strict=True)]
-        if case.z is None and not search.normal_forces_bear(
-            float(np.cos([each.angle for each in patches]) @ loads)
-        ):
-            continue
-        scenes = [
-            replace(p.scene, approach=None, normal_force=load)
-            for p, load in zip(patches, loads, strict=True)
-        ]
-        loaded = [
-            PatchSolution(patch, _chosen(scene, methods, target))
-            for patch, scene in zip(patches, scenes, strict=True)
-        ]
-        solved = tuple(map(_with_normal_error, loaded, _normal_errors(case, loaded, force_errors)))
-        search.borne(
-            _vertical(
-                [each.frame for each in patches],
-                [each.force for each in solved],
-                case.with_friction,
-            )
-        )
-    return WheelRailSolution(case, search.z, solved, search.rounds)
+    return forces, errors
 
 
-def _vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
-    """The vertical force on the rail; without friction that of the normal forces."""
-    counts = np.array([with_friction, with_friction, True])
-    return float(
-        sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
-    )
-
-
-def _for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """What concerns the normal problem alone."""
-    names = ("normal", "method", "accuracy")
-    return {"certify": None} | {name: value for name, value in methods.items() if name in names}
-
-
-def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
-    """A patch by a theory, on an ellipse with its normal force."""
-    normal = solve(replace(scene, motion=None, friction=None), **_for_pressure(methods))
-    # Hertz's contact with the same second moments, a^2/5 and b^2/5
-    grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
-    sides = []
-    for axis, at, side in ((0, grid.x, grid.sides[0]), (1, grid.y, grid.sides[1])):
-        along = weights.sum(axis=axis)
-        sides.append(float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12))))
-    f: Any = scene.friction
-    # a theory has one: the mean by the pressure
-    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f
-    hertz: dict[str, Any] = {
-        "surface": Ellipse(*sides),
-        "approach": None,
-        "normal_force": normal.normal_force,
-    }
-    scene = replace(scene, **hertz, friction=f, grid=Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE))
-    return solve(scene, **{name: value for name, value in methods.items() if name != "normal"})
+def _loads(patches: Sequence[ContactPatch], forces: Sequence[float], deeper: float) -> list[float]:
+    """Normal forces of patches that are deeper, by the power 3/2 of the approach."""
+    found = []
+    for patch, force in zip(patches, forces, strict=True):
+        ratio = 1 + deeper * np.cos(patch.angle) / patch.approach
+        found.append(force * max(ratio, 0.0) ** 1.5)
+    return found

@@ -170,12 +170,13 @@ def estimate_wheel_on_rail(
     case.friction_at(0.0)  # refused if it is a law
 
     search = BearingHeight(case, tol)
-    for z in search:
-        found = rolling(pressed(case, z, normal), tangential, options)
+    while not search.done:
+        found = rolling(pressed(case, search.propose(), normal), tangential, options)
         normal_forces = np.sum(
             [each.frame.normal * each.force[2] for each in found.patches], axis=0
         )
-        search.borne(float((found.force if case.with_friction else normal_forces)[2]))
+        bearing = found.force if case.with_friction else normal_forces
+        search.learn(float(bearing[2]))
     return found
 
 

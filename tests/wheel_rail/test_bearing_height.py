@@ -1,0 +1,118 @@
+"""The search for the height that bears a load: an object that proposes, learns and is done."""
+
+import inspect
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import TRACK, WHEELSET
+from varcontact.errors import NotConverged, SceneError
+from varcontact.solving.side_by_side import settled_together
+from varcontact.wheel_rail import Position, WheelOnRail, bearing_height, solve, wheel_on_elements
+from varcontact.wheel_rail.bearing_height import BearingHeight
+from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
+
+LOAD = 80e3
+TOL = 1e-8
+
+
+def wheel(y=0.0, **more):
+    more = {"vertical_force": LOAD, "dx": 2.0, "dy": 1.0, **more}
+    return WheelOnRail(track=TRACK, wheelset=WHEELSET, position=Position(y=y), **more)
+
+
+def pressed(case, stiffness, power, z):
+    return stiffness * max(z - case.touching, 0.0) ** power
+
+
+@pytest.mark.parametrize("power", [1.5, 1.3, 2.0])
+@pytest.mark.parametrize("stiffness", [1e6, 1e8])
+def test_the_height_of_a_power_law_in_closed_form(stiffness, power):
+    case = wheel()
+    search = BearingHeight(case, TOL)
+    while not search.done:
+        force = pressed(case, stiffness, power, search.propose())
+        search.learn_normal(force)
+        search.learn(force)
+    depth = (LOAD / stiffness) ** (1 / power)
+    assert search.z - case.touching == pytest.approx(depth, rel=1e-7)
+    assert search.rounds <= 10
+
+
+def test_a_height_that_is_given_is_the_only_one():
+    case = wheel(vertical_force=None, z=0.1)
+    search = BearingHeight(case, TOL)
+    assert search.propose() == 0.1
+    search.learn(5.0)
+    assert search.done
+    assert search.rounds == 0
+
+
+def test_searches_that_take_turns_have_the_heights_of_each_alone():
+    case = wheel()
+    laws = [(1e6, 1.5), (1e7, 1.4), (1e8, 1.6)]
+
+    def heights(groups):
+        found = {}
+        for group in groups:
+            searches = {law: BearingHeight(case, TOL) for law in group}
+            while not all(each.done for each in searches.values()):
+                for law, search in searches.items():
+                    if not search.done:
+                        search.learn(pressed(case, *law, search.propose()))
+            found |= {law: search.z for law, search in searches.items()}
+        return found
+
+    assert heights([laws]) == heights([[law] for law in laws])
+
+
+def test_tractions_wait_until_normal_forces_are_near_the_load():
+    search = BearingHeight(wheel(), TOL)
+    search.propose()
+    search.learn_normal(0.5 * LOAD)
+    assert not search.near
+    search.learn_normal(0.97 * LOAD)
+    assert search.near
+    assert not search.done
+
+
+def test_what_bears_no_load():
+    search = BearingHeight(wheel(), TOL)
+    search.propose()
+    with pytest.raises(SceneError, match="friction lifts it") as refused:
+        search.learn(-1.0)
+    assert refused.value.field == "vertical_force"
+    search = BearingHeight(wheel(), TOL)
+    with pytest.raises(NotConverged, match="no height of the axle"):
+        while True:
+            search.propose()
+            search.learn(0.5 * LOAD)
+
+
+def test_wheels_in_one_loop_have_the_solutions_of_each_alone():
+    cases = [wheel(y) for y in (0.0, 3.0)]
+    wheels = [WheelOnElements(each, 1e-6, {}) for each in cases]
+    while not all(each.done for each in wheels):
+        proposed = [each.propose() for each in wheels]
+        settled = iter(settled_together([contact for own in proposed for contact in own]))
+        for each, own in zip(wheels, proposed, strict=True):
+            each.learn([next(settled) for _ in own])
+    for each, case in zip(wheels, cases, strict=True):
+        together, alone = each.solution(), case.solve()
+        assert together.z == pytest.approx(alone.z, abs=1e-8)
+        np.testing.assert_allclose(together.force, alone.force, rtol=1e-5, atol=0.1)
+
+
+def test_a_wheel_without_friction_proposes_contacts_that_bear_its_load():
+    only = WheelOnElements(replace(wheel(), friction=0.0), 1e-6, {})
+    while not only.done:
+        only.learn(only.propose())
+    assert only.propose() == []
+    assert only.solution().force[2] == pytest.approx(LOAD, rel=1e-6)
+
+
+@pytest.mark.parametrize("module", [bearing_height, solve, wheel_on_elements])
+def test_no_generator_is_sent_to(module):
+    assert ".send(" not in inspect.getsource(module)
+    assert "yield from _" not in inspect.getsource(module)

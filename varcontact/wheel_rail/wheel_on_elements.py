@@ -1,0 +1,271 @@
+"""A wheel on elements of given sides: heights of its axle until the patches bear the load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.discrete.operators import Operators
+from varcontact.kinematics import Frame
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse
+from varcontact.solving.on_grid import ContactOnGrid, Near
+from varcontact.solving.options import SolveOptions
+from varcontact.solving.solve import solve
+from varcontact.theories.on_grid import THEORIES
+from varcontact.wheel_rail.bearing_height import BearingHeight
+from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.seams import weakened
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+
+ON_ELLIPSE = 32
+"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the search for a height begins: at that of a solution, so much deeper, with its operators if known."""
+
+    solution: WheelRailSolution
+    deeper: float = 0.0
+    operators: Sequence[Operators] = ()
+
+
+class WheelOnElements:
+    """A wheel at one height after the other.
+
+    `propose` gives contacts with their pressures, and `learn` takes them back with their tractions, until `done`. Each
+    height begins with what was found at the one before, or at the start.
+    """
+
+    def __init__(
+        self,
+        case: WheelOnRail,
+        tol: float,
+        methods: dict[str, Any],
+        start: Start | None = None,
+        *,
+        deadline: float = math.inf,
+        second_order: bool = False,
+    ) -> None:
+        self._case = case
+        self._tol = tol
+        self._methods = methods
+        self._deadline = deadline
+        self._second_order = second_order
+        self.by_theory = methods.get("tangential") in THEORIES
+        self._search = BearingHeight(case, tol)
+        self._before: list[Solution | Near] = []
+        self._operators: Sequence[Operators] = ()
+        if start is not None:
+            self._begin_at(start)
+        # of the last height
+        self._patches: tuple[ContactPatch, ...] = ()
+        self._frictionless: list[ContactOnGrid] = []
+        self._proposed: list[ContactOnGrid] = []
+        self._contacts: list[ContactOnGrid] = []
+        self._solutions: list[Solution] = []
+
+    def _begin_at(self, start: Start) -> None:
+        last = start.solution
+        self._before = [each.solution for each in last.patches]
+        self._operators = start.operators
+        frames = [each.frame for each in last.patches]
+        forces = [each.force for each in last.patches]
+        normal = vertical(frames, forces, False)
+        bearing = vertical(frames, forces, self._case.with_friction)
+        z = self._case.touching + (last.z - last.case.touching + start.deeper)
+        self._search = BearingHeight(self._case, self._tol, z, (normal, bearing))
+
+    @property
+    def done(self) -> bool:
+        """Whether a height is found that bears the load."""
+        return self._search.done
+
+    def propose(self) -> list[ContactOnGrid]:
+        """Contacts at the next height whose tractions come next; none when the search is done.
+
+        Heights whose normal forces are far from the load, and contacts whose tractions change their pressures, are not
+        proposed: they are learnt from here.
+        """
+        while not self.done:
+            self._move_to(self._search.propose())
+            if self._case.z is None:
+                self._press()
+                if not self._search.near:
+                    continue
+            if self.by_theory:
+                self._solutions = [_by_theory(each.scene, self._methods) for each in self._patches]
+                self._learn_forces([_force(each) for each in self._solutions])
+                continue
+            self._proposed = self._with_pressures()
+            if self._proposed:
+                return self._proposed
+            self._contacts = self._solved()
+            self._learn_forces([each.force for each in self._contacts])
+        return []
+
+    def learn(self, contacts: Sequence[ContactOnGrid]) -> None:
+        """The contacts that were proposed, some with tractions; those of the others are solved for here."""
+        if not contacts:
+            return
+        self._contacts = []
+        for contact, proposed in zip(contacts, self._proposed, strict=True):
+            if contact is proposed:
+                contact = proposed.settled()
+            self._contacts.append(contact)
+        self._learn_forces([each.force for each in self._contacts])
+
+    def solution(self) -> WheelRailSolution:
+        """The certified solution at the height that bears the load."""
+        if self._contacts:
+            self._solutions = [each.solution() for each in self._contacts]
+        patches = tuple(map(PatchSolution, self._patches, self._solutions))
+        return WheelRailSolution(self._case, self._search.z, patches, self._search.rounds)
+
+    def curved(self) -> WheelOnElements:
+        """The same wheel on a curved surface."""
+        return WheelOnElements(replace(self._case, conformal=True), self._tol, self._methods)
+
+    @property
+    def operators(self) -> list[Operators]:
+        """On the grids of the patches."""
+        return [each.disc.operators for each in self._contacts]
+
+    def _move_to(self, z: float) -> None:
+        patches = patches_at(self._case, z)
+        if self._second_order:
+            patches = tuple(replace(each, scene=each.scene.second_order()) for each in patches)
+        self._patches = patches
+
+    def _press(self) -> None:
+        """The contacts without friction, and what they bear."""
+        bare = [replace(each.scene, motion=None, friction=None) for each in self._patches]
+        near = [each.near for each in self._frictionless] or self._before
+        methods = for_pressure(self._methods)
+        self._frictionless = _contacts(
+            bare, methods, near, self._operators, deadline=self._deadline
+        )
+        self._operators = [each.disc.operators for each in self._frictionless]
+        forces = [each.force for each in self._frictionless]
+        self._search.learn_normal(vertical(self._frames, forces, False))
+
+    def _with_pressures(self) -> list[ContactOnGrid]:
+        """Contacts that have their pressures, and tractions to begin with; none where tractions change a pressure."""
+        near = self._near or [each.near for each in self._frictionless]
+        return _contacts(self._scenes, self._methods, near, (), self._frictionless, self._deadline)
+
+    def _solved(self) -> list[ContactOnGrid]:
+        near = self._near or [each.near for each in self._frictionless]
+        return _contacts(
+            self._scenes, self._methods, near, self._operators, deadline=self._deadline
+        )
+
+    @property
+    def _near(self) -> list[Solution | Near]:
+        return [each.near for each in self._contacts] or self._before
+
+    @property
+    def _scenes(self) -> list[Scene]:
+        return [each.scene for each in self._patches]
+
+    @property
+    def _frames(self) -> list[Frame]:
+        return [each.frame for each in self._patches]
+
+    def _learn_forces(self, forces: list[np.ndarray]) -> None:
+        self._search.learn(vertical(self._frames, forces, self._case.with_friction))
+
+
+def solved_alone(wheel: WheelOnElements) -> WheelRailSolution:
+    """The solution of a wheel whose tractions are solved for alone."""
+    while not wheel.done:
+        wheel.learn(wheel.propose())
+    solution = wheel.solution()
+    for each in wheel.operators:
+        each.forget()
+    return solution
+
+
+def patches_at(case: WheelOnRail, z: float, with_grid: bool = True) -> tuple[ContactPatch, ...]:
+    """The patches at a height, where those in parts have what each feels of the others."""
+    patches = case.patches(z, with_grid=with_grid)
+    return tuple(
+        replace(each, scene=weakened(each.scene, each.seams)) if each.seams else each
+        for each in patches
+    )
+
+
+def _contacts(
+    scenes: list[Scene],
+    methods: dict[str, Any],
+    near: Sequence[Solution | Near],
+    known: Sequence[Operators],
+    frictionless: Sequence[ContactOnGrid] = (),
+    deadline: float = math.inf,
+) -> list[ContactOnGrid]:
+    """The contacts of patches, from others of theirs and with their influence numbers, if there are
+    as many.
+
+    Of `frictionless` ones with their pressures, and tractions to begin with; none where these
+    change a pressure.
+    """
+    contacts: list[ContactOnGrid] = []
+    for k, scene in enumerate(scenes):
+        options = replace(SolveOptions.checked(scene, **methods), deadline=deadline)
+        start = near[k] if len(near) == len(scenes) else None
+        own = known[k] if len(known) == len(scenes) else None
+        loaded = frictionless[k].loaded(scene, options, start) if frictionless else None
+        if frictionless and loaded is None:
+            return []
+        contacts.append(loaded or ContactOnGrid.of(scene, options, start, own))
+    kept = [each.disc.operators for each in contacts]
+    for each in known:
+        if each not in kept:
+            each.forget()
+    return contacts
+
+
+def vertical(frames: Sequence[Frame], forces: Sequence[np.ndarray], with_friction: bool) -> float:
+    """The vertical force on the rail; without friction that of the normal forces."""
+    counts = np.array([with_friction, with_friction, True])
+    return float(
+        sum(frame.axes[2] @ (counts * force) for frame, force in zip(frames, forces, strict=True))
+    )
+
+
+def for_pressure(methods: dict[str, Any]) -> dict[str, Any]:
+    """What concerns the normal problem alone."""
+    names = ("normal", "method", "accuracy")
+    return {"certify": None} | {name: value for name, value in methods.items() if name in names}
+
+
+def _by_theory(scene: Scene, methods: dict[str, Any]) -> Solution:
+    """A patch by a theory, on an ellipse with its normal force."""
+    normal = solve(replace(scene, motion=None, friction=None), **for_pressure(methods))
+    # Hertz's contact with the same second moments, a^2/5 and b^2/5
+    grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
+    sides = []
+    for axis, at, side in ((0, grid.x, grid.sides[0]), (1, grid.y, grid.sides[1])):
+        along = weights.sum(axis=axis)
+        sides.append(float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12))))
+    f: Any = scene.friction
+    # a theory has one: the mean by the pressure
+    f = float(np.sum(weights * f)) if isinstance(f, np.ndarray) else f
+    hertz: dict[str, Any] = {
+        "surface": Ellipse(*sides),
+        "approach": None,
+        "normal_force": normal.normal_force,
+    }
+    scene = replace(scene, **hertz, friction=f, grid=Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE))
+    return solve(scene, **{name: value for name, value in methods.items() if name != "normal"})
+
+
+def _force(solution: Solution) -> np.ndarray:
+    return np.array([*solution.force, solution.normal_force])
