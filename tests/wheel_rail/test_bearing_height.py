@@ -1,6 +1,5 @@
 """The search for the height that bears a load: an object that proposes, learns and is done."""
 
-import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +8,8 @@ import pytest
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solving.side_by_side import settled_together
-from varcontact.wheel_rail import Position, WheelOnRail, bearing_height, solve, wheel_on_elements
-from varcontact.wheel_rail.bearing_height import BearingHeight
+from varcontact.wheel_rail import Position, WheelOnRail
+from varcontact.wheel_rail.bearing_height import ROUNDS, BearingHeight
 from varcontact.wheel_rail.wheel_on_elements import WheelOnElements
 
 LOAD = 80e3
@@ -84,10 +83,11 @@ def test_what_bears_no_load():
         search.learn(-1.0)
     assert refused.value.field == "vertical_force"
     search = BearingHeight(wheel(), TOL)
+    for _ in range(ROUNDS):
+        search.propose()
+        search.learn(0.5 * LOAD)
     with pytest.raises(NotConverged, match="no height of the axle"):
-        while True:
-            search.propose()
-            search.learn(0.5 * LOAD)
+        search.propose()
 
 
 def test_wheels_in_one_loop_have_the_solutions_of_each_alone():
@@ -110,9 +110,3 @@ def test_a_wheel_without_friction_proposes_contacts_that_bear_its_load():
         only.learn(only.propose())
     assert only.propose() == []
     assert only.solution().force[2] == pytest.approx(LOAD, rel=1e-6)
-
-
-@pytest.mark.parametrize("module", [bearing_height, solve, wheel_on_elements])
-def test_no_generator_is_sent_to(module):
-    assert ".send(" not in inspect.getsource(module)
-    assert "yield from _" not in inspect.getsource(module)
