@@ -18,6 +18,7 @@ from varcontact.solvers import interface
 from varcontact.solving import adaptive
 from varcontact.transports import HERE, Stencil
 from varcontact.wheel_rail import solve as wheels
+from varcontact.wheel_rail import wheel_on_elements
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
@@ -68,7 +69,7 @@ def rolling():
 @pytest.fixture
 def clock(monkeypatch):
     """Time that goes by with the elements solved: the same however busy the machine is."""
-    clock, solve, contacts = SimpleNamespace(now=0.0), adaptive._solved, wheels._contacts
+    clock, solve, contacts = SimpleNamespace(now=0.0), adaptive._solved, wheel_on_elements._contacts
 
     def timed(scene, *rest):
         clock.now += 0.01 + 5e-5 * scene.grid.size
@@ -79,7 +80,7 @@ def clock(monkeypatch):
         return contacts(scenes, *rest, **options)
 
     monkeypatch.setattr(adaptive, "_solved", timed)
-    monkeypatch.setattr(wheels, "_contacts", timed_contacts)
+    monkeypatch.setattr(wheel_on_elements, "_contacts", timed_contacts)
     for module in (adaptive, interface, wheels):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock
